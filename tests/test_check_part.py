@@ -50,6 +50,11 @@ def sprung(self, t, y, drive, force):
     return y[1], (drive - force) / self.mass
 
 
+def forgets_a_belt(self, t, y, drive, force, *others):
+    drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, force, *others)
+    return drive_power, damper - 0.3 * sum(others)
+
+
 LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
 FAULTS = {
     # what: (the part, what its report says)
@@ -90,13 +95,23 @@ FAULTS = {
     "momentum": (of(OSCILLATOR, momentum=lambda self, t, y: y[1]), "momentum, outer_force: the momentum grows by"),
     "signs": (of(OSCILLATOR, symmetry=(-1, 1)), "symmetry: mirrored rates should be"),
     "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
+    "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
+    "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
     "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with contact_velocity"),
     "contact": (of(OSCILLATOR, contact_velocity=lambda self, t, y: 2 * y[1]), "contact_velocity: changes by 0.5"),
     "contact state": (
         of(OSCILLATOR, contact_state="speed"),
         "contact_state: should be one of position, ",
     ),
-    "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should hold 'drive' and 'damper'"),
+    "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should be a tuple of names, each once, among"),
+    "channel of friction": (of(CAPSULE, channels=("drive", "bristle_loss")), "channels: 'bristle_loss' is no name for"),
+    "strikes nothing": (of(OSCILLATOR, strikes_ground=("impact",)), "strikes_ground: names 'impact', which is none of"),
+    "impulse of the ground": (of(vc.OscillatorWithStops, strikes_ground=()), "after_switch: guard 0 changes the momen"),
+    "wall force": (
+        of(vc.OscillatorWithStops, wall_force=lambda self, t, y, drive, force: 0.1),
+        "momentum, outer_force: the momentum grows by",
+    ),
+    "work at a second contact": (of(vc.TwoBodyCrawler, powers=forgets_a_belt), "energy, powers: the energy grows by"),
     "heavier": (
         of(DYNAMIC, vertical_momentum=lambda self, t, y: 0.5 * CAPSULE.vertical_momentum(self, t, y)),
         "reaction, vertical_momentum: the load is",

@@ -40,7 +40,7 @@ EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws, and what machines of several bodies share
-NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "row"}
+NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
 
 
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
@@ -49,6 +49,15 @@ FURTHER = [
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
     dataclasses.replace(varied(vc.PendulumCapsuleWithStops, 1), restitution=0.4),
     dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
+    dataclasses.replace(
+        varied(vc.VibroImpactCapsule, 1), back_gap=0.3, stop_damping=0.2, back_stop_stiffness=7.0, back_stop_damping=0.4
+    ),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 1), back_gap=0.5),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 2), belt_speed=0.0, gap=0.5, back_gap=0.5),
+    dataclasses.replace(
+        varied(vc.OscillatorWithStops, 1), back_gap=0.5, stop_stiffness=9.0, back_stop_stiffness=4.0, stop_damping=0.3
+    ),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 1), stop_stiffness=9.0, belt_speed=0.0, gap=0.5, back_gap=0.5),
 ]
 MACHINES += FURTHER
 # with its defaults and one set of random values, and every further one; the second set is slow
@@ -74,8 +83,8 @@ MOVING_SYSTEMS = [
     *(vc.System(machine(), vc.Exponential(), vc.Biharmonic()) for machine in machines().values()),
     *(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive()) for drive in drives().values()),
 ]
-QUICK = range(0, len(SYSTEMS), 4)  # of systems: every law, machine and drive
-KEPT = (0, 3, 4, 7, 10, 15, 20, 25)  # a machine of each kind, drives without and with corners
+QUICK = sorted({*range(0, len(SYSTEMS), 4), *range(0, len(SYSTEMS), 11)})  # of systems: every law, machine and drive
+KEPT = (0, 3, 4, 7, 8, 11, 16, 19, 22, 27)  # a machine of each kind, drives without and with corners
 each_system = pytest.mark.parametrize(
     "system",
     exhaustive_but(QUICK, SYSTEMS),
@@ -171,6 +180,7 @@ UNEVEN = {"second_amplitude", "level", "rate", "start", "force"}  # parameters o
 UNEVEN |= {f"level_{i}" for i in range(1, 8)}
 EVEN = {  # parameters of drives that are odd only with these; no stroke from 0 to its end is ever odd
     "square": {"duty": 0.5},
+    "on-off": {"amplitude": 1.2, "offset": -0.6, "duty": 0.5},
     "triangle": {"rise": 0.5},
     "trapezoid": {"rise": 0.2, "hold": 0.3, "fall": 0.2},
     "three-phase": None,
@@ -191,6 +201,7 @@ def test_half_period_symmetry(system):
     if not machine.symmetric:
         names = {info.name for info in parameter_table(machine)}
         others = {"back_gap": machine.gap} if "back_gap" in names else {}
+        others |= dict.fromkeys(names & {"back_stop_stiffness", "back_stop_damping"})
         level = names & {"belt_speed", "track_angle", "contact_stiffness"}
         machine = dataclasses.replace(machine, **others, **dict.fromkeys(level, 0.0))
     friction = system.friction

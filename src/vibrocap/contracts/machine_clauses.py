@@ -8,6 +8,11 @@ from typing import Any
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 
+# of friction and of surroundings, and what else stands beside works
+OTHERS_CHANNELS = (
+    *("contact_sliding", "bristle_loss", "contact_storage", "drag", "outer_force", "gravity"),
+    *("stored", "residual", "window", "periods", "own"),
+)
 EPSILON = sys.float_info.epsilon
 SAMPLES = 60
 
@@ -32,8 +37,14 @@ def declarations(machine: Any) -> str | None:
         return "place: a machine without a cyclic state names the state that is the place of its contact"
     if len(machine.symmetry) != len(states) or set(machine.symmetry) - {1, -1}:
         return f"symmetry: should be +1 or -1 for each of {', '.join(states)}, got {machine.symmetry!r}"
-    unknown = [name for name in ("drive", "damper") if name not in machine.channels]
-    return f"channels: should hold 'drive' and 'damper', got {machine.channels!r}" if unknown else None
+    channels = machine.channels
+    if not isinstance(channels, tuple) or len(set(channels)) != len(channels) or "drive" not in channels:
+        return f"channels: should be a tuple of names, each once, among them 'drive', got {channels!r}"
+    if taken := [name for name in channels if name in OTHERS_CHANNELS or not str(name).isidentifier()]:
+        return f"channels: {taken[0]!r} is no name for one, or is one of friction, surroundings or balances"
+    if strange := [name for name in machine.strikes_ground if name not in machine.switch_events]:
+        return f"strikes_ground: names {strange[0]!r}, which is none of switch_events, {machine.switch_events!r}"
+    return None
 
 
 def held_at_rest(given: Any) -> str | None:
@@ -88,30 +99,38 @@ def explicit_rate(function: Callable, t: float, y: tuple) -> float:
     return float(evaluate([derivative(recorded, -1)], t, y, 1.0, ())[0])
 
 
+def _frictions(machine: Any, force: float) -> tuple[float, ...]:
+    """A friction force at each contact, that of the first being `force`."""
+    return (force, *(0.4 - 0.3 * i - 0.7 * force for i in range(len(machine.contacts))))
+
+
 def energy(given: Any) -> str | None:
-    """Its energy balance closes: H' = sum of the powers - R v."""
+    """Its energy balance closes: H' = sum of the powers - R v of every contact."""
     growth = along(given.driven_by(ImposedSample()).energy, len(given.states))
     for machine, t, y, drive, force in _moving(given):
-        rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
+        frictions = _frictions(machine, force)
+        rates, powers = machine.rates(t, y, drive, *frictions), machine.powers(t, y, drive, *frictions)
         if len(rates) != len(machine.states) or len(powers) != len(machine.channels):
             return (
                 f"rates, powers: should be {len(machine.states)} and {len(machine.channels)} numbers, one for each of "
                 f"states and channels, got {len(rates)} and {len(powers)}"
             )
-        expected = sum(powers) - force * machine.contact_velocity(t, y)
+        velocities = (machine.contact_velocity(t, y), *machine.further_velocities(t, y))
+        expected = sum(powers) - sum(force * v for force, v in zip(frictions, velocities, strict=True))
         found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
-            told = f"the energy grows by {found:g}, the powers less R v are {expected:g}"
+            told = f"the energy grows by {found:g}, the powers less R v of every contact are {expected:g}"
             return f"energy, powers: {told}; they should be equal ({_place(y, drive, force)})"
     return None
 
 
 def momentum(given: Any) -> str | None:
-    """Its momentum balance closes: p' = outer force - R."""
+    """Its momentum balance closes: p' = outer force - R of every contact."""
     growth = along(given.driven_by(ImposedSample()).momentum, len(given.states))
     for machine, t, y, drive, force in _moving(given):
-        rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
-        expected = machine.outer_force(t, y, drive) - force
+        frictions = _frictions(machine, force)
+        rates, powers = machine.rates(t, y, drive, *frictions), machine.powers(t, y, drive, *frictions)
+        expected = machine.outer_force(t, y, drive) + machine.wall_force(t, y, drive, force) - sum(frictions)
         found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
             told = f"the momentum grows by {found:g}, the outer force less R is {expected:g}"
@@ -193,6 +212,40 @@ def cyclic(given: Any) -> str | None:
     return None
 
 
+def turns(given: Any) -> str | None:
+    """Everything depends on the states that turn with their period, to rounding."""
+    for name, period in given.turns.items():
+        if name not in given.states or name in (given.cyclic, given.contact_state, *given.switched):
+            return f"turns: should name states that neither travel nor slide nor are switched, got {name!r}"
+        if not (isinstance(period, (int, float)) and 0.0 < period < math.inf):
+            return f"turns: the period of {name} should be a positive number, got {period!r}"
+        place = given.states.index(name)
+        for machine, t, y, drive, force in _moving(given):
+            moved = tuple(v + period if i == place else v for i, v in enumerate(y))
+            for what, values in _functions(machine, t, y, drive, force).items():
+                found = _functions(machine, t, moved, drive, force)[what]
+                bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
+                if not all(abs(a - b) <= bound for a, b in zip(found, values, strict=True)):
+                    told = f"{_shown(values)}, got {_shown(found)}"
+                    return f"{what}: should be the same after a whole turn of {name}, {told}"
+    return None
+
+
+def _functions(machine: Any, t: float, y: tuple, drive: float, force: float) -> dict[str, tuple]:
+    """What a state decides, by the function that says it."""
+    return {
+        "rates": tuple(machine.rates(t, y, drive, force)),
+        "holding_force": (machine.holding_force(t, y, drive),),
+        "contact_velocity": (machine.contact_velocity(t, y),),
+        "reaction": (_load(machine, t, y, drive, force),),
+        "energy": (machine.energy(t, y),),
+        "momentum": (machine.momentum(t, y),),
+        "powers": tuple(machine.powers(t, y, drive, force)),
+        "switches": tuple(machine.switches(t, y, drive, force)),
+        "bounds": tuple(machine.bounds(t, y)),
+    }
+
+
 def place(given: Any) -> str | None:
     """The place of the contact moves with it and the ground."""
     for machine, t, y, drive, force in _moving(given, 10):
@@ -216,7 +269,7 @@ def sizes(machine: Any) -> str | None:
 
 
 def branches(machine: Any) -> str | None:
-    """Its switches have names, give whole numbers to the switched states, and keep the momentum."""
+    """Its switches have names, give whole numbers to the switched states, and keep the momentum but at the ground."""
     unknown = set(machine.switched) - set(machine.states)
     if unknown:
         return f"switched: names {', '.join(sorted(unknown))}, which is no state"
@@ -233,11 +286,17 @@ def branches(machine: Any) -> str | None:
                 return f"after_switch: should give all {len(y)} states, got {len(after)}"
             if any(after[i] != round(after[i]) for i in switched):
                 return f"after_switch: {', '.join(machine.switched)} should become whole numbers, got {_shown(after)}"
-            if any(after[i] != y[i] for i in kept):
+            ends = machine.room()  # at a stop on the ground it stands exactly there
+            if any(after[i] != y[i] and after[i] not in ends.get(machine.states[i], ()) for i in kept):
                 return f"after_switch: {machine.place or machine.cyclic} should stay where it is"
             gained = machine.momentum(t, after) - machine.momentum(t, y)
+            if machine.switch_events[which] in machine.strikes_ground:
+                continue
             if not abs(gained) <= 64 * EPSILON * max(1.0, abs(machine.momentum(t, y))):
-                return f"after_switch: guard {which} changes the momentum by {gained:g}; an impact should keep it"
+                return (
+                    f"after_switch: guard {which} changes the momentum by {gained:g}; an impact keeps it, unless its "
+                    f"name, {machine.switch_events[which]!r}, stands in strikes_ground"
+                )
     return None
 
 
@@ -250,4 +309,4 @@ def _place(y: tuple, drive: float, force: float) -> str:
 
 
 BALANCES = (energy, momentum, load_made)
-MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, place, sizes, branches)
+MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, turns, place, sizes, branches)

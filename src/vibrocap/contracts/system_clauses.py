@@ -73,7 +73,9 @@ def surrounded(machine: Any) -> str | None:
     environment = Environment(
         inclination=0.2 if masses else 0.0,
         linear_drag=0.3,
+        linear_drag_back=None if machine.ground_speed() else 0.7,
         quadratic_drag=0.0 if machine.ground_speed() else 0.4,
+        quadratic_drag_back=None if machine.ground_speed() else 0.1,
         force=0.1,
         gravity=None if machine.gravity else 1.7,
     )
@@ -109,7 +111,7 @@ def surrounded(machine: Any) -> str | None:
 
 
 def moves(part: Any) -> str | None:
-    """It moves for some periods, and the balances of the motion close."""
+    """It moves for some periods, and the motion is certified."""
     system = system_of(part)
     motion = simulate(system, initial={system.state_names[0]: 1.0}, periods=PERIODS)
     for share in WEAKER if isinstance(system.drive, Loading) else ():
@@ -124,6 +126,8 @@ def moves(part: Any) -> str | None:
     for name in ("energy_residual", "momentum_residual", "estimated_error"):
         if not found[name] <= bound:
             return f"the motion of {_others(system, part)} has {name} {found[name]:.2g}, over its bound {bound:.2g}"
+    if not motion.certificate.ok:
+        return f"the motion of {_others(system, part)} is not certified: {'; '.join(motion.certificate.failures)}"
     return None
 
 

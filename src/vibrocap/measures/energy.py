@@ -1,9 +1,11 @@
 """Where the energy goes: the work of every channel over a window, and what the balance leaves over."""
 
 import dataclasses
+from collections.abc import Mapping
 
 from vibrocap.measures.windows import window_times
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.numbering import name_and_number
 
 
 @dataclasses.dataclass(frozen=True)
@@ -12,6 +14,7 @@ class EnergyBalance:
 
     drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
     drag, outer_force, gravity: work of the environment's, gravity's along a slope (0 without an environment)
+    own: work of channels that a machine of one's own names otherwise, by name
     contact_sliding, bristle_loss: work of friction at all contacts, split at the bristles
     contact_storage: what bristles gave back less what they took, under a load that follows the motion (otherwise 0: it
     is in `stored`)
@@ -34,6 +37,7 @@ class EnergyBalance:
     drag: float = 0.0
     outer_force: float = 0.0
     gravity: float = 0.0
+    own: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @property
     def per_period(self) -> "EnergyBalance":
@@ -51,13 +55,14 @@ class EnergyBalance:
         return self.contact_sliding + self.bristle_loss + self.contact_storage
 
     def _over(self, divisor: float) -> "EnergyBalance":
-        kept = ("window", "periods")
+        kept = ("window", "periods", "own")
         works = {
             field.name: getattr(self, field.name) / divisor
             for field in dataclasses.fields(self)
             if field.name not in kept
         }
-        return dataclasses.replace(self, **works)
+        own = {name: work / divisor for name, work in self.own.items()}
+        return dataclasses.replace(self, **works, own=own)
 
 
 def energy_balance(
@@ -74,15 +79,15 @@ def energy_balance(
     """
     start, end = window_times(motion, window, periods)
     before, after = motion.integrals([start, end]).T
-    works: dict[str, float] = {}
+    works, known = {"drive": 0.0, "damper": 0.0}, {field.name for field in dataclasses.fields(EnergyBalance)}
     for i, channel in enumerate(motion.system.channels):  # that of a further contact ends in its number
-        stem, _, number = channel.rpartition("_")
-        name = stem if number.isdecimal() else channel
+        name, _ = name_and_number(channel)
         works[name] = works.get(name, 0.0) + float(after[i] - before[i])
     stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
     gained = float(stored[1] - stored[0])
     return EnergyBalance(
-        **works,
+        **{name: work for name, work in works.items() if name in known},
+        own={name: work for name, work in works.items() if name not in known},
         stored=gained,
         residual=gained - sum(works.values()),
         window=(start, end),

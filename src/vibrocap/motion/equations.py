@@ -16,6 +16,7 @@ from vibrocap.motion.contact_equations import (
     states_at_contacts,
 )
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
+from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.flow import LOCATED, Flow
@@ -48,6 +49,7 @@ class Equations:
     # at imposed distances, the velocity of each contact less the state that all share: functions of time
     shifts: tuple[Expression, ...]
     cyclic_state: int  # -1: none
+    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
@@ -165,13 +167,13 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
     result = []
-    for record in system.parts.values():
+    for part, record in system.parts.items():
         fixed = tuple(
             (info.name, getattr(record, info.name))
             for info in parameter_table(record)
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
-        result.append((type(record), fixed))
+        result.append((part, type(record), fixed))
     return tuple(result)
 
 
@@ -200,9 +202,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     graph = Graph()
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
         _put_on_segment(recorded, graph, corners.place)
@@ -273,6 +273,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         switches=tuple(expression(guard) for guard in flow.switches),
@@ -344,9 +345,7 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     if recording.corners is not None:
         _put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed

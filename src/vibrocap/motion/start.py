@@ -126,7 +126,8 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         where = start[switch] and system.placed.room()[name][start[switch] > 0.0]
         if not math.isfinite(where):
             raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
-        for locked, value in ((name, where), *((each, 0.0) for each in still)) if start[switch] else ():
+        rest = {system.machine.contact_state: -system.machine.ground_speed()}  # over a belt it slides at the stop
+        for locked, value in ((name, where), *((each, rest.get(each, 0.0)) for each in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
                 factor, unit = (1.0, "") if system.units is None else (system.si.factor(locked), system.si.unit(locked))
                 wanted = f"should be {value * factor:.10g} {unit}".rstrip()

@@ -156,7 +156,7 @@ class Trajectory(Result):
     samples: int = 256  # per period, of the grid `time`
     start_time: float = 0.0
     start_phase: float = 0.0  # of the drive at the start, a share of its period
-    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: no corners
+    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: of no run
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
@@ -350,6 +350,20 @@ class Trajectory(Result):
         index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[:-1], 0.0 * later))
         before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
         return after - before
+
+    @functools.cached_property
+    def piece_blows(self) -> np.ndarray:
+        """Momentum that the machine takes from the ground where each piece but the first begins: array [pieces - 1].
+
+        It does where it strikes a wall on the ground (`Machine.strikes_ground`), at one instant.
+        """
+        found, later = np.zeros(max(len(self.piece_start) - 1, 0)), np.arange(1, len(self.piece_start))
+        struck = self.event_times[np.isin(self.event_kinds, self.system.machine.strikes_ground)]
+        later = later[np.isin(self.piece_start[1:], struck)]
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[later - 1], 0.0 * later))
+        before, after = self.piece_observables(("momentum",), index, s).reshape(2, -1)
+        found[later - 1] = after - before
+        return found
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""

@@ -148,6 +148,10 @@ class ActuatedMachine:
         """Of the machine, under u."""
         return self.machine.outer_force(t, self._own(y), self.output(y))
 
+    def wall_force(self, t, y, drive, force):
+        """Of the machine, under u."""
+        return self.machine.wall_force(t, self._own(y), self.output(y), force)
+
     def powers(self, t, y, drive, force, *others) -> tuple:
         """Of the machine: the work of the drive is that of u."""
         return self.machine.powers(t, self._own(y), self.output(y), force, *others)

@@ -5,7 +5,7 @@ from typing import Any
 
 from vibrocap.physics.contacts import Contact, ContactForce, Contacts, Rows
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Imposed
+from vibrocap.physics.machines.machine import Imposed, Machine
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
@@ -132,7 +132,10 @@ def flow_of(system: Any, t, y, side) -> Flow:
     taken_further = tuple(each.taken for each in further)
     switches, outcomes, law_switches = _switches(system, t, y, sides, velocity, others, (drive, taken, *taken_further))
     # A drive that imposes a motion works against all that acts on the body from outside.
-    worked_against = taken if isinstance(system.machine, Imposed) or system.machine.coupled else force
+    against_all = isinstance(system.machine, Imposed) or system.machine.coupled
+    worked_against = [force, *(each.friction for each in further)]
+    if against_all:
+        worked_against = [taken, *taken_further]
     rates = machine.rates(t, mechanical, drive, taken, *taken_further)
     if system.machine.coupled == "motion":
         rates = _still(system, rates, sides)
@@ -145,6 +148,8 @@ def flow_of(system: Any, t, y, side) -> Flow:
     outer_force = machine.outer_force(t, mechanical, drive)
     for each in taken_further:
         outer_force = outer_force - each
+    if type(system.machine).wall_force is not Machine.wall_force:
+        outer_force = outer_force + machine.wall_force(t, mechanical, drive, taken)
     if outside is not None:
         rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
         outer_force = outer_force + outside.total
@@ -169,7 +174,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
         after_switch=outcomes,
         after_reversal=_after_reversals(system, y, sides),
         powers=(
-            *machine.powers(t, mechanical, drive, worked_against, *taken_further),
+            *machine.powers(t, mechanical, drive, *worked_against),
             *_further_powers(system, further),
             *(() if outside is None else outside.powers),
             *contact,

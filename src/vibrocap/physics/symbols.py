@@ -44,7 +44,7 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 STATES = {
-    "angle": ("theta", "angle of the pendulum from upright"),
+    "angle": ("theta", "angle of the pendulum or the rotor from upright"),
     "angle_rate": ("theta'", "its rate"),
     "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),
@@ -56,7 +56,7 @@ STATES = {
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
     "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
     "approach_rate": ("y'", "its rate"),
-    "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
+    "touching": ("s", "stop that the inner mass, the pendulum or the block touches: 1 in front, -1 behind, 0 none"),
     "actuator_output": ("u", "force or torque behind an actuator"),
     "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
     "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
@@ -124,7 +124,7 @@ QUANTITIES = {
     },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
-    "impact_work": ("W_impact", "work lost in impacts since the start (capsules with rigid stops)"),
+    "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),

@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 
 from vibrocap.motion.equations import equations
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import with_unit
 from vibrocap.plotting.style import LABELS, legend_above
@@ -22,11 +23,6 @@ HEIGHT = 0.7  # of a strip, of the distance to the next
 def contacts_of(motion: Trajectory) -> range:
     """Numbers of the contacts, from 1."""
     return range(1, 2 + len(motion.system.machine.contacts))
-
-
-def numbered(name: str, contact: int) -> str:
-    """The quantity of a contact: "friction_2" of the second, "friction" of the first."""
-    return name if contact == 1 else f"{name}_{contact}"
 
 
 def colour_of(contact: int, count: int) -> Any:

@@ -22,6 +22,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.physics.numbering import name_and_number, numbered
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -34,8 +35,8 @@ EVENTS = {
     "reversal": "the contact reverses without sticking",
     "graze": "the contact touches its limit and stays",
     "switch": "the contact goes over to another piece of its law",
-    "impact": "the inner mass strikes a stop",
-    "stop_opened": "the inner mass leaves a stop",
+    "impact": "a mass strikes a stop",
+    "stop_opened": "a mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
     "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
@@ -164,7 +165,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.sticking import stick_fraction
-    from vibrocap.measures.travel import drift, mean_velocity
+    from vibrocap.measures.travel import drift, mean_velocity, winding
     from vibrocap.measures.windows import whole_periods
 
     whole = max(0, whole_periods(motion))
@@ -178,6 +179,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     energy = dataclasses.asdict(energy_balance(motion)) if started else None
     if energy is not None:
         absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy |= energy.pop("own")
         energy = {name: value for name, value in energy.items() if name not in absent}
     return plain(
         {
@@ -185,6 +187,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
+            **({"winding": winding(motion) if whole > 0 else None} if motion.system.machine.turns else {}),
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
@@ -235,6 +238,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
         made.add_row("mean velocity", said(velocity["value"], speed), window)
+        for name, turns in (record.get("winding") or {}).items():
+            made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
@@ -248,8 +253,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 
 def _event_words(kind: str) -> str:
-    stem, _, number = kind.rpartition("_")
-    if number.isdigit() and stem in EVENTS:
+    stem, number = name_and_number(kind)
+    if number > 1 and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
     return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
 
@@ -264,7 +269,7 @@ def own_events(motion: "Trajectory") -> list[str]:
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
     kinds = ("stick", "slip_forward", "slip_back", "reversal")
-    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in kinds)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
@@ -281,8 +286,9 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
 def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    for name, text in CHANNELS.items():
-        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
+    own = {name: f"work of {name.replace('_', ' ')}" for name in energy if name not in (*CHANNELS, "window", "periods")}
+    for name, text in (own | CHANNELS).items():
+        if name not in energy or (name in ("damper", "belt", "impact", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

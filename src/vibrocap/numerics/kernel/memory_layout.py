@@ -88,7 +88,7 @@ FLOAT_ENTRIES = (
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
-    "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
+    "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
@@ -160,6 +160,7 @@ class Layout:
     shifts: int = 0  # of these and of the first contact, where one may be stiff: how far each is ahead of a state
     contacts: int = 1
     held: int = 0  # further contacts that can rest, each with two rows: the force that holds it, and its limit
+    turns: int = 0  # coordinates that turn, of which a mark keeps a second number
 
     @property
     def measured(self) -> int:
@@ -196,7 +197,7 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
-            "MARKS": self.marks * self.states,
+            "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
         }
@@ -300,6 +301,7 @@ class Layout:
             "PRESENT": self.present,
             "COEFFICIENTS": self.coefficients,
             "MARK_COUNT": self.marks,
+            "MARK_SIZE": self.states + self.turns,
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,

@@ -16,7 +16,7 @@ from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
-from vibrocap.numerics.run.motion import has_branches, sizes
+from vibrocap.numerics.run.motion import has_branches, sizes, start_sides
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -202,12 +202,11 @@ def write_runs(
     columns = parameters.T
     scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
     (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
-    velocities = evaluate([each.velocity for each in equations.contacts], time, initial.T, 1.0, columns)
     sides = states + count + states + 2
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
     runs[:, sides - 2], runs[:, sides - 1] = time, period
-    for i, velocity in enumerate(velocities):
-        runs[:, sides + i] = np.sign(velocity)
+    for i, side in enumerate(start_sides(equations, time, initial.T, columns)):
+        runs[:, sides + i] = side

@@ -19,6 +19,7 @@ from vibrocap.resources import check_kept, check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
+NO_SPEED = 64.0 * 2.0**-52  # of a velocity's terms: rounding, as in `events.contact.jumped_to`
 NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
 PIECE_ROOM = 20_000
 
@@ -113,6 +114,7 @@ def sizes(equations: Any) -> dict[str, int]:
         "imposed": len(equations.imposed_velocities),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
         "contacts": len(equations.contacts),
+        "turns": len(equations.turns),
         "held": sum(each.sticks for each in equations.contacts[1:]),
     }
 
@@ -250,15 +252,30 @@ def _start_drive(
 
 def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
     """Sides at the start: those of the velocities; at rest, the kernel decides."""
-    velocities = evaluate(
-        [each.velocity for each in equations.contacts], floats[place["TIME"]], initial, 1.0, parameters
-    )
-    for i, (each, velocity) in enumerate(zip(equations.contacts, velocities, strict=True)):
+    sides = start_sides(equations, floats[place["TIME"]], initial, parameters)
+    for i, (each, side) in enumerate(zip(equations.contacts, sides, strict=True)):
         floats[place["SIDE_TOLD"] + i] = NOT_TOLD
-        if velocity != 0.0:
-            floats[place["SIDE"] + i] = 1.0 if velocity > 0.0 else -1.0
+        if side != 0.0:
+            floats[place["SIDE"] + i] = side
         elif each.sticks:
             ints[place["ARRIVING"] + i] = 1
         else:
             floats[place["SIDE"] + i] = 1.0
             ints[place["ZEROS"] + i] = 1
+
+
+def start_sides(equations: Any, time: Any, states: Any, parameters: Any) -> list:
+    """Sides of all contacts where a run starts, of numbers or arrays; 0 where one is at rest.
+
+    A velocity that is no state is zero to rounding only, as where a motion is taken up again while a further contact
+    rests.
+    """
+    velocities = evaluate([each.velocity for each in equations.contacts], time, states, 1.0, parameters)
+    found = [np.sign(velocities[0])]
+    for each, velocity in zip(equations.contacts[1:], velocities[1:], strict=True):
+        none: Any = 0.0
+        if not each.is_state:
+            (scale,) = evaluate([equations.scales[each.state]], time, states, 1.0, parameters)
+            none = NO_SPEED * (np.abs(states[each.state]) + scale)
+        found.append(np.where(np.abs(velocity) <= none, 0.0, np.sign(velocity)))
+    return found

@@ -203,9 +203,9 @@ def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bo
     """Whether the end of a branch is at a special point of another."""
     low, high = parent.between
     sizes = parent.closing_map.sizes[parent.closing_map.unknowns]
-    there = np.array(list(special.state.values()))[parent.closing_map.unknowns]
-    here = child.states[end][child.closing_map.unknowns]
-    off = max(float(np.max(np.abs(there - here) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
+    there = np.array(list(special.state.values()))
+    away = parent.closing_map.map.away(there, child.states[end])[parent.closing_map.unknowns]
+    off = max(float(np.max(np.abs(away) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
     return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_PLACE
 
 

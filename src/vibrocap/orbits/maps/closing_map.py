@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
+from vibrocap.motion.section import whole_turns, winding
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
@@ -24,7 +25,8 @@ class Closing:
 
     mismatch: [m] image less start; jacobian: [m, m] of the image by the start; slope: [m] of the image by q
     at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
-    word: phases over the whole response; drift: what the cyclic coordinate gains over it
+    word: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole turns of each
+        coordinate that turns
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
@@ -39,6 +41,7 @@ class Closing:
     word: str
     drift: float
     image: np.ndarray
+    winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
 
@@ -206,11 +209,12 @@ class ClosingMap:
         at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
+        turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
         return Closing(
             x=x,
-            mismatch=image[0] - x[:-1],
+            mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
             slope=nudged_slope(image[0], image[m], image[m + 1], alike),
             at_rest=at_rest,
@@ -218,6 +222,7 @@ class ClosingMap:
             word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
+            winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
             impacts=impacts[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )

@@ -65,13 +65,17 @@ class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
-    for a machine that is held to its place.
+    for a machine that is held to its place. turns: states on which everything depends with a period, such as the angle
+    of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
+    travelled.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
     starts with all of them at 0, and with the branch that its other states ask for.
-    switch_events: the name of what happens at each guard, "impact" for instance. locked: states that stay as they are
-    while a switched state is not 0, by the name of that state. bound_kinds: what is reached at each of `bounds`.
+    switch_events: the name of what happens at each guard, "impact" for instance. strikes_ground: those of them at which
+    the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states
+    that stay as they are while a switched state is not 0, by the name of that state. bound_kinds: what is reached at
+    each of `bounds`.
     contacts: of a machine with several contacts, the sliding velocities of the others, in order: names of states, but
     where distances are imposed.
     coupled: "" where each contact is on a body of its own, so that how fast it is slowed down depends on no friction
@@ -91,10 +95,12 @@ class Machine(Part):
     name: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
     cyclic: ClassVar[str | None]
+    turns: ClassVar[Mapping[str, float]] = {}
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     switched: ClassVar[tuple[str, ...]] = ()
     switch_events: ClassVar[tuple[str, ...]] = ()
+    strikes_ground: ClassVar[tuple[str, ...]] = ()
     locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     contacts: ClassVar[tuple[str, ...]] = ()
     coupled: ClassVar[Literal["", "motion", "distances"]] = ""
@@ -221,7 +227,8 @@ class Machine(Part):
     def after_switch(self, which, t, y, drive, force, *others) -> tuple:
         """All states after guard number `which` of `switches` has fallen to zero.
 
-        It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
+        It may change velocities, too, if it keeps `momentum`, or if its name stands in `strikes_ground`. Energy that is
+        lost then is work of the channel `impact`.
         """
         raise NotImplementedError
 
@@ -238,15 +245,21 @@ class Machine(Part):
         raise NotImplementedError
 
     def momentum(self, t, y):
-        """Momentum along the line of sliding, whose rate is `outer_force` minus the friction force."""
+        """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less the friction force."""
         raise NotImplementedError
 
     def outer_force(self, t, y, drive):
         """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
         return 0.0
 
+    def wall_force(self, t, y, drive, force):
+        """Force of a wall on the ground that stops a body: as much as the other forces need, friction among them."""
+        return 0.0
+
     def powers(self, t, y, drive, force, *others):
-        """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
+        """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v of each
+        contact. A machine with further contacts is given their friction forces after that of the first.
+        """
         raise NotImplementedError
 
     def scene(self, t, y) -> tuple[Shape, ...]:

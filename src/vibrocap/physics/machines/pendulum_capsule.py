@@ -23,7 +23,8 @@ STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 LOADS = ("weight", "dynamic")
 
 
-def _checked_load(given: Any) -> Any:
+def checked_load(given: Any) -> Any:
+    """A load that a capsule with a bob takes: a number, "weight" or "dynamic"."""
     number = isinstance(given, (int, float)) and not isinstance(given, bool)
     if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
         return given
@@ -50,38 +51,18 @@ class PendulumScales(Scales):
         return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 
-@parameters
-class PendulumCapsule(Machine):
-    """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
+class CapsuleWithBob(Machine):
+    """What swings or turns about a pivot on a capsule: a bob at the distance 1, under a torque P (Liu et al. 2019).
 
-    The drive torque swings the pendulum, whose reaction pushes the capsule against friction. With
-    B = lambda + 1 - cos^2(theta) and P = drive + sin(theta) - rho theta - nu theta' (Liu et al. 2019, eq. 9):
+    With B = lambda + 1 - cos^2(theta), theta from upright,
 
         theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
         X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
-
-    Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
-    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
-    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
-    rises and falls. With normal_load = "dynamic" it does: from the
-    vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
-
-        B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
-
-    Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
-    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
-    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
-    normal_load: Annotated[Any, BeforeValidator(_checked_load)] = parameter(
-        1.0,
-        "N",
-        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
-        "load",
-    )
+    mass_ratio: Any
+    damping: Any
 
-    name: ClassVar[str] = "pendulum-capsule"
     states: ClassVar = ("angle", "angle_rate", "position", "velocity")
     cyclic: ClassVar = "position"
     contact_state: ClassVar = "velocity"
@@ -91,10 +72,6 @@ class PendulumCapsule(Machine):
     si_scales: ClassVar = PendulumScales
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
     gravity: ClassVar = (1.0, 0.0)
-    si_load: ClassVar = (
-        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
-        "default, because the one without units, 1, is the weight of the pendulum alone"
-    )
 
     @property
     def follows_load(self) -> bool:
@@ -136,7 +113,11 @@ class PendulumCapsule(Machine):
         weight = self._towards_ground(sin(y[0]))
         if not self.level:
             weight = weight + self.gravity[1] * cos(y[0])
-        return drive + weight - self.stiffness * y[0] - self.damping * y[1]
+        return self._less_spring(drive + weight, y) - self.damping * y[1]
+
+    def _less_spring(self, torque, y):
+        """A torque, less that of the spring at the pivot where there is one."""
+        return torque
 
     def holding_force(self, t, y, drive):
         """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
@@ -156,13 +137,18 @@ class PendulumCapsule(Machine):
         return y[1], pendulum, y[3], capsule
 
     def energy(self, t, y):
-        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + rho theta^2/2 + g_n cos(theta) - g_t sin(theta).
+        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + g_n cos(theta) - g_t sin(theta).
 
-        The weight along a slope does work on the capsule besides, as nothing depends on X.
+        With the energy of the spring, where there is one. The weight along a slope does work on the capsule besides, as
+        nothing depends on X.
         """
         kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
-        total = kinetic + 0.5 * self.stiffness * y[0] * y[0] + self._towards_ground(cos(y[0]))
+        total = self._with_spring(kinetic, y) + self._towards_ground(cos(y[0]))
         return total if self.level else total - self.gravity[1] * sin(y[0])
+
+    def _with_spring(self, energy, y):
+        """An energy, with that of the spring at the pivot where there is one."""
+        return energy
 
     def momentum(self, t, y):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
@@ -171,6 +157,52 @@ class PendulumCapsule(Machine):
     def powers(self, t, y, drive, force) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]
+
+
+@parameters
+class PendulumCapsule(CapsuleWithBob):
+    """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
+
+    The drive torque swings the pendulum, whose reaction pushes the capsule against friction. With
+    B = lambda + 1 - cos^2(theta) and P = drive + sin(theta) - rho theta - nu theta' (Liu et al. 2019, eq. 9):
+
+        theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
+        X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
+
+    Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
+    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
+    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
+    rises and falls. With normal_load = "dynamic" it does: from the
+    vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
+
+        B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
+
+    Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
+    """
+
+    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
+    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
+    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
+    normal_load: Annotated[Any, BeforeValidator(checked_load)] = parameter(
+        1.0,
+        "N",
+        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
+        "load",
+    )
+
+    name: ClassVar[str] = "pendulum-capsule"
+    si_load: ClassVar = (
+        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
+        "default, because the one without units, 1, is the weight of the pendulum alone"
+    )
+
+    def _less_spring(self, torque, y):
+        """Less rho theta."""
+        return torque - self.stiffness * y[0]
+
+    def _with_spring(self, energy, y):
+        """With rho theta^2/2."""
+        return energy + 0.5 * self.stiffness * y[0] * y[0]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""

@@ -1,24 +1,18 @@
 """The pendulum capsule with stops: its pendulum can swing so far only, where a run ends or the pendulum bounces."""
 
 import math
-from typing import Annotated, Any, ClassVar
+from typing import ClassVar
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
 from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, cos, parameter, parameters, rebounds, sin
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.machines.stops import EndOrRestitution
 
 # What is drawn, in lengths of the pendulum: the pivot on top of the capsule and a corner beside it; a stop from here to
 # there on a line through the pivot, which the bob touches when its middle is that angle before it.
 PIVOT, CORNER, STOP = 0.5, 0.6, (0.8, 1.2)
 TOUCHING = math.asin(0.15)
-
-
-def _checked_restitution(given: Any) -> Any:
-    """A coefficient of restitution, or None where the run ends."""
-    if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given <= 1):
-        return None if given is None else float(given)
-    raise ValueError("should be a number from 0 to 1, or be left out where a run is to end at the stop")
 
 
 @parameters
@@ -37,7 +31,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
     """
 
     limit_angle: Positive = parameter(math.pi / 2, "theta_m", "angle at which the pendulum is stopped", "phase")
-    restitution: Annotated[Any, BeforeValidator(_checked_restitution)] = parameter(
+    restitution: EndOrRestitution = parameter(
         None, "e", "coefficient of restitution of the stops, 0 to 1; none: a run ends there", "fraction"
     )
 

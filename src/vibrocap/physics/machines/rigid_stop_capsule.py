@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, rebounds
-from vibrocap.physics.machines.two_mass_capsule import BackGap, TwoMassCapsule, stop_shapes
+from vibrocap.physics.machines.stops import BackGap, stop_shapes
+from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 

@@ -16,15 +16,7 @@ def _checked_actuation(given: Any) -> Any:
     raise ValueError('should be "internal" (the drive acts between the masses) or "external" (on the mass alone)')
 
 
-def _checked_gap(given: Any) -> Any:
-    """A gap, or None where there is no stop."""
-    if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
-        return None if given is None else float(given)
-    raise ValueError("should be a number >= 0, or be left out where there is no stop behind")
-
-
 Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
-BackGap = Annotated[Any, BeforeValidator(_checked_gap)]  # way to a stop behind; None where there is none
 
 
 @parameters
@@ -128,13 +120,3 @@ class TwoMassCapsule(Machine):
         """The capsule, and in it the mass on its spring."""
         spring = Shape("spring", "spring", ((y[2] - 0.9, 0.4), (y[2] + y[0] - 0.15, 0.4)))
         return *capsule_with_mass(y[2], y[2] + y[0]), spring
-
-
-def stop_shapes(x, gap, back_gap) -> tuple[Shape, ...]:
-    """The stops in a capsule at x; the nearest side of the mass touches them where it has gone its way."""
-    behind = () if back_gap is None else (_stop("stop behind", x - back_gap - 0.15),)
-    return _stop("stop in front", x + gap + 0.15), *behind
-
-
-def _stop(name, x):
-    return Shape("rod", name, ((x, 0.2), (x, 0.6)))

@@ -3,7 +3,8 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.two_mass_capsule import Actuation, BackGap, TwoMassCapsule, stop_shapes
+from vibrocap.physics.machines.stops import BackGap, ElasticStops, StopDamping, StopStiffness, stop_shapes
+from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
 @parameters
@@ -16,7 +17,8 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     With actuation = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch,
     Pavlovskaia and Yu (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, force in P_f,
-    nu = 2 xi and lambda = gamma.
+    nu = 2 xi and lambda = gamma. A stop may have a damper too, which acts while it is touched, and the stop behind a
+    spring and a damper of its own (`ElasticStops`).
     """
 
     mass_ratio: Positive = parameter(5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass")
@@ -24,6 +26,15 @@ class VibroImpactCapsule(TwoMassCapsule):
     gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
     back_gap: BackGap = parameter(
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
+    )
+    stop_damping: StopDamping = parameter(
+        None, "nu_s", "damper of the stop, c_2/(m_1 omega_0); none where it has none", "viscous damping"
+    )
+    back_stop_stiffness: StopStiffness = parameter(
+        None, "beta_b", "spring of the stop behind; none where it is that of the one in front", "stiffness"
+    )
+    back_stop_damping: StopDamping = parameter(
+        None, "nu_b", "damper of the stop behind; none where it is that of the one in front", "viscous damping"
     )
     actuation: Actuation = parameter(
         "external", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
@@ -36,25 +47,19 @@ class VibroImpactCapsule(TwoMassCapsule):
     switch_events: ClassVar = ("impact", "stop_opened", "impact")
 
     @property
+    def _stops(self) -> ElasticStops:
+        """Both stops."""
+        back = self.back_stop_stiffness, self.stop_damping, self.back_stop_damping
+        return ElasticStops(self.gap, self.back_gap, self.stop_stiffness, *back)
+
+    @property
     def symmetric(self) -> bool:
-        """Only with stops on both sides at the same distance."""
-        return self.back_gap is not None and self.back_gap == self.gap
-
-    def _closed(self, y):
-        """(forward, back): 1 where that stop is touched."""
-        if self.back_gap is None:
-            return y[4], 0.0
-        return 0.5 * y[4] * (y[4] + 1.0), 0.5 * y[4] * (y[4] - 1.0)
-
-    def _pressed(self, y):
-        """Way of the mass into the stops: into that in front, less that into the one behind."""
-        front, back = self._closed(y)
-        pressed = front * (y[0] - self.gap)
-        return pressed if self.back_gap is None else pressed + back * (y[0] + self.back_gap)
+        """Only with stops on both sides that are alike, at the same distance."""
+        return self._stops.symmetric
 
     def pull(self, y):
         """F, of spring, damper and stop."""
-        return super().pull(y) + self.stop_stiffness * self._pressed(y)
+        return super().pull(y) + self._stops.force(y[0], y[1], y[4])
 
     def rates(self, t, y, drive, force):
         """y' = (z', z'', X', X'', 0)."""
@@ -62,20 +67,17 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     def energy(self, t, y):
         """H, with beta (z - delta)^2/2 of the stop that is touched."""
-        pressed = self._pressed(y)
-        return super().energy(t, y) + 0.5 * self.stop_stiffness * (pressed * pressed)
+        return super().energy(t, y) + self._stops.energy(y[0], y[4])
+
+    def powers(self, t, y, drive, force):
+        """Power of the drive, and of the dampers, that of the stop that is touched with the other."""
+        drives, damper = super().powers(t, y, drive, force)
+        taken = self._stops.damper_power(y[1], y[4])
+        return drives, damper if taken is None else damper + taken
 
     def switches(self, t, y, drive, force):
         """The mass reaches the stop in front; it leaves the stop; it reaches the one behind."""
-        front, back = self._closed(y)
-        width = 1.0 + self.gap
-        reaches = front + back + (1.0 - front - back) * (self.gap - y[0]) / width
-        leaves = 1.0 - front + front * (y[0] - self.gap) / width
-        if self.back_gap is None:
-            return reaches, leaves
-        back_width = 1.0 + self.back_gap
-        leaves = 1.0 - front - back + front * (y[0] - self.gap) / width - back * (y[0] + self.back_gap) / back_width
-        return reaches, leaves, front + back + (1.0 - front - back) * (y[0] + self.back_gap) / back_width
+        return self._stops.guards(y[0], y[4], 1.0 + self.gap, 1.0 if self.back_gap is None else 1.0 + self.back_gap)
 
     def after_switch(self, which, t, y, drive, force):
         """Another stop is touched, or none; nothing jumps."""

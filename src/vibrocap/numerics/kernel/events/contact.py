@@ -96,20 +96,27 @@ def side_holds(floats, ints, trace, lane, c):
         return not decide(floats, ints, trace, lane, c)
     if ints[ZEROS + c * LANES + lane] > 0:
         return leaves(floats, ints, lane, c)
-    if side * velocity > 0.0:
-        return True
-    none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane]
-    if SEVERAL and STICKS[c] == 0 and side * velocity >= -none:
-        return True  # at rest to rounding, as the middle one of three that are alike
-    if KINKS[c] == 1 and velocity == 0.0:
+    none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    if KINKS[c] == 1 and abs(velocity) <= none:
+        if SEVERAL and still(floats, ints, lane, c):
+            return True
         ints[ZEROS + c * LANES + lane] = 1
         if leaves(floats, ints, lane, c):
             return True
         ints[EVENTS + lane] += 1  # it turned together with another contact, or at a corner of its motion
         return False
+    if side * velocity > 0.0:
+        return True
     ints[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
     cross(floats, ints, trace, lane, 1, c, 0.0)
     return False
+
+
+def still(floats, ints, lane, c):
+    """Whether one of several contacts stays at rest to rounding, as the middle one of three that are alike."""
+    row = VELOCITY_OF[c] + lane
+    h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
+    return abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane]
 
 
 def decide(floats, ints, trace, lane, c):

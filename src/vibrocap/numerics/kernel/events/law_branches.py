@@ -40,7 +40,7 @@ from vibrocap.numerics.kernel.generated.equations import (
     machine_energy,
     switches,
 )
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
 from vibrocap.numerics.kernel.generated.lane import (
     EVENT_LIMIT,
     EVENTS,
@@ -159,14 +159,17 @@ def begin_branch(floats, ints, trace, lane, which):
 def hits(floats, ints, lane):
     """Whether a switch of the machine, from the states in WORK to those behind them, changes a contact velocity.
 
-    The energy that it takes is told to the observer.
+    Or leaves at rest what was to slide, as a wall does that is pressed from now on. The energy that it takes is told to
+    the observer.
     """
     time = floats[TIME + lane]
     if IMPACT >= 0:
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
         on_jump(floats, ints, lane, gained)
     for c in range(CONTACTS):
-        if contact_velocity(floats, time, WORK + STATES, c, lane) != contact_velocity(floats, time, WORK, c, lane):
+        velocity = contact_velocity(floats, time, WORK + STATES, c, lane)
+        blocked = not SEVERAL and velocity == 0.0 and floats[SIDE + lane] != 0.0
+        if blocked or velocity != contact_velocity(floats, time, WORK, c, lane):
             return True
     return False
 

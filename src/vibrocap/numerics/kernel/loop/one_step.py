@@ -13,7 +13,7 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
-from vibrocap.numerics.kernel.events.contact import NO_MOTION, SLIGHT, cross, guard_series, pin, sides_hold
+from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
@@ -195,8 +195,6 @@ def first_rest(floats, ints, lane, c, side, h):
         scale = floats[SCALE + STATE_OF[c] * LANES + lane]
         if abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * scale:
             return 0, h, -1.0  # at rest to rounding, as the middle one of three that are alike
-        if abs(floats[row]) <= SLIGHT * scale and side * floats[row + LANES] > 0.0:
-            zeros = 1
     root, touch = first_root(floats, row, ORDER, side, zeros, h)
     if root < 0.0:
         return 0, h, touch

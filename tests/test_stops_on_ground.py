@@ -1,0 +1,228 @@
+"""A block between stops on the ground: independent solvers, closed forms, momentum, and what its certificate refuses."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import vibrocap as vc
+from vibrocap.physics.parameters import parameters
+
+COULOMB = vc.Coulomb(0.3, 0.4)
+BETWEEN = vc.OscillatorWithStops(damping=0.05, gap=0.8, back_gap=0.8, restitution=0.7)
+PUSHED = vc.OscillatorWithStops(damping=0.05, gap=0.3, back_gap=0.3, restitution=0.0)
+SLOWLY = vc.Harmonic(amplitude=2.0, frequency=0.3)
+
+
+def independent(machine, drive, periods):
+    """(x, v) after so many periods from rest, by DOP853 between events, if no block that bounces comes to rest at a wall.
+
+    Written for unit mass, spring and load, Coulomb friction 0.3 and static friction 0.4.
+    """
+    t, end, x, v = 0.0, periods * 2.0 * math.pi / drive.frequency, 0.0, 0.0
+    side = 0
+
+    def push(t, x, v):
+        return drive.amplitude * math.cos(drive.frequency * t) - x - machine.damping * v
+
+    def falls(guard):
+        guard.terminal, guard.direction = True, -1
+        return guard
+
+    while t < end:
+        room = {1: x < machine.gap, -1: x > -machine.back_gap}
+        if side == 0:
+            side = next((way for way in (1, -1) if room[way] and way * push(t, x, 0.0) >= 0.4 - 1e-12), 0)
+        if side == 0:  # held, by friction or by a wall, until it is pushed away
+            guards = [falls(lambda t, _, way=way, x=x: 0.4 - way * push(t, x, 0.0)) for way in room if room[way]]
+            found = solve_ivp(lambda t, _: [0.0], (t, end), [0.0], events=guards, max_step=0.02)
+            t = found.t[-1]
+            continue
+        wall, start = machine.gap if side > 0 else -machine.back_gap, t
+        guards = [
+            falls(lambda t, y, side=side, start=start: side * y[1] if t > start + 1e-6 else 1.0),
+            falls(lambda t, y, side=side, wall=wall: side * (wall - y[0])),
+        ]
+        found = solve_ivp(
+            lambda t, y, side=side: [y[1], push(t, *y) - 0.3 * side],
+            *((t, end), [x, v]),
+            **{"events": guards, "method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "max_step": 0.05},
+        )
+        t, (x, v) = found.t[-1], found.y[:, -1]
+        if found.status == 1 and len(found.t_events[0]):
+            v, side = 0.0, -side if -side * push(t, x, 0.0) > 0.4 else 0
+        elif found.status == 1:
+            x, v = wall, -machine.restitution * v
+            side = int(np.sign(v))
+    return x, v
+
+
+def test_between_walls_it_ends_where_an_independent_solver_does():
+    motion = vc.simulate(vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0)), periods=200, tolerance=1e-12)
+    assert motion.certificate.ok
+    found = [motion.state[name] for name in ("position", "sliding_velocity")]
+    assert found == pytest.approx([0.4419227121539, 0.8286367306170], abs=1e-12)  # of another solver, from issue 25
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("machine", "drive"), [(BETWEEN, vc.Harmonic(amplitude=1.0)), (PUSHED, SLOWLY)])
+def test_the_motion_is_that_of_an_integration_between_events(machine, drive):
+    motion = vc.simulate(vc.System(machine, COULOMB, drive), periods=3.3, tolerance=1e-12)
+    assert motion.certificate.ok
+    found = [motion.state[name] for name in ("position", "sliding_velocity")]
+    assert found == pytest.approx(list(independent(machine, drive, 3.3)), abs=1e-8)
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_impacts_give_their_impulse_to_the_ground(stuck):
+    """(1 + e) m x' of each; with the force of the wall on a block that rests there the momentum is in balance."""
+    system = vc.System(PUSHED if stuck else BETWEEN, COULOMB, SLOWLY if stuck else vc.Harmonic(amplitude=1.0))
+    motion = vc.simulate(system, periods=4)
+    blows = motion.piece_blows[motion.piece_blows != 0.0]
+    struck = motion.event_times[motion.event_kinds == "impact"]
+    assert len(blows) == len(struck) > 5
+    before = np.searchsorted(motion.piece_start, struck) - 1
+    speeds = motion.piece_states(before, motion.piece_length[before])[1]
+    assert blows == pytest.approx(-(1.0 + system.machine.restitution) * speeds, rel=1e-12)
+    assert motion.certificate.ok
+    assert motion.certificate.momentum_residual < 1e-9
+    assert ("stop_opened" in motion.event_kinds) == stuck
+
+
+@parameters
+class Silent(vc.OscillatorWithStops):
+    """Its impacts on the ground are not told."""
+
+    name = "silent"
+    strikes_ground = ()
+
+
+@parameters
+class Weightless(vc.OscillatorWithStops):
+    """The force of its walls is not told."""
+
+    name = "weightless"
+
+    def wall_force(self, t, y, drive, force):
+        return 0.0
+
+
+@pytest.mark.parametrize("kind", [Silent, Weightless])
+def test_what_is_not_told_of_the_walls_is_refused(kind):
+    machine = kind(damping=0.05, gap=0.3, back_gap=0.3, restitution=0.0)
+    certificate = vc.simulate(vc.System(machine, COULOMB, SLOWLY), periods=4).certificate
+    assert [verdict.field for verdict in certificate.verdicts if not verdict.ok] == ["momentum_residual"]
+
+
+def test_a_block_that_is_pressed_against_a_wall_rests():
+    """Held by friction at first, then by the wall: at 0.41, a little more than friction holds, it does not slide."""
+    machine = vc.OscillatorWithStops(stiffness=0.0, gap=0.3, restitution=0.0)
+    drive = vc.Harmonic(amplitude=0.41, frequency=0.3)
+    motion = vc.simulate(vc.System(machine, COULOMB, drive), periods=2, initial={"position": 0.3})
+    opens, leaves = math.pi / 2.0 / 0.3, math.acos(-0.4 / 0.41) / 0.3
+    assert list(motion.event_kinds[:4]) == ["impact", "stick", "stop_opened", "slip_back"]
+    assert list(motion.event_times[2:4]) == pytest.approx([opens, leaves], abs=1e-10)
+    assert [(phase.side, phase.end) for phase in motion.phases[:1]] == [(0, pytest.approx(leaves))]
+    assert motion.certificate.ok
+
+
+@pytest.mark.parametrize("law", [vc.Coulomb(0.0, 0.0), vc.BoucWen(), vc.LuGre(), vc.SmoothedTanh()])
+def test_rebounds_without_end_rest_at_a_wall_and_leave_it(law):
+    machine = vc.OscillatorWithStops(damping=0.05, gap=0.3, back_gap=0.3)
+    motion = vc.simulate(vc.System(machine, law, SLOWLY), periods=3)
+    assert motion.status.ok
+    assert motion.certificate.ok, motion.certificate.failures
+    assert np.sum(motion.event_kinds == "stop_opened") == 6
+    assert np.abs(motion["position"]).max() <= 0.3 + 1e-12
+
+
+def test_over_a_belt_it_slides_at_the_wall():
+    machine = vc.OscillatorWithStops(gap=0.3, belt_speed=0.2, restitution=0.0, stiffness=1.0)
+    system = vc.System(machine, vc.Coulomb(0.5, 0.5), vc.Constant())
+    motion = vc.simulate(system, periods=3)
+    assert motion.state == {"position": 0.3, "sliding_velocity": -0.2, "touching": 1.0}  # friction 0.5 > k delta
+    assert motion.certificate.ok
+    assert vc.simulate(system, start=motion, periods=1).state == motion.state
+    with pytest.raises(ValueError, match=r"initial\.sliding_velocity should be -0.2, as touching is 1, got 0"):
+        vc.simulate(system, initial={"position": 0.3, "touching": 1.0}, periods=1)
+
+
+def test_the_multipliers_are_those_of_two_impacts_and_the_damper():
+    """No reversal but at the walls: their product is e^4 exp(-c T/m)."""
+    orbit = vc.orbit(vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0)))
+    assert orbit.stable
+    product = np.prod(orbit.multipliers).real
+    assert product == pytest.approx(0.7**4 * math.exp(-0.05 * 2.0 * math.pi), rel=1e-9)
+
+
+def test_an_ensemble_is_what_single_runs_are():
+    system = vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0))
+    values = [0.6, 0.75, 0.9]
+    measures = ["impacts", "impact_work", "drive_work", "stick_fraction"]
+    found = vc.ensemble(system, over={"machine.restitution": values}, measures=measures, periods=30, window=1)
+    for i, value in enumerate(values):
+        motion = vc.simulate(system.with_parameters({"machine.restitution": value}), periods=30, tolerance=1e-8)
+        balance = vc.energy_balance(motion, periods=1)
+        assert found["impact_work"][i] == pytest.approx(balance.impact, abs=1e-7)
+        assert found["drive_work"][i] == pytest.approx(balance.drive, abs=1e-7)
+        assert found["impacts"][i] == 2.0
+
+
+# --- elastic stops ---------------------------------------------------------------------------------------------------
+
+FREE = {"stiffness": 0.0, "damping": 0.0, "stop_stiffness": 9.0, "gap": 0.3, "back_gap": 0.2}
+STOPS = {
+    # what: (parameters, spring and damper that are struck forward, back)
+    "alike": ({}, (9.0, 0.0), (9.0, 0.0)),
+    "one damper": ({"stop_damping": 0.6}, (9.0, 0.6), (9.0, 0.6)),
+    "its own spring": ({"back_stop_stiffness": 4.0}, (9.0, 0.0), (4.0, 0.0)),
+    "its own damper": ({"back_stop_damping": 0.5}, (9.0, 0.0), (9.0, 0.5)),
+    "its own": ({"stop_damping": 0.6, "back_stop_stiffness": 4.0, "back_stop_damping": 0.5}, (9.0, 0.6), (4.0, 0.5)),
+}
+
+
+def capsule(given):
+    """A vibro-impact capsule that friction holds: its inner mass is a free block between stops."""
+    return vc.VibroImpactCapsule(normal_load=1e3, actuation="internal", **given), "displacement"
+
+
+def block(given):
+    return vc.OscillatorWithStops(**given), "position"
+
+
+@pytest.mark.parametrize("what", STOPS)
+@pytest.mark.parametrize("made", [block, capsule])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_rebound_is_half_a_vibration_of_spring_and_damper(made, what, side):
+    """It takes pi/omega_d and leaves exp(-pi zeta/sqrt(1 - zeta^2)) of the speed."""
+    given, *stops = STOPS[what]
+    machine, place = made(FREE | given)
+    speed = {"position": "sliding_velocity", "displacement": "displacement_rate"}[place]
+    law = vc.Coulomb(0.0, 0.0) if made is block else vc.Coulomb()
+    system = vc.System(machine, law, vc.Loading(0.0, 0.0, 0.0, 1.0))
+    motion = vc.simulate(system, periods=0.5, initial={speed: side}, tolerance=1e-11)
+    stiffness, damping = stops[0 if side > 0.0 else 1]
+    ratio = damping / (2.0 * math.sqrt(stiffness))
+    own = math.sqrt(stiffness * (1.0 - ratio * ratio))
+    gap = machine.gap if side > 0.0 else machine.back_gap
+    ends = motion.event_times[motion.event_kinds == "stop_opened"][0]
+    assert ends == pytest.approx(gap + math.pi / own, abs=1e-9)
+    rebound = math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio * ratio))
+    assert motion.at(ends, speed) == pytest.approx([-side * rebound], abs=1e-9)
+    assert motion.certificate.ok, motion.certificate.failures
+    balance = vc.energy_balance(motion, window=(0.0, ends + 1e-6))
+    assert balance.damper == pytest.approx(0.5 * (rebound * rebound - 1.0), abs=1e-9)
+
+
+def test_what_cannot_be_said_of_stops_is_refused():
+    for given, said in (
+        ({"stop_damping": 1.0}, "stop_damping: should be left out without stop_stiffness, got 1.0"),
+        ({"stop_stiffness": 1.0, "back_stop_damping": 2.0}, "back_stop_damping: should be left out without back_gap"),
+        ({"back_gap": 1.0, "back_stop_stiffness": 2.0}, "back_stop_stiffness: should be left out without stop_stiff"),
+        ({"restitution": 1.5}, "restitution"),
+        ({"gap": 0.0}, "gap"),
+        ({"stop_stiffness": -1.0}, "stop_stiffness"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            vc.OscillatorWithStops(**given)
