@@ -207,8 +207,9 @@ class Trajectory(Result):
         if self.piece_drive_time is not None:
             start = self.piece_drive_time[index]
             return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
-        local = self.piece_start[index] + s - (self.start_time - self.start_phase * self.period)
-        return local - self.period * np.floor(local / self.period), parameter_values(self.system)
+        start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
+        begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
+        return start - begun + s, parameter_values(self.system)
 
     @property
     def piece_side(self) -> np.ndarray:
