@@ -47,7 +47,7 @@ def independent(machine, drive, periods):
         found = solve_ivp(
             lambda t, y, side=side: [y[1], push(t, *y) - 0.3 * side],
             *((t, end), [x, v]),
-            **{"events": guards, "method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "max_step": 0.05},
+            events=guards, method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.05,
         )
         t, (x, v) = found.t[-1], found.y[:, -1]
         if found.status == 1 and len(found.t_events[0]):
