@@ -13,6 +13,7 @@ from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
+from vibrocap.physics.numbering import numbered
 
 ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
@@ -173,13 +174,15 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
         if contact.kind == "smooth":
             continue
         sides = motion.piece_sides[:, number - 1]
-        velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
+        velocity, friction = motion.piece_observables(
+            (numbered("contact_velocity", number), numbered("friction", number)), index, s
+        )
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
             load = system.law_loads[number - 1]
             limit, middle = law.holding_limit(load), law.holding_middle(load)
             if system.machine.follows_load:
-                names = f"holding_limit_{number}", f"holding_middle_{number}"
+                names = numbered("holding_limit", number), numbered("holding_middle", number)
                 limit, middle = motion.piece_observables(names, index[stuck], s[stuck])
             force = np.abs(friction[stuck] - middle)
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -12,6 +12,7 @@ from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.in_si import MotionInSI
 from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
+from vibrocap.physics.numbering import numbered
 from vibrocap.results import Advised, Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
@@ -258,7 +259,7 @@ class Trajectory(Result):
     @property
     def side_names(self) -> tuple[str, ...]:
         """Names of the sides of all contacts, "side" of the first."""
-        return ("side", *(f"side_{number}" for number in range(2, 1 + self.piece_sides.shape[1])))
+        return tuple(numbered("side", i) for i in range(1, 1 + self.piece_sides.shape[1]))
 
     def side_of(self, name: str) -> np.ndarray:
         """A side by its name: array [pieces]."""
