@@ -15,6 +15,10 @@ WRAPPED = (
     "anisotropic-backlash-dahl",
     "smoothed-exponential",
     "smoothed-anisotropic-hyperbolic-stribeck",
+    "viscous-coulomb",
+    "viscous-lugre",
+    "anisotropic-viscous-exponential",
+    "backlash-viscous-dahl",
 )
 
 
@@ -32,6 +36,7 @@ def special_laws():
         law("bouc-wen")(knee_exponent=3.0, elastic_shape=0.2),
         law("stribeck")(stribeck_exponent=1.0, viscous_damping=0.2),
         law("smoothed-coulomb")(shape="arctan"),
+        law("viscous-stribeck")(viscous_damping=0.2, linear_viscosity=0.3, quadratic_viscosity=0.7),
     ]
 
 
@@ -40,5 +45,6 @@ LAW_NAMES = [f"{part.name} {i}" for i, part in enumerate(LAWS)]
 
 
 def without_viscosity(law):
-    """The same law without its viscous part, the part that does not scale with the load."""
-    return dataclasses.replace(law, viscous_damping=0.0) if hasattr(law, "viscous_damping") else law
+    """The same law without its viscous parts, which do not scale with the load."""
+    names = ("viscous_damping", "linear_viscosity", "quadratic_viscosity")
+    return dataclasses.replace(law, **{name: 0.0 for name in names if hasattr(law, name)})

@@ -56,11 +56,10 @@ def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel
     """The kernel of a system, with the parameters of the system in every lane."""
     recorded = equations(system)
     states = len(recorded.rates)
-    switches = len(recorded.switches)
-    imposed, shifts = len(recorded.imposed_velocities), len(recorded.shifts) if recorded.maybe_stiff else 0
-    sizes = {"switches": switches, "imposed": imposed, "shifts": shifts}
+    sizes = motion.sizes(recorded) | {"switches": len(recorded.switches), "coefficients": 0}
     layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), **sizes)
-    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.maybe_stiff, switches > 0))
+    recipe = motion_recipe(recorded.maybe_stiff, layout.switches > 0, several=recorded.several)
+    text = linked_source(generated_source(recorded, layout), recipe)
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

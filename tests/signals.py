@@ -56,8 +56,8 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
 
     def observe(names, t, states, side, drive):
         zero = np.zeros_like(t)
-        known = {"friction": lambda: friction(t, side), "contact_velocity": lambda: states[3]}
-        known["contact_sliding_work"] = lambda: -friction(t, side) * states[3]
+        known = {"friction": lambda: friction(t, side[0]), "contact_velocity": lambda: states[3]}
+        known["contact_sliding_work"] = lambda: -friction(t, side[0]) * states[3]
         known["impulse"] = known["friction"]
         return [known.get(name, lambda: zero)() for name in names]
 
@@ -72,12 +72,13 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         integral_names=(*channels, "impulse"),
         piece_start=start,
         piece_length=length,
-        piece_side=side,
+        piece_sides=np.asarray(side, dtype=float)[:, None],
         piece_implicit=np.zeros(len(start), bool),
         coefficients=coefficients,
         sections=np.array([signal(marks) for signal in signals.values()]).T,
         event_times=np.empty(0),
         event_kinds=(),
+        event_contacts=np.empty(0, int),
         event_states=np.empty((0, len(signals))),
         observe=observe,
         observable_names=("friction", "contact_velocity", "energy", "contact_energy"),

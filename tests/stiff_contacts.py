@@ -249,13 +249,13 @@ def system_of(name: str) -> tuple[vc.System, dict[str, float]]:
     count = len(laws)
     given = {f"mass_{i}": mass for i, mass in enumerate(MASSES[1:count], 2)}
     given |= {f"normal_load_{i}": load for i, load in enumerate(LOADS[1:count], 2)}
-    further = {f"friction_{i}": LAWS[law][0] for i, law in enumerate(laws[1:], 2)}
+    friction = [LAWS[law][0] for law in laws]
     if kind == "worm":
         drive = vc.Harmonic(amplitude=STROKE, frequency=FREQUENCY)
-        return vc.System(vc.worm(count)(**given), LAWS[laws[0]][0], drive, **further), {"centre_velocity": 0.05}
+        return vc.System(vc.worm(count)(**given), friction, drive), {"centre_velocity": 0.05}
     drive = vc.Biharmonic(amplitude=1.5, frequency=FREQUENCY, second_amplitude=0.7, second_phase=0.5)
     names = ["velocity", "velocity_2", "velocity_3"][:count]
-    system = vc.System(vc.crawler(count)(**given), LAWS[laws[0]][0], drive, **further)
+    system = vc.System(vc.crawler(count)(**given), friction, drive)
     return system, dict(zip(names, SPEEDS, strict=False))
 
 

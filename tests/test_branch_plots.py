@@ -37,6 +37,7 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
         states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
         multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
         word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), certified=np.ones(n, bool),
+        winding=np.empty((n, 0), int),
         special_points=tuple(special_points), ends=(BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND), start=0,
         closing_map=types.SimpleNamespace(map=types.SimpleNamespace(cyclic=2)),  # type: ignore[arg-type]
     )  # fmt: skip

@@ -296,25 +296,25 @@ def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
 
 
         @parameters
-        class Viscous(Law):
+        class Oil(Law):
             """R = c v."""
 
             coefficient: Positive = parameter(1.0, "c", "viscous coefficient")
-            name: ClassVar[str] = "viscous"
+            name: ClassVar[str] = "oil"
             kind: ClassVar = "smooth"
 
             def force(self, velocity, internal, side, load):
                 return self.coefficient * velocity, ()
         '''
-    (tmp_path / "viscous.py").write_text(textwrap.dedent(source))
+    (tmp_path / "oil.py").write_text(textwrap.dedent(source))
     import vibrocap.physics.friction
 
     known = list(laws())
     monkeypatch.setattr(vibrocap.physics.friction, "__path__", [*vibrocap.physics.friction.__path__, str(tmp_path)])
     laws.cache_clear()
     try:
-        assert list(laws()) == sorted([*known, "viscous"])
-        case = case_from_text(PLAIN.replace("exponential", "viscous") + "[run]\nperiods = 1\n")
+        assert list(laws()) == sorted([*known, "oil"])
+        case = case_from_text(PLAIN.replace("exponential", "oil") + "[run]\nperiods = 1\n")
         assert case.system.friction.coefficient == 1.0
         assert case_from_text(case_text(case)) == case
     finally:

@@ -103,11 +103,11 @@ class TwoBlocks:
         return y, events, visited
 
 
-def crawler(**given):
+def crawler(*further, **given):
     """Two unequal blocks under a drive that is not odd: they stick and slip, and travel."""
     machine = vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2)
     drive = vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4)
-    return vc.System(machine, vc.Coulomb(0.06, 0.09), drive, **given)
+    return vc.System(machine, [vc.Coulomb(0.06, 0.09), *further], drive, **given)
 
 
 @pytest.mark.slow
@@ -166,7 +166,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
 def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
     """Its velocity is zero there, and nothing depends on it."""
     base = crawler()
-    system = vc.System(base.machine, base.friction, base.drive, friction_2=vc.Coulomb(2.0, 4.0))
+    system = vc.System(base.machine, [base.friction, vc.Coulomb(2.0, 4.0)], base.drive)
     found = vc.orbit(system, initial=vc.simulate(system, periods=30, initial={"velocity": 0.1}).state)
     assert found.state["velocity_2"] == 0.0
     assert vc.stick_fraction(found.motion(), contact=2) == 1.0
@@ -178,7 +178,7 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
 
 @pytest.mark.slow
 def test_a_branch_over_a_parameter_of_the_second_law():
-    system = crawler(friction_2=vc.Coulomb(0.06, 0.09))
+    system = crawler(vc.Coulomb(0.06, 0.09))
     start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
     found = vc.branch(system, over="friction_2.coulomb_coefficient", between=(0.055, 0.065), initial=start)
     assert len(found) > 2
@@ -198,7 +198,7 @@ def test_a_branch_over_a_parameter_of_the_second_law():
 )
 def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
     """All that the table lists of the system, those of its second contact among them."""
-    system = vc.System(crawler().machine, laws[0], crawler().drive, friction_2=laws[1])
+    system = vc.System(crawler().machine, laws, crawler().drive)
     measures = [name for name in vc.measure_table(system) if name != "word"]
     own = {"bristle_loss_2_work", "largest_bristle_2"}
     assert own.intersection(measures) == (own if system.further_laws[0].internal else set())
@@ -237,7 +237,7 @@ PAIRS = [
 def test_balances_close_with_every_kind_of_law(law, second):
     machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
     drive = vc.Harmonic(amplitude=1.2, frequency=0.9)
-    motion = vc.simulate(vc.System(machine, law, drive, friction_2=second), periods=5, initial={"velocity_2": 0.2})
+    motion = vc.simulate(vc.System(machine, [law, second], drive), periods=5, initial={"velocity_2": 0.2})
     assert motion.certificate.ok
     assert motion.certificate.energy_residual < 100 * motion.tolerance
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
@@ -293,17 +293,17 @@ def test_ten_bodies_from_rest():
     motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=1.5, frequency=0.7)), periods=3)
     assert motion.certificate.ok
     sides = [f"stick_{number}" for number in range(2, 11)]
-    assert len(motion.state_names) == 2 * 10 + 9
+    assert len(motion.state_names) == 2 * 10
     assert set(motion.event_kinds) & set(sides) or motion.events
 
 
 def test_a_case_with_a_law_for_each_contact(tmp_path):
-    system = crawler(friction_2=vc.LuGre(bristle_stiffness=80.0))
+    system = crawler(vc.LuGre(bristle_stiffness=80.0))
     path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})
     assert "[friction_2]" in path.read_text()
     assert vc.read_case(path).system == system
-    assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "side_2", "bristle_2")
-    in_si = vc.System(system.machine, system.friction, system.drive, friction_2=system.friction_2, units=vc.SIScales())
+    assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "bristle_2")
+    in_si = dataclasses.replace(system, units=vc.SIScales())
     path = vc.save_case(in_si, tmp_path / "si.toml")
     assert "bristle_stiffness_N_per_m = 80" in path.read_text()
     assert vc.read_case(path).system == in_si
@@ -324,7 +324,7 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
     levels = {name: getattr(own, name) for name in ("coulomb_coefficient", "static_coefficient")}  # both laws have them
     for i, law in enumerate((own, vc.LuGre(**levels))):
         for j, force in enumerate((0.0, 0.02)):
-            one = dataclasses.replace(system, friction_2=law, environment=vc.Environment(force=force))
+            one = dataclasses.replace(system, friction=[own, law], environment=vc.Environment(force=force))
             motion = vc.simulate(one, periods=6, tolerance=1e-8)
             found = float(study["mean_velocity"][i, j])
             assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
@@ -340,19 +340,96 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
         vc.sweep(system, {"actuator.limit": [0.5, 1.6]}, out=tmp_path / "none")
 
 
+def test_laws_of_contacts_stand_in_a_list():
+    """None and what is missing stand for the law of the first contact, whatever becomes of it."""
+    machine, drive = vc.ThreeBodyCrawler(), vc.Harmonic()
+    first, second, third = vc.Coulomb(0.1, 0.2), vc.Coulomb(0.3, 0.3), vc.LuGre()
+    alone, every = vc.System(machine, first, drive), vc.System(machine, [first, second, third], drive)
+    gap = vc.System(machine, (first, None, third), drive)
+    assert vc.System(machine, [first, None, None], drive) == vc.System(machine, [first], drive) == alone
+    assert len({alone, every, gap, vc.System(machine, [first, second], drive)}) == 4
+    assert (every.friction, every.further) == (first, (second, third))
+    assert [each.further_laws for each in (alone, every, gap)] == [(first, first), (second, third), (first, third)]
+    assert list(every.parts) == ["machine", "friction", "drive", "friction_2", "friction_3"]
+    assert gap.parts == {"machine": machine, "friction": first, "drive": drive, "friction_3": third}
+    for system in (alone, every, gap):
+        assert vc.System.of_parts(dict(reversed(system.parts.items()))) == system
+        assert pickle.loads(pickle.dumps(system)) == system
+        assert hash(pickle.loads(pickle.dumps(system))) == hash(system)
+    assert dataclasses.replace(gap, friction=second).further_laws == (second, third)
+    assert dataclasses.replace(gap, friction=[second, first]).further_laws == (first, second)
+    assert dataclasses.replace(every, drive=vc.Square()).further == every.further
+    changed = gap.with_parameters({"friction.static_coefficient": 0.4, "friction_3.bristle_stiffness": 7.0})
+    assert changed.further == (None, vc.LuGre(bristle_stiffness=7.0))
+    assert changed.further_laws[0] == vc.Coulomb(0.1, 0.4)
+    assert changed.parameter("friction_3.bristle_stiffness") == 7.0
+    stiff = vc.Dahl.in_si(coulomb_coefficient=0.2, bristle_stiffness_N_per_m=8.0)
+    in_si = vc.System(machine, [first, None, stiff], drive, units=vc.SIScales())
+    assert in_si.further == (None, vc.Dahl(8.0, 0.2))
+
+
+def test_a_law_of_its_own_belongs_to_its_contact():
+    """Systems with as many laws of the same kinds are told apart by whose they are."""
+    machine, drive = vc.ThreeBodyCrawler(), vc.Biharmonic(1.5, 0.8, 0.7, 0.5)
+    rear, front = vc.Coulomb(0.3, 0.45), vc.Coulomb(0.1, 0.15)
+    ends = {}
+    for which, laws in {"2": [rear, front], "3": [rear, None, front], "2 of 3": [rear, front, rear]}.items():
+        ends[which] = vc.simulate(vc.System(machine, laws, drive), periods=3).state["position"]
+    assert ends["3"] == vc.simulate(vc.System(machine, [rear, rear, front], drive), periods=3).state["position"]
+    assert ends["2"] == ends["2 of 3"]
+    assert abs(ends["2"] - ends["3"]) > 0.01
+
+
+@pytest.mark.slow
+def test_more_than_ten_contacts(tmp_path):
+    """Cases, paths, measures and studies take the last of twelve as they take the second."""
+    drive, rear, front = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.3, 0.45), vc.Coulomb(0.1, 0.15)
+    alone = vc.System(vc.crawler(12)(), rear, drive)
+    system = vc.System(alone.machine, [rear, *[None] * 10, front], drive)
+    path = vc.save_case(alone, tmp_path / "case.toml", periods=2)
+    changes = {"friction_12.coulomb_coefficient": 0.1, "friction_12.static_coefficient": 0.15}
+    assert vc.read_case(path, changes).system == system
+    assert vc.read_case(vc.save_case(system, tmp_path / "own.toml")).system == system
+    measures = ["mean_velocity", "stick_fraction_12", "contact_sliding_12_work"]
+    cases = [changes, {"machine.mass_12": 1.0}]
+    study = vc.sweep(alone, cases=cases, measures=measures, periods=2, window=2, tolerance=1e-9)
+    for i, one in enumerate((system, alone)):
+        motion = vc.simulate(one, periods=2)
+        assert float(study["mean_velocity"][i]) == pytest.approx(vc.mean_velocity(motion, periods=2).value, abs=1e-7)
+        share = vc.stick_fraction(motion, contact=12, periods=2)
+        assert float(study["stick_fraction_12"][i]) == pytest.approx(share, abs=1e-7)
+    assert abs(float(study["mean_velocity"][0] - study["mean_velocity"][1])) > 1e-4
+    with pytest.raises(vc.CaseError, match=r"friction_13: should be left out: the twelve-body-crawler has 12 contacts"):
+        vc.read_case(path, {"friction_13.coulomb_coefficient": 0.1})
+    with pytest.raises(vc.CaseError, match="friction_999999999: should be left out"):
+        vc.read_case(path, {"friction_999999999.coulomb_coefficient": 0.1})
+    for name in ("friction_1", "friction_02", "friction_", "friction_2_3"):
+        with pytest.raises(vc.CaseError, match=f"{name}: no such section; did you mean 'friction'"):
+            vc.read_case(path, {f"{name}.law": "coulomb"})
+
+
 def test_what_contacts_there_are_not_is_refused_by_name():
+    with pytest.raises(ValueError, match=r"^friction_2: there is no such argument; give the laws of all contacts"):
+        vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic(), friction_2=vc.Coulomb())
+    with pytest.raises(ValueError, match=r"^friction_2: there is no such argument; give the laws of all contacts"):
+        dataclasses.replace(crawler(), friction_2=vc.Coulomb())
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frictoin'"):
+        vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic(), frictoin=vc.Coulomb())
+    for nothing in ([], [None, vc.Coulomb()]):
+        with pytest.raises(TypeError, match=r"^friction should be a law, got (\[\]|None)"):
+            vc.System(vc.TwoBodyCrawler(), nothing, vc.Harmonic())
     with pytest.raises(ValueError, match=r"friction_3 should be left out: the two-body-crawler has 2 contacts"):
-        crawler(friction_3=vc.Coulomb())
+        crawler(None, vc.Coulomb())
     with pytest.raises(ValueError, match=r"friction_2 should be left out: the pendulum-capsule has one contact"):
-        vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic(), friction_2=vc.Coulomb())
+        vc.System(vc.PendulumCapsule(), [vc.Coulomb(), vc.Coulomb()], vc.Harmonic())
     with pytest.raises(TypeError, match=r"friction_2 should be a law"):
-        crawler(friction_2=vc.Harmonic())
+        crawler(vc.Harmonic())
     with pytest.raises(ValueError, match=r"friction_2.coulomb_coefficient: this contact has the law of the first"):
         crawler().parameter("friction_2.coulomb_coefficient")
     with pytest.raises(ValueError, match=r"machine.normal_load_2 should be > 0 with the lugre law, got 0"):
         vc.System(vc.TwoBodyCrawler(normal_load_2=0.0), vc.LuGre(), vc.Harmonic())
-    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 10, got 11"):
-        vc.crawler(11)
+    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 20, got 21"):
+        vc.crawler(21)
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic()), periods=0.1)
     with pytest.raises(ValueError, match=r"contact should be a whole number from 1 to 2, got 3"):
         vc.stick_fraction(motion, contact=3)
@@ -362,5 +439,5 @@ def test_machines_of_more_bodies_are_found_by_name():
     machine = vc.crawler(5)
     assert machines()["five-body-crawler"] is machine
     assert list(machines()) == sorted(machines())
-    assert "eleven-body-crawler" not in machines()
+    assert "hundred-body-crawler" not in machines()
     assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)

@@ -19,6 +19,7 @@ DRIVES = [
     vc.Triangle(amplitude=2.0, rise=0.3),
     vc.Trapezoid(amplitude=1.6),
     vc.PulseWidth(amplitude=2.5),
+    vc.OnOff(amplitude=2.4, offset=-0.9, duty=0.45, phase=0.7),
     vc.Phases(level_3=0.8, duration_3=1.5, duration_5=0.7, level_5=1.2),
     vc.ThreePhase(stroke=2.0),
     vc.SevenPhase(stroke=2.0, back_cruise=0.0),

@@ -60,6 +60,10 @@ def test_pulses_follow_their_sine():
         (vc.Triangle(rise=0.500001), False),
         (vc.Trapezoid(rise=0.1, hold=0.4, fall=0.1), True),
         (vc.Trapezoid(rise=0.1, hold=0.39, fall=0.1), False),
+        (vc.OnOff(amplitude=2.0, offset=-1.0, duty=0.5, phase=0.8), True),
+        (vc.OnOff(amplitude=2.0, offset=-1.0, duty=0.5000001), False),
+        (vc.OnOff(amplitude=2.0, offset=-0.9, duty=0.5), False),
+        (vc.OnOff(), False),
         (vc.PulseWidth(pulses=6), True),
         (vc.PulseWidth(pulses=5), False),
         (vc.Phases(1.0, 0.7, -2.0, 0.3, -1.0, 0.7, 2.0, 0.3), True),
@@ -102,6 +106,39 @@ def test_other_pieces_that_are_refused():
     with pytest.raises(ParameterError, match="pulses: should be a whole number from 2"):
         vc.PulseWidth(pulses=2.5)
     assert vc.PulseWidth(pulses=4.0).pulses == 4
+    for wrong in ({"duty": 0.0}, {"duty": 1.0}, {"phase": 1.0}, {"phase": -0.1}):
+        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: should be"):
+            vc.OnOff(**wrong)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.65, 0.7, 0.9, 0.999999])
+@pytest.mark.parametrize("duty", [0.1, 0.35, 0.8])
+def test_a_switch_is_on_for_its_share_from_its_phase_on(duty, phase):
+    """h_0 + h where the share of the period since the phase is below the duty, whether or not that is over its end."""
+    drive = vc.OnOff(amplitude=1.7, offset=-0.4, frequency=2.3, duty=duty, phase=phase)
+    lengths = [segment.length for segment in drive.segments()]
+    assert min(lengths) >= 0.0
+    assert sum(lengths) == pytest.approx(1.0, abs=4e-16)
+    for share in np.linspace(0.003, 2.997, 41):
+        on = (share - phase) % 1.0 < duty
+        assert drive.value(share * drive.period) == (-0.4 + 1.7 if on else -0.4)
+
+
+def test_a_switch_is_a_square_wave_shifted_and_sweeps_over_its_phase():
+    """h_0 = -h/2 is a square wave of h/2; a phase is a later start; runs in company cross the end of the period."""
+    machine, law = vc.PendulumCapsule(), vc.Exponential()
+    square = vc.System(machine, law, vc.Square(amplitude=1.5, duty=0.35))
+    switch = vc.System(machine, law, vc.OnOff(amplitude=3.0, offset=-1.5, duty=0.35))
+    begun, period = {"angle": 0.5}, square.drive.period
+    expected = vc.simulate(square, periods=8, initial=begun, tolerance=1e-12)
+    assert vc.simulate(switch, periods=8, initial=begun, tolerance=1e-12).state == pytest.approx(
+        expected.state, abs=1e-10
+    )
+    phases = [0.0, 0.3, 0.65, 0.9]
+    ends = vc.ensemble(switch, {"drive.phase": phases}, measures=("displacement",), periods=6, window=6, initial=begun)
+    for phase, found in zip(phases, ends["displacement"], strict=True):
+        late = vc.simulate(square, periods=6, initial=begun, start=(1.0 - phase) * period, tolerance=1e-10)
+        assert found == pytest.approx(late.state["position"], abs=1e-6)
 
 
 CASE = """

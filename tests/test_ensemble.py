@@ -221,7 +221,7 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
         series[0] = draw.uniform(-1.0, 1.0, LANES)
         floats[kernel["HOLD"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        push, sure = kernel["hold_simd"](floats, every, ~every, h, h)
+        push, sure = kernel["hold_simd"](floats, 0, every, ~every, h, h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         force = sum(c * times**k for k, c in enumerate(series))
         kept = np.all(-push * force <= 1.0, axis=0)
@@ -256,7 +256,7 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
     floats[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
     for acceleration in np.reshape([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3], (-1, LANES)):
         floats[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
-        assert np.array_equal(kernel["hold_simd"](floats, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
+        assert np.array_equal(kernel["hold_simd"](floats, 0, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
 
 
 def test_a_plain_step_ends_the_decisions():

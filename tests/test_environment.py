@@ -120,6 +120,54 @@ def test_quadratic_drag_turns_round_at_the_reversal(law):
     assert motion.state["sliding_velocity"] == pytest.approx(expected, rel=1e-11)
 
 
+@pytest.mark.parametrize("drag", [{"linear_drag": 0.4, "linear_drag_back": 0.9}, {"quadratic_drag_back": 0.7}])
+def test_drag_that_depends_on_direction_has_a_closed_form_each_way(drag):
+    """m v' = F - R - d(v): forward with the one coefficient, back with the other, c v or c v^2."""
+    mass, pull, friction, time, law = 2.0, 1.1, 0.3, 3.0, vc.Coulomb(0.3, 0.3)
+    for side in (1.0, -1.0):
+        system = block(law, mass, load=1.0, force=side * pull, **drag)
+        speed = side * vc.simulate(system, periods=time, tolerance=1e-12).state["sliding_velocity"]
+        ending = "" if side > 0.0 else "_back"
+        linear, quadratic = (drag.get(f"{name}_drag{ending}", 0.0) for name in ("linear", "quadratic"))
+        expected = (pull - friction) * time / mass
+        if linear:
+            expected = (pull - friction) / linear * -math.expm1(-linear * time / mass)
+        elif quadratic:
+            expected = math.sqrt((pull - friction) / quadratic)
+            expected *= math.tanh(math.sqrt(quadratic * (pull - friction)) * time / mass)
+        assert speed == pytest.approx(expected, rel=1e-11)
+
+
+def test_drag_given_the_same_both_ways_is_drag():
+    """And left out it is that of forward, to the last bit."""
+    law, around = vc.Coulomb(), {"linear_drag": 0.3, "quadratic_drag": 0.4}
+    same = around | {"linear_drag_back": 0.3, "quadratic_drag_back": 0.4}
+    one, other = (vc.simulate(capsule(law=law, **each), periods=5.0) for each in (around, same))
+    assert one.state == pytest.approx(other.state, abs=1e-11)
+    for part in (vc.Environment(**around), vc.Environment(**same)):
+        assert part.symmetric
+        assert part.drag(-0.7, -1) == -(0.3 + 0.4 * 0.7) * 0.7
+    assert len(equations(capsule(law=law, **around)).parameter_paths) + 2 == len(
+        equations(capsule(law=law, **same)).parameter_paths
+    )
+
+
+def test_fins_alone_make_a_symmetric_capsule_travel():
+    """Without them its steady motion is its own mirror image; with them it is not, and drifts where drag is less."""
+    law = vc.Coulomb(0.02, 0.02)
+    plain = capsule("weight", law, linear_drag=0.2)
+    assert plain.mirrored
+    finned = capsule("weight", law, linear_drag=0.2, linear_drag_back=0.8)
+    assert not finned.mirrored
+    assert not capsule("weight", law, quadratic_drag=0.2, quadratic_drag_back=0.0).mirrored
+    there, here = (vc.orbit(each, initial={"angle": 0.3}) for each in (finned, plain))
+    assert here.symmetric
+    assert there.closes
+    assert there.drift > 1e-3
+    turned = capsule("weight", law, linear_drag=0.8, linear_drag_back=0.2)
+    assert vc.orbit(turned, initial={"angle": -0.3}).drift == pytest.approx(-there.drift, abs=1e-9)
+
+
 # --- the pendulum capsule, by another solver --------------------------------------------------------------------------
 
 
@@ -246,7 +294,10 @@ def sample(system, draw):
     t, y, _, _ = machine_draw(system.placed, draw)
     velocity = system.placed.contact_velocity(t, y)
     side = 1 if velocity > 0 else -1
-    return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
+    further = []
+    for law, speed in zip(system.further_laws, system.placed.further_velocities(t, y), strict=True):
+        further += random_internal(law, speed, 1 if speed > 0 else -1, 1.0, draw)
+    return t, (*y, *further, *random_internal(system.friction, velocity, side, 1.0, draw)), side
 
 
 def balance_of_energy_and_momentum(system):
@@ -580,6 +631,7 @@ def test_case_may_leave_the_environment_out(tmp_path):
         ({"inclination": -2.0}, "between -pi/2 and pi/2 rad, got -2.0"),
         ({"linear_drag": -0.1}, "linear_drag: should be at least 0, got -0.1"),
         ({"quadratic_drag": -0.1}, "quadratic_drag: should be at least 0, got -0.1"),
+        ({"linear_drag_back": -0.1}, "linear_drag_back: should be at least 0, got -0.1"),
         ({"force": math.inf}, "force: should be a finite number"),
         ({"gravity": -1.0}, "gravity: should be at least 0, got -1.0"),
         ({"slope": 0.1}, "slope: there is no such parameter"),
@@ -595,6 +647,9 @@ def test_system_refuses_what_its_machine_cannot_have():
     belt = vc.Oscillator(belt_speed=0.1)
     with pytest.raises(ValueError, match=r"environment\.quadratic_drag should be 0 over ground that moves \(at 0\.1\)"):
         vc.System(belt, vc.Coulomb(), vc.Constant(), environment=vc.Environment(quadratic_drag=0.1))
+    for name in ("linear_drag_back", "quadratic_drag_back"):
+        with pytest.raises(ValueError, match=rf"environment\.{name} should be .*left out over ground that moves"):
+            vc.System(belt, vc.Coulomb(), vc.Constant(), environment=vc.Environment(**{name: 0.1}))
     with pytest.raises(ValueError, match=r"environment\.gravity: is missing: the units of the oscillator"):
         vc.System(belt, vc.Coulomb(), vc.Constant(), environment=vc.Environment(inclination=0.1))
     with pytest.raises(TypeError, match=r"environment should be an environment, got 0\.1"):
@@ -664,7 +719,7 @@ def test_bodies_of_a_crawler_slide_down_side_by_side():
     assert motion.state["displacement"] == pytest.approx(0.0, abs=1e-12)
     lost = 2.0 * (fall * motion.state["position"] + 0.5 * motion.state["velocity"] ** 2)
     assert vc.energy_balance(motion).drag == pytest.approx(lost, rel=1e-10)
-    held = vc.System(crawler, vc.Coulomb(1.0, 1.0), vc.Constant(), environment=outside, friction_2=vc.Coulomb(0.0, 0.0))
+    held = vc.System(crawler, [vc.Coulomb(1.0, 1.0), vc.Coulomb(0.0, 0.0)], vc.Constant(), environment=outside)
     motion = vc.simulate(held, periods=100.0, tolerance=1e-10)
     assert motion.state["position"] == 0.0
     stretch = -gravity * math.sin(slope) / crawler.stiffness

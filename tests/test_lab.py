@@ -381,6 +381,30 @@ def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkey
 
 
 @needs_node
+def test_laws_of_further_contacts_are_shared(node):
+    """In the TOML by sections, in the Python by a list, in which the second contact has the law of the first."""
+    drive, law = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.1, 0.15)
+    system = vc.System(vc.ThreeBodyCrawler(), [vc.Coulomb(0.3, 0.45), None, law], drive)
+    made = bundle(Contents((system,), (Preset("row", "row", "", vc.Case(system, periods=2)),)))
+    assert made["keys"] == {"machine": "kind", "friction": "law", "drive": "waveform", "friction_3": "law"}
+    text, python, again = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
+    model.set("friction_3.coulomb_coefficient", 0.05);
+    const text = asToml(model), wrong = readToml(other, text);
+    print([text, asPython(model), [wrong, asToml(other) === text]]);
+    """,
+        made,
+    )
+    assert again == [[], True]
+    case, names = case_from_text(text), {}
+    assert case.system == vc.System(system.machine, [system.friction, None, vc.Coulomb(0.05, 0.15)], drive)
+    exec(python, names)
+    assert names["system"] == case.system
+    assert names["motion"] == case.simulate()
+
+
+@needs_node
 def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
     """Two cases and a view read back; a kept case swapped twice is the same; what is wrong of it is said."""
     found = node("""

@@ -66,7 +66,7 @@ def test_wrapped_laws_have_the_fields_of_both():
     assert names == [*lugre, "forward_ratio", "back_ratio", "gap"]
     assert list(laws()) == sorted(laws())
     assert not any(name.startswith(("anisotropic", "backlash")) for name in laws())
-    assert set(wrappers()) == {"anisotropic", "backlash", "smoothed"}
+    assert set(wrappers()) == {"anisotropic", "backlash", "smoothed", "viscous"}
     with pytest.raises(ValueError, match="static_coefficient: should be at least"):
         law(static_coefficient=0.1)
     with pytest.raises(ValueError, match="back_ratio"):

@@ -142,7 +142,7 @@ def test_a_load_that_follows_from_no_vertical_momentum_is_the_same():
 
 @pytest.mark.slow
 def test_a_certificate_sees_a_slip_that_begins_too_early(monkeypatch):
-    """With the fault of this file planted: slips begin too early, of the second motion 67 events in the place of 7."""
+    """With the fault of this file planted: slips begin too early."""
 
     @parameters
     class Early(Unlevelled):
@@ -159,7 +159,6 @@ def test_a_certificate_sees_a_slip_that_begins_too_early(monkeypatch):
         assert run.certificate.stick_force_ratio < 1.0 + 1e-12
         (failure,) = run.certificate.failures
         assert "a slip began too early" in failure
-    assert len(run.events) == 67
 
 
 @pytest.mark.slow

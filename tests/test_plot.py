@@ -326,7 +326,7 @@ def texts(fig):
 def test_the_sheet_of_a_crawler_shows_every_contact():
     """As a line of its own each, with the modes of all in strips that change where its events are."""
     drive, front = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.1, 0.15)
-    system = vc.System(vc.ThreeBodyCrawler(), vc.Coulomb(0.3, 0.45), drive, friction_2=front, friction_3=front)
+    system = vc.System(vc.ThreeBodyCrawler(), [vc.Coulomb(0.3, 0.45), front, front], drive)
     motion = vc.simulate(system, periods=3)
     fig = vc.figure(motion)
     named = {title: ax for ax in fig.axes if (title := ax.get_title(loc="left"))}

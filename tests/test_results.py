@@ -128,7 +128,7 @@ def test_events_and_phases_are_tables(results):
     motion = results["motion"]
     rows = motion.events.table()
     assert len(rows) == len(motion.events) > 0
-    assert list(rows[0]) == ["time", "kind", *motion.state_names]
+    assert list(rows[0]) == ["time", "kind", *motion.state_names, "contact"]
     assert rows[0]["velocity"] == motion.events[0].state["velocity"]
     frame = motion.phases.to_pandas()
     assert list(frame.columns) == ["start", "end", "side"]

@@ -153,7 +153,7 @@ def test_orbits_and_ensembles_of_worms_with_corners():
             )
             for start in (velocity - push, velocity + push)
         ]
-        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0, 0.0]]), map_.parameters()[None])
+        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0]]), map_.parameters()[None])
         assert images.jacobian[0][:2, 1] == pytest.approx((ends[1] - ends[0]) / (2.0 * push), abs=2e-6)
     found = vc.orbit(EXAMPLE, initial=START)
     assert found.drift == pytest.approx(0.5874, abs=5e-5)
@@ -180,10 +180,12 @@ def test_what_a_contact_at_rest_holds_is_asked_once_the_others_have_turned():
     given = {"bristle_stiffness": 50.0, "coulomb_coefficient": 0.2, "static_coefficient": 0.4, "stribeck_velocity": 0.3}
     system = vc.System(
         vc.ThreeBodyWorm(actuation=1.0, actuation_2=-2.0, normal_load_3=1.2),
-        vc.Coulomb(0.1, 0.1),
+        [
+            vc.Coulomb(0.1, 0.1),
+            vc.LuGre(bristle_damping=0.1, **given),
+            vc.LuGre(bristle_damping=0.1 + 0.08 / (3.0 * slow * rise / (1.0 - rise)), **given),
+        ],
         vc.Triangle(amplitude=-0.5 * slow * rise * period, rise=rise),
-        friction_2=vc.LuGre(bristle_damping=0.1, **given),
-        friction_3=vc.LuGre(bristle_damping=0.1 + 0.08 / (3.0 * slow * rise / (1.0 - rise)), **given),
     )
     motion = vc.simulate(system, periods=1.2)
     assert motion.certificate.ok

@@ -52,7 +52,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.measures.response import ResponseClass, response_class
     from vibrocap.measures.settling import Settling, settling
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
-    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
@@ -78,6 +78,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
+    from vibrocap.physics.drives.on_off import OnOff
     from vibrocap.physics.drives.phases import Phases
     from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
@@ -101,15 +102,18 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing, RateAndStateSlip
     from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.friction.viscous import viscous
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.oscillator_with_stops import OscillatorWithStops
-    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
+    from vibrocap.physics.machines.rotor_capsule import RotorCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
@@ -169,7 +173,7 @@ __all__ += ["plot", "figure", "style", "thumbnail", "to_xarray", "to_pandas"]
 __all__ += ["sweep", "Design", "open_study", "verify_study", "Verification", "write_study", "adaptive_map"]
 __all__ += ["border", "ensemble"]
 # measures
-__all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "MeanVelocity"]
+__all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "winding", "MeanVelocity"]
 __all__ += ["settling", "Settling", "response_class", "ResponseClass", "energy_balance", "EnergyBalance"]
 __all__ += ["stick_fraction", "stick_phases", "StickPhases", "word", "friction_loop", "FrictionLoop"]
 __all__ += ["friction_curve", "FrictionCurve", "frictional_limits", "FrictionalLimits", "boundary_velocity"]
@@ -200,16 +204,16 @@ __all__ += [
     "TwoMassCapsule",
     "VibroImpactCapsule",
 ]
-__all__ += ["RigidStopCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
+__all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
-__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "PulseWidth", "Phases"]
+__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
 __all__ += ["ThreePhase", "SevenPhase", "DriveTable", "read_drive_table"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
-__all__ += ["anisotropic", "backlash", "contact_sizes", "ContactSizes"]
+__all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]

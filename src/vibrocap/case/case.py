@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
 from vibrocap.case.changes import change
 from vibrocap.case.drive_file import with_columns
-from vibrocap.case.sections import CATALOGUES, CHOICES, KEYS, OPTIONAL, SECTIONS
+from vibrocap.case.sections import CHOICES, OPTIONAL, SECTIONS, is_section, kind_key, kinds_of, of_further_contact
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
@@ -18,7 +18,7 @@ from vibrocap.inputs import read_input
 from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import FURTHER, state_names
+from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import UNDECLARED, undeclared
 
@@ -136,24 +136,25 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     """The case described by sections of keys, as a TOML parser returns them; CaseError with every complaint at once."""
     complaints = Complaints()
     for name in data:
-        if name not in (*SECTIONS, "units"):
+        if not (is_section(name) or name == "units"):
             complaints.add(name, f"no such section; {suggestion(name, SECTIONS)}")
     check_word(data.get("units"), complaints)
     sections: dict[str, Mapping[str, Any]] = {}
-    for name in SECTIONS:
+    further = tuple(filter(of_further_contact, data))
+    for name in (*SECTIONS, *further):
         given = data.get(name, {})
         if not isinstance(given, Mapping):
             complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
         sections[name] = given if isinstance(given, Mapping) else {}
 
-    wanted = (*CHOICES, *(name for name in FURTHER if name in data))
+    wanted = (*CHOICES, *further)
     there = [name for name in wanted if isinstance(data.get(name, {}), Mapping)]
     classes = {name: _chosen(name, sections[name], complaints) for name in there}
     complete = len(classes) == len(wanted) and all(classes.values())
     classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, given, said = None, {}, 0
     if complete:
-        form = form_of(sections, classes, data.get("units"), KEYS)
+        form = form_of(sections, classes, data.get("units"))
         if form.check(sections, complaints):
             raise CaseError(complaints, source)
         if form.classes["drive"] is DriveTable:
@@ -182,7 +183,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     system = None
     if complete and None not in parts.values():
         try:
-            system = System(**parts, units=None if kept else scales)
+            system = System.of_parts(parts, None if kept else scales)
         except ArgumentError as error:
             complaints.append(error.complaint)
     if complaints or system is None:
@@ -201,7 +202,7 @@ def case_text(case: Case, units: str | None = None) -> str:
     units: "SI" or "dimensionless"; as the results of the case are where nothing is said
     Raises ValueError for SI where the scales of the system are not known.
     """
-    return as_text(case.system, case.scales, case.initial, case.run, KEYS, units)
+    return as_text(case.system, case.scales, case.initial, case.run, units)
 
 
 def save_case(system: System, path: str | Path, units: str | None = None, **run: Any) -> Path:
@@ -214,7 +215,7 @@ def save_case(system: System, path: str | Path, units: str | None = None, **run:
 
 def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The class that a section asks for, or None with a complaint."""
-    key, known = KEYS[section], CATALOGUES[section]()
+    key, known = kind_key(section), kinds_of(section)
     choice = given.get(key)
     if isinstance(choice, str) and choice in known:
         return known[choice]
@@ -229,12 +230,12 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields go on; complaints about the others."""
-    key, catalogue = KEYS.get(section, ""), CATALOGUES.get(section, dict)
+    key = kind_key(section)
     names = [info.name for info in parameter_table(cls)]
     values = {name: value for name, value in given.items() if name != key}
     for name in [name for name in values if name not in names]:
         del values[name]
-        owner = next((other for other, kin in catalogue().items() if _has(kin, name)), None)
+        owner = next((other for other, kin in kinds_of(section).items() if _has(kin, name)), None)
         hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
         kind = f" for {key} = {cls.name!r}" if key else ""
         complaints.add(f"{section}.{name}", f"no such key{kind}; {hint}{suggestion(name, names)}")

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.arguments import Complaints
-from vibrocap.case.sections import CHOICES, KEYS, KINDS, PARTS, chosen_classes
+from vibrocap.case.sections import CHOICES, chosen_classes, is_kind, is_part, kind_key, of_further_contact
 from vibrocap.case.units import form_of
 from vibrocap.physics.carry_over import carried_names, lacking
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.states import FURTHER
 from vibrocap.physics.units import Key, one_way, parameter_keys, same_without_units, state_keys, state_units
 
 Classes = Mapping[str, Any]
@@ -21,20 +20,20 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     states that there still are. A further contact that is spoken of has a law of its own from then on, as yet that of
     the first. What a change gives replaces the same quantity in another unit.
     """
-    for section in {path.partition(".")[0] for path in changes}.intersection(FURTHER).difference(data):
-        if isinstance(data.get("friction"), dict):
+    for section in dict.fromkeys(path.partition(".")[0] for path in changes):
+        if of_further_contact(section) and section not in data and isinstance(data.get("friction"), dict):
             data[section] = dict(data["friction"])
-    kinds = {section: changes[path] for path, section in KINDS.items() if path in changes}
+    kinds = {path.partition(".")[0]: kind for path, kind in changes.items() if is_kind(path)}
     other = [name for name, kind in kinds.items() if _differs(data, name, kind)]
     si = _in_si(data)
     before = chosen_classes(data)
     for section in other:
         data.setdefault(section, {})
-        data[section] = {**data[section], KEYS[section]: kinds[section]}
+        data[section] = {**data[section], kind_key(section): kinds[section]}
     after = chosen_classes(data)
     for section in other:
         kept = _kept(data[section], section, before, after, si)
-        data[section] = {KEYS[section]: kinds[section]} | kept
+        data[section] = {kind_key(section): kinds[section]} | kept
     if other:
         _keep_states(data, before, after)
     for path, value in changes.items():
@@ -50,14 +49,14 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
 
 def _differs(data: Mapping[str, Any], section: str, kind: Any) -> bool:
     given = data.get(section, {})
-    return isinstance(given, dict) and given.get(KEYS[section]) != kind
+    return isinstance(given, dict) and given.get(kind_key(section)) != kind
 
 
 def _in_si(data: Mapping[str, Any]) -> bool:
     """Whether a case is in SI, as far as it can be told."""
     classes = chosen_classes(data)
     sections = {name: given if isinstance(given := data.get(name), dict) else {} for name in (*classes, "initial")}
-    return set(CHOICES) <= set(classes) and form_of(sections, classes, data.get("units"), KEYS).si
+    return set(CHOICES) <= set(classes) and form_of(sections, classes, data.get("units")).si
 
 
 def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classes, si: bool) -> dict[str, Any]:
@@ -122,7 +121,7 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
     if not isinstance(given, dict):  # is complained of
         return
     given[key] = value
-    if not set(CHOICES) <= set(classes) or section not in (*PARTS, "initial"):
+    if not set(CHOICES) <= set(classes) or not (is_part(section) or section == "initial"):
         return
     if section == "initial":
         keys = state_keys(state_units(classes))

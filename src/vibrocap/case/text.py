@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from vibrocap.case.sections import kind_key
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.physics.parameters import given_parameters, parameter_table
 from vibrocap.physics.scales import Scales
@@ -13,9 +14,7 @@ from vibrocap.physics.units import Units, state_keys, state_units, written, writ
 Section = Mapping[str, Any]
 
 
-def as_text(
-    system: System, kept: Scales | None, initial: Section, run: Section, keys: Mapping[str, str], units: str | None
-) -> str:
+def as_text(system: System, kept: Scales | None, initial: Section, run: Section, units: str | None) -> str:
     """The TOML text of a case; kept: scales of a system whose results stay without units.
 
     In SI the numbers are those with the fewest digits that read back exactly; where there are none for some of them,
@@ -31,9 +30,9 @@ def as_text(
         raise ValueError(f"units: SI needs to know the scales of the machine: {fields}")
     head, sections = "", None
     if in_si and scales is not None:
-        sections = _in_si(system, scales, initial, keys, exactly=units is None)
+        sections = _in_si(system, scales, initial, exactly=units is None)
     if sections is None:
-        sections = {name: _chosen(name, part, keys) | given_parameters(part) for name, part in system.parts.items()}
+        sections = {name: _chosen(name, part) | given_parameters(part) for name, part in system.parts.items()}
         if scales is not None and parameter_table(scales):
             sections["scales"] = given_parameters(scales)
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
@@ -44,14 +43,12 @@ def as_text(
     return head + "\n".join(blocks)
 
 
-def _chosen(section: str, part: Any, keys: Mapping[str, str]) -> dict[str, Any]:
+def _chosen(section: str, part: Any) -> dict[str, Any]:
     """The key that chooses the kind of a part, where there are kinds."""
-    return {keys[section]: part.name} if section in keys else {}
+    return {key: part.name} if (key := kind_key(section)) else {}
 
 
-def _in_si(
-    system: System, scales: Scales, initial: Section, keys: Mapping[str, str], exactly: bool
-) -> dict[str, dict[str, Any]] | None:
+def _in_si(system: System, scales: Scales, initial: Section, exactly: bool) -> dict[str, dict[str, Any]] | None:
     """The sections in SI; None where `exactly` is asked for and not possible."""
     units = Units(scales, system.machine.effort, state_units(system.parts))
     found: dict[str, dict[str, Any]] = {}
@@ -60,7 +57,7 @@ def _in_si(
         if values is None:
             return None
         own = given_parameters(scales) if name == "machine" else {}
-        found[name] = _chosen(name, part, keys) | own | values
+        found[name] = _chosen(name, part) | own | values
     start = written(initial, state_keys(units.states), units, exactly)
     return None if start is None else found | {"initial": start}
 

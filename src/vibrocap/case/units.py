@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, shown
+from vibrocap.case.sections import kind_key
 from vibrocap.physics.conversion import part_without_units, states_without_units
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
@@ -23,14 +24,12 @@ Sections = Mapping[str, Mapping[str, Any]]
 class Form:
     """In which units a case is given.
 
-    said: what it says of its units, "" where nothing. keys: those that carry a unit, "machine.capsule_mass_kg". chosen:
-    the keys that choose kinds, which have none.
+    said: what it says of its units, "" where nothing. keys: those that carry a unit, "machine.capsule_mass_kg".
     """
 
     classes: Mapping[str, Any]
     said: str
     keys: list[str]
-    chosen: Mapping[str, str]
 
     @property
     def si(self) -> bool:
@@ -66,9 +65,9 @@ class Form:
         return "machine", {name: x for name, x in sections["machine"].items() if name in self.scale_fields}
 
 
-def form_of(sections: Sections, classes: Mapping[str, Any], said: Any, chosen: Mapping[str, str]) -> Form:
+def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
     """In which units a case is given; classes: of the parts, all of them."""
-    form = Form(classes, said if said in WORDS else "", [], chosen)
+    form = Form(classes, said if said in WORDS else "", [])
     keys: dict[str, Any] = {name: parameter_keys(cls, classes["machine"].effort) for name, cls in classes.items()}
     keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
@@ -84,7 +83,7 @@ def without_units(
     units = Units(scales, form.classes["machine"].effort, state_units(form.classes))
     plain, given = {}, {}
     for name in (*form.classes, "initial"):
-        aside = {*form.scale_fields, form.chosen["machine"]} if name == "machine" else {form.chosen.get(name)}
+        aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare = form.said == SI
         if name == "initial":
@@ -92,7 +91,7 @@ def without_units(
         else:
             found = part_without_units(form.classes[name], values, units, bare=bare)
         complaints += [each.about(f"{name}.{each.field}") for each in found.complaints]  # type: ignore[attr-defined]
-        plain[name] = {key: sections[name][key] for key in (form.chosen.get(name),) if key} | found.values
+        plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | found.values
         given |= {f"{name}.{own}": (f"{name}.{key}", values[key]) for own, key in found.keys.items()}
     return plain, given
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
-from vibrocap.case.sections import SECTIONS
+from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System
@@ -80,7 +80,7 @@ def changes(
     found = {}
     for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
         section, _, name = path.partition(".")
-        if section not in SECTIONS:
+        if not is_section(section):
             complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
         elif not name:
             complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")

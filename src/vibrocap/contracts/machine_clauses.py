@@ -212,6 +212,40 @@ def cyclic(given: Any) -> str | None:
     return None
 
 
+def turns(given: Any) -> str | None:
+    """Everything depends on the states that turn with their period, to rounding."""
+    for name, period in given.turns.items():
+        if name not in given.states or name in (given.cyclic, given.contact_state, *given.switched):
+            return f"turns: should name states that neither travel nor slide nor are switched, got {name!r}"
+        if not (isinstance(period, (int, float)) and 0.0 < period < math.inf):
+            return f"turns: the period of {name} should be a positive number, got {period!r}"
+        place = given.states.index(name)
+        for machine, t, y, drive, force in _moving(given):
+            moved = tuple(v + period if i == place else v for i, v in enumerate(y))
+            for what, values in _functions(machine, t, y, drive, force).items():
+                found = _functions(machine, t, moved, drive, force)[what]
+                bound = 64 * EPSILON * (1.0 + period) * max(map(abs, (1.0, *values))) ** 2
+                if not all(abs(a - b) <= bound for a, b in zip(found, values, strict=True)):
+                    told = f"{_shown(values)}, got {_shown(found)}"
+                    return f"{what}: should be the same after a whole turn of {name}, {told}"
+    return None
+
+
+def _functions(machine: Any, t: float, y: tuple, drive: float, force: float) -> dict[str, tuple]:
+    """What a state decides, by the function that says it."""
+    return {
+        "rates": tuple(machine.rates(t, y, drive, force)),
+        "holding_force": (machine.holding_force(t, y, drive),),
+        "contact_velocity": (machine.contact_velocity(t, y),),
+        "reaction": (_load(machine, t, y, drive, force),),
+        "energy": (machine.energy(t, y),),
+        "momentum": (machine.momentum(t, y),),
+        "powers": tuple(machine.powers(t, y, drive, force)),
+        "switches": tuple(machine.switches(t, y, drive, force)),
+        "bounds": tuple(machine.bounds(t, y)),
+    }
+
+
 def place(given: Any) -> str | None:
     """The place of the contact moves with it and the ground."""
     for machine, t, y, drive, force in _moving(given, 10):
@@ -275,4 +309,4 @@ def _place(y: tuple, drive: float, force: float) -> str:
 
 
 BALANCES = (energy, momentum, load_made)
-MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, place, sizes, branches)
+MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, turns, place, sizes, branches)

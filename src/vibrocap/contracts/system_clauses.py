@@ -73,7 +73,9 @@ def surrounded(machine: Any) -> str | None:
     environment = Environment(
         inclination=0.2 if masses else 0.0,
         linear_drag=0.3,
+        linear_drag_back=None if machine.ground_speed() else 0.7,
         quadratic_drag=0.0 if machine.ground_speed() else 0.4,
+        quadratic_drag_back=None if machine.ground_speed() else 0.1,
         force=0.1,
         gravity=None if machine.gravity else 1.7,
     )
@@ -101,7 +103,8 @@ def surrounded(machine: Any) -> str | None:
                     "`Machine.masses` and `Machine.gravity`"
                 )
         rest = tuple(v - placed.contact_velocity(t, y) if i == contact else v for i, v in enumerate(y))
-        rate = float(evaluate([acceleration], t, rest, 0.0, values)[0])
+        sides = (0.0, *((side,) * len(machine.contacts)))  # of the others as they are
+        rate = float(evaluate([acceleration], t, rest, sides, values)[0])
         if not abs(rate) <= (1e3 * EPSILON if isinstance(machine, Imposed) else 0.0):
             return f"rates: on a slope a contact at rest should be held exactly, got an acceleration of {rate:g}"
     return None

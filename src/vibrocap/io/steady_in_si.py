@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any
 
-from vibrocap.measures.during_run import known_measures
+from vibrocap.measures.during_run import known_measure
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.crossings.crossing import Crossing, Crossings
@@ -56,7 +56,7 @@ def _branch_in_si(branch: Branch, over: Quantity) -> Branch:
 
 def measure_scale(name: str, system: System) -> tuple[str, float]:
     """(unit, what one dimensionless unit is in it) of a measure of a system that knows its scales."""
-    measure = known_measures(system).get(name)
+    measure = known_measure(name, system)
     unit = "1" if measure is None or system.units is None else measure.si_unit
     return unit, 1.0 if unit == "1" else system.si.factor_of(unit)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import RUN_DEFAULTS
-from vibrocap.case.sections import CHOICES
+from vibrocap.case.sections import kind_key
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
@@ -20,7 +20,6 @@ from vibrocap.numerics.api import browser_module, series_order
 from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.states import FURTHER
 from vibrocap.physics.system import System
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
@@ -151,7 +150,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "version": version("vibrocap"),
         "parts": parts,
         "carried": _carried(kinds),
-        "keys": {name: key for name, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, CHOICES["friction"][0]),
+        "keys": {name: key for name in parts if (key := kind_key(name))},
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record for form in forms],

@@ -5,7 +5,6 @@ answers are followed, so that in the end every way through the check is known, w
 what is said at its end. No rule is written twice, and a part of one's own brings its own.
 """
 
-import dataclasses
 import json
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -21,17 +20,15 @@ MOST_CASES = 64  # of a property: a part of one's own may ask without end
 
 def written_system(system: System, paths: tuple[str, ...], ways: Ways) -> System:
     """A system whose parameters at the paths are written down, p[0], p[1], ... in the order of the paths; unchecked."""
-    made: Any = object.__new__(System)
-    for field in dataclasses.fields(system):
-        object.__setattr__(made, field.name, getattr(system, field.name))
+    parts: dict[str, Any] = {}
     for name, record in system.parts.items():
         part: Any = object.__new__(type(record))
         for key, value in vars(record).items():
             path = f"{name}.{key}"
             numbered = Written(value, f"p[{paths.index(path)}]", ways) if path in paths else value
             object.__setattr__(part, key, numbered)
-        object.__setattr__(made, name, part)
-    return made
+        parts[name] = part
+    return System.unchecked(parts)
 
 
 def rules(system: System, paths: tuple[str, ...]) -> str:

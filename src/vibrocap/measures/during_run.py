@@ -12,7 +12,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
-from vibrocap.measures.standard import TRAVEL, further_measures, standard_measures
+from vibrocap.measures.standard import TRAVEL, further_measure, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
@@ -55,9 +55,9 @@ def measure_table(system: System | None = None) -> dict[str, Measure]:
     return dict(standard_measures(system))
 
 
-def known_measures(system: System | None = None) -> dict[str, Measure]:
-    """Every measure that a name may stand for: those of the table, of any further contact, and what a system has."""
-    return {**further_measures(), **standard_measures(), **(standard_measures(system) if system is not None else {})}
+def known_measure(name: str, system: System | None = None) -> Measure | None:
+    """The measure of a name: one that a system has, one that there is of any, or one of any further contact."""
+    return standard_measures(system).get(name) or standard_measures().get(name) or further_measure(name)
 
 
 def measured(
@@ -117,29 +117,29 @@ def resolved(
     system: whose own measures may be named besides those that there are of any
     Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
     """
-    table, listed = known_measures(system), {**measure_table(), **measure_table(system)}
+    listed = {**measure_table(), **measure_table(system)}
     given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
     own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
     for measure in given:
         name = measure.name if isinstance(measure, Measure) else ""
         if name and (own[name] != measure or listed.get(name, measure) != measure):
             raise ArgumentError("measures", f"there are two measures of the name {name!r}")
-    table |= own
     needed: dict[str, Measure] = {}
 
     def need(name: Any, path: tuple[str, ...]) -> Measure:
-        if not isinstance(name, str) or name not in table:
+        known = (own.get(name) or known_measure(name, system)) if isinstance(name, str) else None
+        if known is None:
             by = f" (of which {path[-1]!r} is derived)" if path else ""
             near = near_measure(name, {**measure_table(system), **own})
             raise ArgumentError("measures", f"there is no measure {name!r}{by}; {near}")
         if name in path:
             raise ArgumentError("measures", f"{name!r} is derived from itself, by {' -> '.join((*path, name))}")
         if name not in needed:
-            how = table[name].how
+            how = known.how
             for other in how.of if isinstance(how, Derived) else ():
                 need(other, (*path, name))
-            needed[name] = table[name]
-        return table[name]
+            needed[name] = known
+        return known
 
     asked = [need(measure.name if isinstance(measure, Measure) else measure, ()) for measure in given]
     return tuple(dict.fromkeys(asked)), tuple(needed.values())

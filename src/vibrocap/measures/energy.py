@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 from vibrocap.measures.windows import window_times
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.numbering import name_and_number
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,8 +81,7 @@ def energy_balance(
     before, after = motion.integrals([start, end]).T
     works, known = {"drive": 0.0, "damper": 0.0}, {field.name for field in dataclasses.fields(EnergyBalance)}
     for i, channel in enumerate(motion.system.channels):  # that of a further contact ends in its number
-        stem, _, number = channel.rpartition("_")
-        name = stem if number.isdecimal() else channel
+        name, _ = name_and_number(channel)
         works[name] = works.get(name, 0.0) + float(after[i] - before[i])
     stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
     gained = float(stored[1] - stored[0])

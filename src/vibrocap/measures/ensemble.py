@@ -280,7 +280,7 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
     group = np.zeros(len(next(iter(columns.values()))), dtype=np.int64)
     for path, column in columns.items():
         part, _, name = path.partition(".")
-        shape = () if part == "initial" else getattr(getattr(system, part), "shape_parameters", ())
+        shape = () if part == "initial" else getattr(system.parts[part], "shape_parameters", ())
         if column.dtype == object:
             keys = np.array([value if isinstance(value, str) else "" for value in column])
         elif name in shape:
@@ -306,13 +306,14 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     if not paths:
         return np.full(runs, system.mirrored)
     first, which = _different(columns, paths)
-    varied = System(**{part: copy.copy(record) for part, record in system.parts.items()})
+    parts = {part: copy.copy(record) for part, record in system.parts.items()}
+    varied = System.of_parts(parts)
     mirrored = np.empty(len(first), dtype=bool)
     for k, run in enumerate(first):
         for path in paths:
             part, name = path.split(".", 1)
             value = columns[path][run]  # checked before
-            object.__setattr__(getattr(varied, part), name, value if isinstance(value, str) else float(value))
+            object.__setattr__(parts[part], name, value if isinstance(value, str) else float(value))
         mirrored[k] = varied.mirrored
     return mirrored[which]
 

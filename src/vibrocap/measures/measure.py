@@ -108,9 +108,9 @@ class Instant:
 
     `m.angle`, `m.velocity`, ... are the states, `m.friction`, `m.holding_force`, `m.drive`, `m.contact_velocity`, ...
     the observables, `m.drive_power`, ... the power of each channel, `m.time` the time since the start of the period,
-    `m.side` the side of the contact (1, -1; 0: stuck). `m["machine.mass_ratio"]` is a parameter. They are recorded: the
-    function is called once and should be a formula of them, with `vibrocap.physics.elementary` for sin, cos, exp and
-    powers.
+    `m.side` the side of the contact (1, -1; 0: stuck), `m.side_2` that of the second. `m["machine.mass_ratio"]` is a
+    parameter. They are recorded: the function is called once and should be a formula of them, with
+    `vibrocap.physics.elementary` for sin, cos, exp and powers.
     """
 
     def __init__(self, equations: Equations, graph: Graph):
@@ -121,6 +121,7 @@ class Instant:
         self._known = {
             "time": graph.node("time"),
             "side": graph.node("side"),
+            **{f"side_{1 + i}": graph.node("side", i) for i in range(1, len(equations.contacts))},
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
             **{name: known(value) for name, value in equations.observables.items()},
             **{f"{name}_power": known(equations.integrals[i]) for i, name in enumerate(channels)},

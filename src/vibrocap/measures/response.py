@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.measures.settling import LONGEST_PERIOD, settling, stroboscopic_states
 from vibrocap.measures.windows import whole_periods
+from vibrocap.motion.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 
 # A motion that has not settled is still converging where its best recurrence over the last quarter is below this share
@@ -21,7 +22,7 @@ class ResponseClass:
     """What a motion has become.
 
     kind: "period-1", "period-2", ...: settled, repeating after so many drive periods up to a shift of the cyclic
-              coordinate (what the paper calls quasi-periodic is this, erratum 6);
+              coordinate and whole turns (what the paper calls quasi-periodic is this, erratum 6);
           "not settled": still converging, or too short to tell;
           "other": in at least 64 periods it neither repeated nor came nearer to repeating (aperiodic, of a period above
               16, or running away)
@@ -59,10 +60,9 @@ def _asymmetry(motion: Trajectory, n: int) -> float:
     scales = np.array(system.scales(), dtype=float)
     start = whole_periods(motion) - n
     later = motion.start_time + (start + 0.5 + np.arange(n)) * motion.period
-    kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]
-    mirrored = np.asarray(system.symmetry, dtype=float)[kept] * motion.sections[start, kept]
-    states = motion.states(later)[kept].T
-    return float(np.min(np.max(np.abs(states - mirrored) / scales[kept], axis=1)))
+    mirrored = np.asarray(system.symmetry, dtype=float) * motion.sections[start]
+    away = section_states(system, motion.states(later).T, scales) - section_states(system, mirrored, scales)
+    return float(np.min(np.max(np.abs(away), axis=1)))
 
 
 def _settles_to_nothing(motion: Trajectory) -> bool:

@@ -1,9 +1,10 @@
-"""Whether a motion has settled: convergence of its stroboscopic state, modulo the cyclic coordinate if there is one."""
+"""Whether a motion has settled: convergence of its stroboscopic state, modulo the cyclic coordinate and turns."""
 
 import dataclasses
 
 import numpy as np
 
+from vibrocap.motion.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
 
@@ -43,7 +44,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
 
     Small steps do not mean that a motion has arrived: a transient that keeps the share r of its distance in each period
     has step/(1/r - 1) still before it, a hundred steps for r = 0.99. So, for each period n from 1 to 16, with the
-    differences d_k = |s_k - s_{k-n}| of stroboscopic states (without the cyclic coordinate),
+    differences d_k = |s_k - s_{k-n}| of stroboscopic states (without the cyclic coordinate, modulo whole turns),
 
         remaining = d r/(1 - r)
 
@@ -80,8 +81,5 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
 
 
 def stroboscopic_states(motion: Trajectory) -> np.ndarray:
-    """States at the period marks over their natural sizes, all but the cyclic coordinate: [marks, states kept]."""
-    system = motion.system
-    scales = np.array(system.scales(), dtype=float)
-    kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]
-    return motion.sections[:, kept] / scales[kept]
+    """States at the period marks over their natural sizes, see `section_states`: [marks, kept]."""
+    return section_states(motion.system, motion.sections, np.array(motion.system.scales(), dtype=float))

@@ -1,6 +1,7 @@
 """The standard measures of a run: what each is called, what it means, and how it is read from what was gathered."""
 
 import functools
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,13 +9,15 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.states import MOST_CONTACTS
-from vibrocap.physics.system import CONTACT_CHANNELS, System
+from vibrocap.physics.numbering import numbered
+from vibrocap.physics.system import System
 from vibrocap.physics.units import quantity_unit, state_units
 
 
@@ -43,15 +46,16 @@ def _standard_measures(
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
     further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
-    channels |= dict.fromkeys(f"contact_sliding_{number}" for number in further)
+    channels |= dict.fromkeys(numbered("contact_sliding", number) for number in further)
     if system is not None:
         channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [
         *TRAVEL,
+        *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
         *STICKING,
-        *(_stick_fraction(i) for i in further if system is None or f"side_{i}" in system.state_names),
+        *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
@@ -64,27 +68,25 @@ def _standard_measures(
     return {measure.name: measure for measure in found}
 
 
-def further_measures() -> Mapping[str, Measure]:
-    """Those of further contacts by name, of as many as there may be and of every law.
+def further_measure(name: str) -> Measure | None:
+    """The measure of a further contact that has this name, with any law and on any machine; None where there is none.
 
-    A study over kinds of laws asks all of them for what one has: it is NaN for the others.
+    A study over kinds of parts asks all of them for what one has: it is NaN for the others.
     """
-    return _further_measures(tuple(laws().values()))
+    found = re.search(r"_([1-9][0-9]{0,8})(?:_work)?$", name)
+    return None if found is None else _of_further_contact(int(found[1]), tuple(laws().values())).get(name)
 
 
-@functools.lru_cache(maxsize=4)
-def _further_measures(contacts: tuple[type[Law], ...]) -> Mapping[str, Measure]:
-    found = []
-    for number in range(2, MOST_CONTACTS + 1):
-        found += [_stick_fraction(number), *(_work(f"{channel}_{number}") for channel in CONTACT_CHANNELS)]
-        for law in contacts:
-            names = [f"{name}_{number}" for name in law.internal if name not in law.switched]
-            units = [quantity_unit(name, law.state_units) or "1" for name in names]
-            found += [
-                _extreme(bound, name, unit)
-                for name, unit in zip(names, units, strict=True)
-                for bound in ("largest", "least")
-            ]
+@functools.lru_cache(maxsize=64)
+def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping[str, Measure]:
+    if number < 2:
+        return {}
+    works = (_work(numbered(channel, number)) for channel in CONTACT_CHANNELS)
+    found = [_stick_fraction(number), *works]
+    for law in contacts:
+        for name in (name for name in law.internal if name not in law.switched):
+            unit = quantity_unit(name, law.state_units) or "1"
+            found += [_extreme(bound, numbered(name, number), unit) for bound in ("largest", "least")]
     return {measure.name: measure for measure in found}
 
 
@@ -93,6 +95,16 @@ TRAVEL = (
     Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods), si_unit="m"),
     Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time), si_unit="m/s"),
 )
+
+
+@functools.cache
+def _winding(state: str) -> Measure:
+    def winding(runs: Gathered) -> np.ndarray:
+        turned = runs.turned(state)
+        return np.where(runs.settled, np.round(turned), turned) / runs.periods
+
+    meaning = f"turns of {state} per drive period, whole ones over the response of a settled motion"
+    return Measure(f"winding_{state}", meaning, Standard(winding))
 
 
 def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
@@ -123,15 +135,23 @@ STICKING = (
 )
 
 
+def _has_side(system: System, number: int) -> bool:
+    """Whether a system has a further contact of this number, whose side is known."""
+    contacts = equations(system).contacts
+    return number <= len(contacts) and contacts[number - 1].kind != "smooth"
+
+
 @functools.cache  # one and the same, by whichever table it is found
 def _stick_fraction(number: int) -> Measure:
-    """Of a further contact, whose side is a state."""
+    """Of a further contact."""
 
     def resting(now):
         side = getattr(now, f"side_{number}")
         return 1.0 - side * side
 
-    return Measure.mean(f"stick_fraction_{number}", f"share of the window in which contact {number} sticks", resting)
+    return Measure.mean(
+        numbered("stick_fraction", number), f"share of the window in which contact {number} sticks", resting
+    )
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:

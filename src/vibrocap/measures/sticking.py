@@ -71,7 +71,7 @@ def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> s
 
 def _law(motion: Trajectory, contact: int) -> Any:
     """The law of a contact; ArgumentError for one that there is not."""
-    laws = (motion.system.friction, *motion.system.further_laws)
+    laws = motion.system.laws
     if contact not in range(1, len(laws) + 1):
         raise ArgumentError("contact", f"should be a whole number from 1 to {len(laws)}, got {shown(contact)}")
     return laws[contact - 1]

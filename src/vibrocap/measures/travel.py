@@ -35,6 +35,17 @@ def drift(motion: Trajectory, period: int = -1) -> float:
     return float(motion.sections[index + 1, column] - motion.sections[index, column])
 
 
+def winding(motion: Trajectory, period: int = -1) -> dict[str, float]:
+    """Turns in one whole period, the last unless named, of each coordinate of the machine that turns, by name.
+
+    A steady motion turns by a whole number over its response, its winding number. ValueError as of `drift`.
+    """
+    index = period_index(motion, period)
+    gained = motion.sections[index + 1] - motion.sections[index]
+    turns = motion.system.machine.turns.items()
+    return {name: float(gained[motion.state_names.index(name)] / turn) for name, turn in turns}
+
+
 def mean_velocity(motion: Trajectory, periods: int | None = None, *, threshold: float | None = None) -> MeanVelocity:
     """Mean velocity over the last `periods` whole periods: the last ten unless told, or all where there are fewer.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number, shown
 from vibrocap.motion.start import initial_state
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 
 ROUNDING = 1e-9  # of forces over the largest, and of accelerations likewise
@@ -67,12 +68,11 @@ def contact_modes(
     y = tuple(initial_state(system, state).values())
     machine, drive = system.placed, system.drive.value(time)
     mechanical = y[: len(system.machine.states)]
-    laws = (system.friction, *system.further_laws)
     velocities = np.array([machine.contact_velocity(time, y), *machine.further_velocities(time, mechanical)])
     problem = _problem(system, time, y, drive, velocities, still)
     choices = [
         (int(np.sign(v)),) if abs(v) > still else (0, 1, -1) if law.kind == "set-valued" else (1,)
-        for law, v in zip(laws, velocities, strict=True)
+        for law, v in zip(system.laws, velocities, strict=True)
     ]
     found = (_consistent(problem, sides, np.abs(velocities) > still) for sides in itertools.product(*choices))
     return tuple(each for each in found if each is not None)
@@ -104,8 +104,8 @@ def _problem(system: System, time: float, y: tuple, drive: float, velocities: np
         free, loads = free + response @ push, loads + raised @ push
     least, most = np.zeros(count), np.zeros(count)
     places, first = list(system.state_names), y[len(y) - len(system.friction.internal) :]
-    for i, (law, v) in enumerate(zip((system.friction, *system.further_laws), velocities, strict=True)):
-        internal = first if i == 0 else tuple(y[places.index(f"{name}_{i + 1}")] for name in law.internal)
+    for i, (law, v) in enumerate(zip(system.laws, velocities, strict=True)):
+        internal = first if i == 0 else tuple(y[places.index(numbered(name, i + 1))] for name in law.internal)
         # A law is asked per load where loads follow the motion, and with the load where it is constant.
         load = 1.0 if machine.follows_load else loads[i]
         if law.kind == "set-valued" and abs(v) <= still:

@@ -7,22 +7,23 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
-from vibrocap.motion.recorded_contacts import (
-    recorded_holds,
-    resting,
-    shifts,
+from vibrocap.motion.contact_equations import (
+    ContactEquations,
+    DecisionRows,
+    contact_equations,
+    decision_rows,
+    imposed_shifts,
     states_at_contacts,
-    states_of_laws,
-    stopping,
-    turning,
 )
+from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
+from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.physics.flow import LOCATED, Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
-from vibrocap.physics.system import LOCATED, Flow, System
+from vibrocap.physics.system import System
 
 FAR = 1e300  # a bound that is none
 
@@ -42,23 +43,17 @@ class Equations:
     rates: tuple[Expression, ...]
     integrals: tuple[Expression, ...]
     scales: tuple[Expression, ...]
-    contact_velocity: Expression
-    contact_state: int
-    law_states: tuple[tuple[int, ...], ...]  # of the law of each contact, without those that change at events only
-    internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
-    resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
-    imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
-    # of all contacts, these velocities less the state that they share: functions of time
+    contacts: tuple[ContactEquations, ...]  # the first one before the others
+    rows: DecisionRows | None  # of several contacts
+    internal_states: tuple[int, ...]  # of the laws and velocities of further contacts that are states
+    # at imposed distances, the velocity of each contact less the state that all share: functions of time
     shifts: tuple[Expression, ...]
-    pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
+    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
-    hold: Expression | None  # over the middle of what the contact can hold
-    arriving: Expression | None  # as hold, where the contact comes to rest
-    limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
-    law_switches: int  # how many of them are the law's
+    law_switches: int  # how many of them are the laws'
     impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
@@ -66,18 +61,7 @@ class Equations:
     bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
-    after_reversal: tuple[Expression, ...]  # states
-    kinked: bool
     maybe_stiff: bool  # whether a contact has a law with a force for every velocity
-    several: bool  # contacts
-    turning: dict[int, tuple[int, Expression]]  # see `recorded_contacts.py`, by the number of the guard
-    stopping: dict[int, int]  # likewise
-    sides_at_rest: tuple[int, ...]  # states that are 0 while a further contact sticks
-    sticks: tuple[int, ...]  # of each contact: 1 where it can stick
-    # of each contact that can stick: the state that is its side (-1: the first one's is none), the force that holds it
-    # over the middle of what it can hold, and how far that reaches
-    holds: tuple[tuple[int, Expression, Expression], ...]
-    further_slides: tuple[Expression, ...]  # of each further contact that has a side: the velocity along it
     observables: dict[str, Expression]
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
@@ -86,6 +70,51 @@ class Equations:
     true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
     # Momentum normal to the ground, whose rate is that load but for a constant, on a graph that begins with `graph`.
     normal_momentum: Expression | None = None
+
+    @property
+    def contact_velocity(self) -> Expression:
+        """Of the first contact."""
+        return self.contacts[0].velocity
+
+    @property
+    def contact_state(self) -> int:
+        """Number of the state that moves one to one with it."""
+        return self.contacts[0].state
+
+    @property
+    def hold(self) -> Expression | None:
+        """Of the first contact."""
+        return self.contacts[0].hold
+
+    @property
+    def limit(self) -> Expression | None:
+        """Of the first contact."""
+        return self.contacts[0].limit
+
+    @property
+    def kinked(self) -> bool:
+        """Whether what acts on the first contact has a kink at rest."""
+        return self.contacts[0].kind == "kinked"
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several contacts."""
+        return len(self.contacts) > 1
+
+    @property
+    def imposed_velocities(self) -> tuple[Expression, ...]:
+        """Of further contacts, where they are no states."""
+        return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
+
+    @property
+    def pinned(self) -> tuple[Expression, ...]:
+        """Velocities that decide the state of the first contact where one of them is zero."""
+        return tuple(each.velocity for each in self.contacts[1:] if each.sticks and not each.is_state)
+
+    @property
+    def resting(self) -> tuple[int, ...]:
+        """Velocities that are exactly zero while a further contact sticks."""
+        return tuple(each.state for each in self.contacts[1:] if each.sticks and each.is_state)
 
     @property
     def guards(self) -> tuple[Expression, ...]:
@@ -138,13 +167,13 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
     result = []
-    for record in system.parts.values():
+    for part, record in system.parts.items():
         fixed = tuple(
             (info.name, getattr(record, info.name))
             for info in parameter_table(record)
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
-        result.append((type(record), fixed))
+        result.append((part, type(record), fixed))
     return tuple(result)
 
 
@@ -173,20 +202,20 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     graph = Graph()
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
         _put_on_segment(recorded, graph, corners.place)
         drive: Any = system.drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
-    flow = recorded.flow(graph.node("time"), y, graph.node("side"))
+    sides = (graph.node("side"), *(graph.node("side", 1 + i) for i in range(len(system.machine.contacts))))
+    flow = recorded.flow(graph.node("time"), y, sides)
     placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
-    internal_rates = dict(zip(system.friction.internal, flow.rates[len(placed.states) :], strict=True))
+    own = len(system.friction.internal)
+    internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
     mechanical = y[: len(placed.states)]
     observables = {
         "friction": flow.friction,
@@ -199,12 +228,13 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
     for each in flow.further:
-        observables |= {f"friction_{each.number}": each.friction, f"contact_velocity_{each.number}": each.velocity}
+        number = each.contact.number
+        observables |= {f"friction_{number}": each.friction, f"contact_velocity_{number}": each.contact.velocity}
         if system.machine.follows_load:
-            observables[f"reaction_{each.number}"] = each.normal
-            if each.sticks:
-                observables[f"holding_limit_{each.number}"] = each.limit
-                observables[f"holding_middle_{each.number}"] = each.middle
+            observables[f"reaction_{number}"] = each.normal
+            if each.contact.sticks:
+                observables[f"holding_limit_{number}"] = each.limit
+                observables[f"holding_middle_{number}"] = each.contact.middle * each.normal
     contact = system.state_names.index(system.machine.contact_state)
     side = graph.node("side")
     balance = Balance(
@@ -218,7 +248,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     )
     if flow.bounds and flow.holding_limit is not None:
         observables |= {"holding_limit": flow.holding_limit, "holding_middle": flow.holding_middle}
-    reaction = placed.reaction(graph.node("time"), mechanical, flow.drive)
+    reaction = flow.reaction or placed.reaction(graph.node("time"), mechanical, flow.drive)
     if reaction is not None:
         inertia, own, slope = reaction
         observables["reaction"] = (own + slope * flow.taken) / inertia
@@ -227,7 +257,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
-    others = (each.taken for each in flow.further) if system.machine.coupled == "distances" else ()
+    others = (each.taken for each in flow.further)
     observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
     expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
@@ -238,20 +268,14 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         rates=tuple(expression(rate) for rate in flow.rates),
         integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
         scales=tuple(expression(scale) for scale in scales),
-        contact_velocity=expression(flow.contact_velocity),
-        contact_state=system.state_names.index(system.machine.contact_state),
-        law_states=tuple(tuple(map(system.state_names.index, names)) for names in states_of_laws(system)),
-        internal_states=tuple(map(system.state_names.index, states_at_contacts(system))),
-        resting=tuple(map(system.state_names.index, resting(system))),
-        imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
-        shifts=shifts(system, placed, graph, mechanical),
-        pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
+        contacts=contact_equations(system, flow, expression),
+        rows=None if flow.rows is None else decision_rows(flow, expression),
+        internal_states=states_at_contacts(system),
+        shifts=imposed_shifts(system, placed, graph, mechanical),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
-        hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
-        arriving=None if flow.holding_limit is None else expression(flow.arriving_force - flow.holding_middle),
-        limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
@@ -261,17 +285,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         bound_kinds=flow.bound_kinds,
         located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
-        after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
-        kinked=system.friction.kind == "kinked"
-        or (system.friction.kind == "smooth" and system.environment is not None),
         maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
-        several=bool(flow.further),
-        turning=turning(system, flow, expression),
-        stopping=stopping(system, flow, expression),
-        sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
-        sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
-        holds=recorded_holds(system, flow, expression),
-        further_slides=tuple(expression(each.side * each.velocity) for each in flow.further if each.turns),
         observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
@@ -331,9 +345,7 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     if recording.corners is not None:
         _put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed

@@ -12,7 +12,7 @@ from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
-from vibrocap.physics.system import CONTACT_CHANNELS
+from vibrocap.physics.flow import CONTACT_CHANNELS
 
 ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
@@ -44,7 +44,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    laws = (motion.system.friction, *motion.system.further_laws)
+    laws = motion.system.laws
     if any(law.switched for law in laws):  # energy that was stored in the contact is lost where a piece begins unloaded
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
@@ -168,15 +168,15 @@ class FurtherEvidence:
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
-    contact = motion.state_names.index(system.machine.contact_state)
-    ends = motion.piece_states(np.arange(len(motion.piece_start)), motion.piece_length)[contact]
-    for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
-        if f"side_{number}" not in motion.state_names:
+    recording = equations(system)
+    for number, (law, contact) in enumerate(zip(system.further_laws, recording.contacts[1:], strict=True), 2):
+        if contact.kind == "smooth":
             continue
-        sides = motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0]
+        sides = motion.piece_sides[:, number - 1]
         velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
+            load = system.law_loads[number - 1]
             limit, middle = law.holding_limit(load), law.holding_middle(load)
             if system.machine.follows_load:
                 names = f"holding_limit_{number}", f"holding_middle_{number}"
@@ -186,9 +186,7 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
                 ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
         along = (sides[index] * velocity).reshape(-1, POINTS)
         stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
-        at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0))
-        if system.machine.coupled == "distances":  # may jump with the drive: what was taken off its velocity to stop it
-            at_event = float(np.max(np.abs(motion.coefficients[1:, contact, 0] - ends[:-1]), initial=0.0))
+        at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0)) if contact.is_state else 0.0
         along[stops, -1] = 0.0
         found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
     return found
@@ -199,11 +197,8 @@ def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     system, law = motion.system, motion.system.friction
     if system.machine.coupled != "distances":
         return ()
-    sides = [motion.piece_side] if law.kind == "set-valued" else []
-    for number, further in enumerate(system.further_laws, 2):
-        if further.kind == "set-valued":
-            sides.append(motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0])
-    together = np.sum(np.array(sides) == 0.0, axis=0) > 1
+    can_rest = [each.kind == "set-valued" for each in (law, *system.further_laws)]
+    together = np.sum(motion.piece_sides[:, can_rest] == 0.0, axis=1) > 1
     if not np.any(together):
         return ()
     return (
@@ -313,10 +308,12 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     """Where the rate of what is stored is not the sum of what flows in, at the starts of the pieces; empty: nowhere."""
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
     terms += [derivative(stored, -1), *(-each for each in inflows)]
-    start, side = np.arange(len(motion.piece_start)), motion.piece_side
+    start = np.arange(len(motion.piece_start))
     zero = 0.0 * motion.piece_length
     states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
-    values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
+    values = [
+        np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, motion.sides(start), parameters)
+    ]
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
     worst = int(np.argmax(gap - INCONSISTENT * size))
     if not gap[worst] > INCONSISTENT * size[worst]:
@@ -357,7 +354,7 @@ def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarr
     """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
     recording, (local, parameters) = equations(motion.system), motion.drive_at(index, s)
     with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
-        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
+        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.sides(index), parameters)
     left = np.zeros(len(index))
     for slope, rate, scale in zip(motion.piece_slopes(index, s), rates, scales, strict=True):
         left = np.maximum(left, np.abs(rate - slope) * motion.piece_length[index] / scale)

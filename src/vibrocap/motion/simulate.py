@@ -16,7 +16,8 @@ from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
-from vibrocap.physics.system import BOUNDS, System
+from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import TooMuchMemory, in_words
 
@@ -38,13 +39,13 @@ class Observer:
         return recording.observables | dict(zip(names, recording.integrals, strict=True))
 
     def __call__(
-        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, side: np.ndarray, drive: tuple
+        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, sides: tuple, drive: tuple
     ) -> list[np.ndarray]:
-        """Values by name at times t [n], with states [states, n] and sides [n]: an array [n] each.
+        """Values by name at times t [n], with states [states, n] and the side of each contact [n]: an array [n] each.
 
         drive: (times since it began its period, parameter vector), see `Trajectory.drive_at`
         """
-        found = evaluate([self.known[name] for name in names], drive[0], states, side, drive[1])
+        found = evaluate([self.known[name] for name in names], drive[0], states, sides, drive[1])
         return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
 
 
@@ -52,7 +53,6 @@ MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
-SAME = 1e-14  # of a period: contacts that come to rest within it do so at one instant
 EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
     codes.DONE: Status.FINISHED,
@@ -158,7 +158,6 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     recording = equations(system)
     period = system.drive.period
     begun, events = recorded.piece_instants, recorded.event_instants
-    kinds, kept = _contact_events(system, recorded)
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
         system=system,
@@ -171,20 +170,21 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         integral_names=(*(f"{name}_work" for name in system.channels), "impulse"),
         piece_start=origin + (begun[:, 0] * period + begun[:, 1]),
         piece_length=recorded.piece_lengths,
-        piece_side=recorded.piece_sides,
+        piece_sides=recorded.piece_sides,
         piece_implicit=recorded.piece_implicit,
         coefficients=recorded.series,
         sections=recorded.sections,
-        event_times=origin + (events[:, 0] * period + events[:, 1])[kept],
-        event_kinds=kinds,
-        event_states=recorded.event_states[kept],
+        event_times=origin + (events[:, 0] * period + events[:, 1]),
+        event_kinds=_event_kinds(system, recorded),
+        event_contacts=recorded.event_contacts,
+        event_states=recorded.event_states,
         observe=Observer(system),
         observable_names=tuple(recording.observables),
         certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
-        piece_drive_time=None if recording.corners is None else begun[:, 1],
+        piece_drive_time=begun[:, 1],
     )
     if phase and len(begun):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)
@@ -200,60 +200,13 @@ def event_kinds(own: tuple[str, ...]) -> np.ndarray:
     return np.array([*EVENT_KINDS, *unused, *own])
 
 
-def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any]:
-    """(kinds of the events that are kept, which of all events these are).
-
-    A further contact that stops and leaves at one instant has turned; where the run starts it is found to slide.
-    """
-    numbers, instants = recorded.event_kinds, recorded.event_instants
-    kinds, kept = event_kinds(system.placed.switch_events)[numbers], np.ones(len(numbers), dtype=bool)
+def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:
+    """Names of the events; those at a further contact end in its number."""
+    kinds = event_kinds(system.placed.switch_events)[recorded.event_kinds]
     if not system.machine.contacts:
-        return kinds, slice(None)
-    if not system.friction.switched:
-        kept = numbers != codes.SWITCHED
-    if system.machine.coupled == "distances":
-        return _joint_events(system, recorded, kinds, kept)
-    for i in np.flatnonzero(np.char.startswith(kinds, "stick_")):
-        number = kinds[i].removeprefix("stick_")
-        for k in range(i + 1, len(kinds)):
-            if tuple(instants[k]) != tuple(instants[i]) or kinds[k] == kinds[i]:
-                break
-            if kinds[k] in (f"slip_forward_{number}", f"slip_back_{number}"):
-                kinds[k], kept[i] = f"reversal_{number}", False
-                break
-    return kinds[kept], kept
-
-
-def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, Any]:
-    """As `_contact_events`, of contacts that are decided together: the kernel tells of one where several change.
-
-    Each has turned, stopped or left as its sides say, before the instant and after it.
-    """
-    contacts = []
-    for number, law in enumerate(system.further_laws, start=2):
-        if law.kind == "set-valued":
-            kept = kept & ~np.isin(kinds, [f"{word}_{number}" for word in ("stick", "slip_forward", "slip_back")])
-            contacts.append((number, system.state_names.index(f"side_{number}")))
-    period, found, chosen = system.drive.period, [], []
-    times, starts = (each @ (period, 1.0) for each in (recorded.event_instants, recorded.piece_instants))
-    before = None
-    for i, time in enumerate(times):
-        if kept[i]:
-            found.append(kinds[i])
-            chosen.append(i)
-        if before is None:
-            piece = np.searchsorted(starts, time - SAME * period) - 1
-            before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
-        if i + 1 < len(times) and times[i + 1] - time <= SAME * period:
-            continue
-        for number, place in contacts:
-            was, now = before[place], recorded.event_states[i, place]
-            if was != now:
-                leaves = "slip_forward" if now > 0.0 else "slip_back"
-                found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
-                chosen.append(i)
-        before = None
-    return np.array(found, dtype=str), np.array(chosen, dtype=int)
+        return kinds
+    pairs = zip(kinds, recorded.event_contacts, strict=True)
+    return np.array([f"{kind}_{number}" if number > 1 else str(kind) for kind, number in pairs], dtype=str)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

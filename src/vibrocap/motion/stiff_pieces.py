@@ -18,7 +18,7 @@ def correction(
     parameters: tuple,
     states: np.ndarray,
     slopes: np.ndarray,
-    side: np.ndarray,
+    sides: tuple[np.ndarray, ...],
     length: np.ndarray,
 ) -> np.ndarray:
     """What to add to the states of a stiff piece before the law is asked: array [states, n].
@@ -34,7 +34,8 @@ def correction(
     a stiff direction most of the error goes. Where they would be farther, disturbances grow instead of decaying, and
     the states are left as they are. Of a law with a kink at rest, y* stays on its side.
 
-    t: since the start of the period; parameters: of each point, see `equations.parameters_at`; length: of its piece
+    t: since the start of the period; parameters: of each point, see `equations.parameters_at`; sides: of each contact
+    length: of its piece
     """
     recording = equations(system)
     size, count = states.shape
@@ -43,27 +44,28 @@ def correction(
     for _ in range(NEWTON_STEPS):
         at = states + change
         with np.errstate(all="ignore"):  # near rest a law may divide by zero; such a point is left where it is
-            rates = _filled(evaluate(recording.rates, t, at, side, parameters), count)
-            slope = _filled(evaluate(jacobian(recording), t, at, side, parameters), count)
+            rates = _filled(evaluate(recording.rates, t, at, sides, parameters), count)
+            slope = _filled(evaluate(jacobian(recording), t, at, sides, parameters), count)
             left = rates - slopes - change / length
             if reach is None:
                 reach = np.max(np.abs(left * length) / scales, axis=0)
             matrix = np.eye(size) / length[:, None, None] - slope.reshape(size, size, count).transpose(2, 0, 1)
             usable = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=0)
         change[:, usable] += np.linalg.solve(matrix[usable], left.T[usable, :, None])[:, :, 0].T
-        if recording.kinked or recording.turning:
-            change *= _share_to_rest(recording, t, states, change, side, parameters)
+        if any(each.kind == "kinked" for each in recording.contacts):
+            change *= _share_to_rest(recording, t, states, change, sides, parameters)
     return np.where(np.max(np.abs(change) / scales, axis=0) <= reach, change, 0.0)
 
 
-def _share_to_rest(recording: Equations, t, states, change, side, parameters) -> np.ndarray:
+def _share_to_rest(recording: Equations, t, states, change, sides, parameters) -> np.ndarray:
     """Share of the changes at which no velocity of a kinked law has passed rest: array [n]."""
-    found = np.ones(len(side))
-    along = [recording.graph.node("side") * recording.contact_velocity] if recording.kinked else []
-    along += [recording.switches[number] for number in recording.turning]
-    for velocity in along:
-        values = (evaluate([velocity], t, at, side, parameters) for at in (states, states + change))
-        before, after = (_filled(each, len(side))[0] for each in values)
+    count = len(sides[0])
+    found = np.ones(count)
+    for contact, side in zip(recording.contacts, sides, strict=True):
+        if contact.kind != "kinked":
+            continue
+        values = (evaluate([contact.velocity], t, at, sides, parameters) for at in (states, states + change))
+        before, after = (side * _filled(each, count)[0] for each in values)
         beyond = after < 0.0
         share = np.divide(before, before - after, out=np.zeros(len(side)), where=beyond & (before > 0.0))
         found = np.minimum(found, np.where(beyond, INSIDE * share, 1.0))

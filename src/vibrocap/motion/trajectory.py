@@ -95,11 +95,13 @@ class Event:
     inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached" and "ambiguous_contacts" (the run
     ends: no load is left, it no longer follows from the forces, a stop is reached that ends it, or which contacts rest
     is no longer certain).
+    contact: its number, 1 for the first; 0 of what happens at none
     """
 
     time: float
     kind: str
     state: dict[str, float]
+    contact: int = 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,22 +140,23 @@ class Trajectory(Result):
     integral_names: tuple[str, ...]
     piece_start: np.ndarray  # [pieces]
     piece_length: np.ndarray  # [pieces]
-    piece_side: np.ndarray  # [pieces]
+    piece_sides: np.ndarray  # [pieces, contacts] 0 where a contact rests, +1 or -1 where it slides
     piece_implicit: np.ndarray  # [pieces] whether an implicit step made it
     coefficients: np.ndarray  # [pieces, states, order + 1]
     sections: np.ndarray  # [whole periods completed + 1, states] at the period marks, which count from the start
     event_times: np.ndarray  # [events]
     event_kinds: np.ndarray  # [events] of names
+    event_contacts: np.ndarray  # [events] number of the contact, 1 for the first; 0 where it is of none
     event_states: np.ndarray  # [events, states]
-    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray, tuple], list[np.ndarray]] = (
-        dataclasses.field(compare=False)
+    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, tuple, tuple], list[np.ndarray]] = dataclasses.field(
+        compare=False
     )  # (names, times, states [states, n], sides, `drive_at`) -> values of observables and rates of integrals
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
     start_time: float = 0.0
     start_phase: float = 0.0  # of the drive at the start, a share of its period
-    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: no corners
+    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: of no run
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
@@ -204,8 +207,18 @@ class Trajectory(Result):
         if self.piece_drive_time is not None:
             start = self.piece_drive_time[index]
             return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
-        local = self.piece_start[index] + s - (self.start_time - self.start_phase * self.period)
-        return local - self.period * np.floor(local / self.period), parameter_values(self.system)
+        start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
+        begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
+        return start - begun + s, parameter_values(self.system)
+
+    @property
+    def piece_side(self) -> np.ndarray:
+        """Side of the first contact: array [pieces]."""
+        return self.piece_sides[:, 0]
+
+    def sides(self, index: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Side of each contact on some pieces: an array [n] each."""
+        return tuple(self.piece_sides[index].T)
 
     @functools.cached_property
     def time(self) -> np.ndarray:
@@ -217,8 +230,8 @@ class Trajectory(Result):
     def events(self) -> Rows[Event]:
         """Changes of the contact, in order; `events.table()` and `events.to_pandas()` give them as a table."""
         states = (dict(zip(self.state_names, map(float, row), strict=True)) for row in self.event_states)
-        found = zip(self.event_times, self.event_kinds, states, strict=True)
-        return Rows(Event(float(t), str(kind), state) for t, kind, state in found)
+        found = zip(self.event_times, self.event_kinds, states, self.event_contacts, strict=True)
+        return Rows(Event(float(t), str(kind), state, int(contact)) for t, kind, state, contact in found)
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -240,7 +253,16 @@ class Trajectory(Result):
     @property
     def names(self) -> tuple[str, ...]:
         """All names that can be asked for."""
-        return (*self.state_names, *self.integral_names, *self.observable_names, "side")
+        return (*self.state_names, *self.integral_names, *self.observable_names, *self.side_names)
+
+    @property
+    def side_names(self) -> tuple[str, ...]:
+        """Names of the sides of all contacts, "side" of the first."""
+        return ("side", *(f"side_{number}" for number in range(2, 1 + self.piece_sides.shape[1])))
+
+    def side_of(self, name: str) -> np.ndarray:
+        """A side by its name: array [pieces]."""
+        return self.piece_sides[:, self.side_names.index(name)]
 
     def piece_at(self, t: np.ndarray) -> np.ndarray:
         """Index of the piece at each time; at a border the later one."""
@@ -275,15 +297,15 @@ class Trajectory(Result):
         forces = [i for i, name in enumerate(names) if name not in STATE_FUNCTIONS]
         for block in _blocks(len(index)):
             pieces, local = index[block], s[block]
-            t, side = self.piece_start[pieces] + local, self.piece_side[pieces]
+            t, sides = self.piece_start[pieces] + local, self.sides(pieces)
             states = self.piece_states(pieces, local)
-            found = np.asarray(self.observe(names, t, states, side, self.drive_at(pieces, local)))
+            found = np.asarray(self.observe(names, t, states, sides, self.drive_at(pieces, local)))
             stiff = np.flatnonzero(self.piece_implicit[pieces])
             if forces and len(stiff):
                 states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
                 asked = tuple(names[i] for i in forces)
                 drive = self.drive_at(pieces[stiff], local[stiff])
-                values = self.observe(asked, t[stiff], states, side[stiff], drive)
+                values = self.observe(asked, t[stiff], states, self.sides(pieces[stiff]), drive)
                 for i, value in zip(forces, values, strict=True):
                     found[i, stiff] = value
             result[:, block] = found
@@ -294,7 +316,7 @@ class Trajectory(Result):
         from vibrocap.motion.stiff_pieces import correction
 
         series = self.piece_states(index, s), self.piece_slopes(index, s)
-        pieces = self.piece_side[index], self.piece_length[index]
+        pieces = self.sides(index), self.piece_length[index]
         return correction(self.system, *self.drive_at(index, s), *series, *pieces)
 
     def states(self, t: Any) -> np.ndarray:
@@ -357,8 +379,8 @@ class Trajectory(Result):
     def at(self, t: Any, name: str) -> np.ndarray:
         """A named quantity at times t."""
         t, index, s = self._located(t)
-        if name == "side":
-            return self.piece_side[index]
+        if name in self.side_names:
+            return self.side_of(name)[index]
         if name in self.state_names:
             return self.piece_states(index, s)[self.state_names.index(name)]
         if name in self.integral_names:
@@ -377,9 +399,7 @@ class Trajectory(Result):
 
     def phases_of(self, contact: int) -> Rows[Phase]:
         """The same of a further contact, 2 for the second."""
-        sides = self.piece_side
-        if contact > 1:
-            sides = self.coefficients[:, self.state_names.index(f"side_{contact}"), 0]
+        sides = self.piece_sides[:, contact - 1]
         if not len(self.piece_start):
             return Rows()
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))

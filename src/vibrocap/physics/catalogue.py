@@ -22,6 +22,7 @@ from vibrocap.physics.friction.anisotropic import anisotropic
 from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.friction.viscous import viscous
 from vibrocap.physics.machines.crawler import Crawler
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.machines.row import row_called
@@ -74,7 +75,7 @@ def laws() -> Mapping[str, type[Law]]:
 @functools.cache
 def wrappers() -> Mapping[str, Callable[[type[Law]], type[Law]]]:
     """What can be put around a law, by the word before its name: a function from the class to the new class."""
-    return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed)})
+    return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed, viscous)})
 
 
 def law(name: str) -> Any:

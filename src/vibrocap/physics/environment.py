@@ -37,6 +37,11 @@ class Outside:
     powers: tuple
 
 
+def _towards(forward: Any, back: Any, side: Any) -> Any:
+    """The coefficient of a side: that forward, or, where one is given, that back; their mean at rest (side 0)."""
+    return forward if back is None else 0.5 * (forward + back) + 0.5 * side * (forward - back)
+
+
 @parameters
 class Environment(Part):
     """A slope, a fluid at rest around the capsule, and a force that stays, all along the line of sliding.
@@ -48,8 +53,10 @@ class Environment(Part):
 
         R becomes R - F_e + c_1 V + c_2 |V| V + m g sin(phi)
 
-    wherever a machine takes the friction force R. Drag has a kink at rest, which is followed exactly by the side to
-    which the contact slides; so the quadratic one needs ground that does not move.
+    wherever a machine takes the friction force R. What is shaped for one way, by fins, scales or a stern, is held up
+    more the other way: with `linear_drag_back` and `quadratic_drag_back` drag has coefficients of its own where V < 0.
+    Drag has a kink at rest, which is followed exactly by the side to which the contact slides; so the quadratic one,
+    and one that depends on the direction, need ground that does not move.
 
     Of a machine with several contacts every body that slides feels the same law of drag at its own velocity, as chains
     of equal bodies in a resisting medium do (Zimmermann, Zeidis and Behn, Mechanics of Terrestrial Locomotion, 2009).
@@ -61,6 +68,12 @@ class Environment(Part):
         0.0, "c_1", "drag on each body that slides, over its velocity", "viscous damping"
     )
     quadratic_drag: NonNegative = parameter(0.0, "c_2", "drag over the square of the velocity", "quadratic damping")
+    linear_drag_back: NonNegative | None = parameter(
+        None, "c_1b", "linear drag in moving back; left out, as forward", "viscous damping"
+    )
+    quadratic_drag_back: NonNegative | None = parameter(
+        None, "c_2b", "quadratic drag in moving back; left out, as forward", "quadratic damping"
+    )
     force: Number = parameter(
         0.0, "F_e", "constant force on the body at the (first) contact, positive forward", unit="N"
     )
@@ -72,8 +85,10 @@ class Environment(Part):
 
     @property
     def symmetric(self) -> bool:
-        """Whether forward and back are alike: on level ground, without a force."""
-        return self.inclination == 0.0 and self.force == 0.0
+        """Whether forward and back are alike: on level ground, without a force, with the same drag both ways."""
+        alike = self.linear_drag_back in (None, self.linear_drag)
+        alike = alike and self.quadratic_drag_back in (None, self.quadratic_drag)
+        return alike and self.inclination == 0.0 and self.force == 0.0
 
     def check(self, machine: Machine) -> None:
         """ArgumentError for what cannot be said of a machine."""
@@ -87,12 +102,19 @@ class Environment(Part):
                 "environment.gravity",
                 f"is missing: the units of the {machine.name} do not say how strong gravity is on its slope",
             )
-        if self.quadratic_drag != 0.0 and machine.ground_speed() != 0.0:
-            raise ArgumentError(
-                "environment.quadratic_drag",
-                f"should be 0 over ground that moves (at {machine.ground_speed():g}): its kink is not at the rest of "
-                f"the contact, got {self.quadratic_drag}",
-            )
+        for name, wanted in (
+            ("quadratic_drag", "0"),
+            ("quadratic_drag_back", "0 or left out"),
+            ("linear_drag_back", "left out"),
+        ):
+            given = getattr(self, name)
+            kinked = given is not None if name == "linear_drag_back" else given
+            if kinked and machine.ground_speed() != 0.0:
+                raise ArgumentError(
+                    f"environment.{name}",
+                    f"should be {wanted} over ground that moves (at {machine.ground_speed():g}): its kink is not at "
+                    f"the rest of the contact, got {given}",
+                )
 
     def has_weight(self, machine: Machine) -> bool:
         """Whether it is known how gravity pulls at a machine."""
@@ -111,15 +133,20 @@ class Environment(Part):
 
     def drag(self, velocity, side):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
-        return (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
+        linear = _towards(self.linear_drag, self.linear_drag_back, side)
+        quadratic = _towards(self.quadratic_drag, self.quadratic_drag_back, side)
+        return (linear + quadratic * (side * velocity)) * velocity
 
-    def outside(self, machine: Any, t, y, side) -> Outside:
-        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0)."""
+    def outside(self, machine: Any, t, y, side, further_drag=None) -> Outside:
+        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0).
+
+        further_drag: power of the drag on the bodies of further contacts; None: there are none
+        """
         ground = machine.ground_speed()
         velocity = machine.contact_velocity(t, y) + ground
         drag = self.drag(velocity, side)
         lost = -drag * velocity
-        lost = lost + machine.further_drag_power(t, y) if machine.contacts else lost
+        lost = lost if further_drag is None else lost + further_drag
         accelerations, powers = (0.0,) * len(y), (lost, self.force * velocity)
         push = total = self.force - drag
         push_at_rest = self.force - self.linear_drag * ground

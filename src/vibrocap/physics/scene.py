@@ -43,13 +43,15 @@ def capsule_with_mass(x: Any, mass: Any) -> tuple[Shape, ...]:
     )
 
 
-def capsule_with_pendulum(x: Any, angle: Any) -> tuple[Shape, ...]:
-    """A capsule at x, its pivot on top, and the bob at (x - sin(angle), cos(angle)) from there."""
-    pivot, bob = (x, 0.5), (x - sin(angle), 0.5 + cos(angle))
+def capsule_with_pendulum(
+    x: Any, angle: Any, rod: str = "pendulum", bob: str = "bob", pivot: str = "pivot"
+) -> tuple[Shape, ...]:
+    """A capsule at x, its pivot on top, and the bob at (x - sin(angle), cos(angle)) from there, by these names."""
+    centre, end = (x, 0.5), (x - sin(angle), 0.5 + cos(angle))
     return (
         Shape("box", "capsule", ((x, 0.25),), (1.3, 0.5)),
         Shape("contact", "contact", ((x, 0.0),), (1.2, 0.0)),
-        Shape("rod", "pendulum", (pivot, bob)),
-        Shape("disc", "bob", (bob,), (0.3, 0.3)),
-        Shape("hinge", "pivot", (pivot,)),
+        Shape("rod", rod, (centre, end)),
+        Shape("disc", bob, (end,), (0.3, 0.3)),
+        Shape("hinge", pivot, (centre,)),
     )

@@ -3,36 +3,22 @@
 from collections.abc import Mapping
 from typing import Any
 
-MOST_CONTACTS = 10
-FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
-
+from vibrocap.physics.numbering import numbered
 
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
 
 
 def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
     """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
-    own = FURTHER[: len(parts["machine"].contacts)]
-    return tuple(parts.get(name, parts["friction"]) for name in own)
-
-
-def turns(law: Any, surrounded: bool) -> bool:
-    """Whether what acts on a further contact has a kink at rest: that of its law, or of the drag of an environment."""
-    return law.kind != "smooth" or surrounded
-
-
-def contact_states(number: int, law: Any, surrounded: bool = False) -> tuple[str, ...]:
-    """The states of a further contact: to which side it slides, then those of its law."""
-    own = (f"side_{number}",) if turns(law, surrounded) else ()
-    return (*own, *(f"{name}_{number}" for name in law.internal))
+    numbers = range(2, 2 + len(parts["machine"].contacts))
+    return tuple(parts.get(numbered("friction", i), parts["friction"]) for i in numbers)
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
-    """All states: of the machine, of its further contacts, and of the law of its first contact."""
-    machine, laws = parts["machine"], enumerate(further_laws(parts), start=2)
-    surrounded = parts.get("environment") is not None
-    further = (name for i, law in laws for name in contact_states(i, law, surrounded))
-    return (*machine.states, *further, *actuator_states(parts.get("actuator")), *parts["friction"].internal)
+    """All states: of the machine and its actuator, of the laws of its further contacts, and of that of the first."""
+    further = (numbered(name, i) for i, law in enumerate(further_laws(parts), start=2) for name in law.internal)
+    machine = (*parts["machine"].states, *actuator_states(parts.get("actuator")))
+    return (*machine, *further, *parts["friction"].internal)
 
 
 def actuator_states(actuator: Any) -> tuple[str, ...]:

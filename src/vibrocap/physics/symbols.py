@@ -44,7 +44,7 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 STATES = {
-    "angle": ("theta", "angle of the pendulum from upright"),
+    "angle": ("theta", "angle of the pendulum or the rotor from upright"),
     "angle_rate": ("theta'", "its rate"),
     "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),

@@ -1,74 +1,36 @@
 """A system: a machine on a friction law, moved by a drive, in an environment. Here alone their equations meet."""
 
 import dataclasses
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.contacts.coupled_contacts import CoupledContacts
-from vibrocap.physics.contacts.imposed_distances import ImposedDistances
-from vibrocap.physics.contacts.machine_on_contacts import MachineOnContacts
 from vibrocap.physics.conversion import parts_without_units
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
+from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import FURTHER, further_laws, state_names
+from vibrocap.physics.states import further_laws, state_names
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", "actuator", *FURTHER)
+OPTIONAL = ("environment", "actuator")  # besides laws of further contacts
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
     "drive": Drive,
     "environment": Environment,
     "actuator": Actuator,
-    **dict.fromkeys(FURTHER, Law),
 }
-CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
-
-# Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
-# balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
-LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
-@dataclasses.dataclass(frozen=True)
-class Flow:
-    """Everything that the equations say at one instant, as numbers or as recorded expressions."""
-
-    rates: tuple  # y', one per state
-    drive: Any  # what the machine feels
-    command: Any  # the same before an actuator
-    contact_velocity: Any
-    friction: Any  # friction force R
-    sliding_friction: Any  # R where the contact slides
-    taken: Any  # by the machine in the place of friction: R less what pushes its body from outside
-    outer_force: Any  # along the line of sliding, other than friction
-    holding_force: Any  # R that would keep a resting contact at rest
-    arriving_force: Any  # the same at the instant at which the contact comes to rest, perhaps with others
-    holding_middle: Any  # of the forces that the contact can hold at rest
-    holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
-    switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
-    law_switches: int  # how many of them are the law's
-    after_switch: tuple  # all states after each switch
-    after_reversal: tuple  # internal states after the contact has turned to the side
-    powers: tuple  # one per channel, positive into the system
-    energy: Any  # of the machine
-    contact_energy: Any  # stored in the contact
-    bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
-    bound_kinds: tuple  # place in BOUNDS of each of them
-    loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
-    quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
-    further: tuple  # `FurtherContact`s
-
-
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, init=False)
 class System:
     """Machine + friction + drive, and the environment where there is one.
 
@@ -87,8 +49,10 @@ class System:
 
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
-    friction_2, friction_3, ...: of a machine with several contacts (`contacts/`), the laws of the others; where one
-    is left out its contact has the law of the first.
+    friction: a law; of a machine with several contacts (`contacts.py`) as well a list of laws, the first contact's
+    first. A contact whose law is None or missing has that of the first. `system.friction` is the law of the first
+    contact, `system.further` holds those of the others as they were given, `system.laws` the law that each contact has;
+    among the parts by name, in the sections of a case and in paths they are "friction_2", "friction_3" and so on.
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
     Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
@@ -100,39 +64,60 @@ class System:
     units: Scales | None = None
     environment: Environment | None = None
     actuator: Actuator | None = None
-    friction_2: Law | None = None
-    friction_3: Law | None = None
-    friction_4: Law | None = None
-    friction_5: Law | None = None
-    friction_6: Law | None = None
-    friction_7: Law | None = None
-    friction_8: Law | None = None
-    friction_9: Law | None = None
-    friction_10: Law | None = None
+    further: tuple[Law | None, ...] = ()
+
+    def __init__(
+        self,
+        machine: Machine,
+        friction: Law | Sequence[Law | None],
+        drive: Drive,
+        units: Scales | None = None,
+        environment: Environment | None = None,
+        actuator: Actuator | None = None,
+        further: Sequence[Law | None] = (),
+        **others: Never,
+    ):
+        for name in others:
+            if number_in(name, "friction"):
+                what = "friction=[law, law_2, ...], that of the first contact first; None: the same as the first"
+                raise ArgumentError(name, f"there is no such argument; give the laws of all contacts, {what}")
+            raise TypeError(f"System.__init__() got an unexpected keyword argument {name!r}")
+        laws: tuple[Any, ...] = (friction, *further)
+        if isinstance(friction, (list, tuple)) and friction:
+            laws = tuple(friction)
+        while laws[1:] and laws[-1] is None:
+            laws = laws[:-1]
+        self._set(
+            machine=machine,
+            friction=laws[0],
+            drive=drive,
+            units=units,
+            environment=environment,
+            actuator=actuator,
+            further=laws[1:],
+        )
+        self.__post_init__()
 
     def __post_init__(self):
         given = self.parts
         if any(isinstance(part, PartInSI) for part in given.values()):
             found, scales = parts_without_units(given, self.units)
-            for name, value in (found | {"units": scales}).items():
-                object.__setattr__(self, name, value)
+            self._set(**_fields(found), units=scales)
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
             raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
         for part, given in self.parts.items():
-            if not isinstance(given, CONTRACTS[part]):
-                what = CONTRACTS[part].__name__.lower()
+            contract = Law if number_in(part, "friction") else CONTRACTS[part]
+            if not isinstance(given, contract):
+                what = contract.__name__.lower()
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
-        contacts = len(self.machine.contacts)
-        for part in FURTHER[contacts:]:
-            if getattr(self, part) is not None:
-                said = "one contact" if contacts == 0 else f"{1 + contacts} contacts"
-                raise ArgumentError(part, f"should be left out: the {self.machine.name} has {said}")
+        _check_contacts(self.machine, 1 + len(self.further))
         for number, (law, load) in enumerate(zip(self.further_laws, self.machine.further_loads(), strict=True), 2):
             if law.internal and load == 0:
-                raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
+                path = numbered("machine.normal_load", number)
+                raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
         if isinstance(self.machine, Imposed):
             self._check_imposed()
             if self.actuator is not None:
@@ -140,6 +125,11 @@ class System:
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.environment is not None:
             self.environment.check(self.machine)
+
+    def _set(self, **values: Any) -> None:
+        """Give fields their values, while the system is made."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     def _check_imposed(self) -> None:
         """ArgumentError for a drive that cannot impose a motion."""
@@ -150,23 +140,31 @@ class System:
             what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
             raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
 
+    @classmethod
+    def of_parts(cls, parts: Mapping[str, Any], units: Scales | None = None) -> "System":
+        """The system of parts by name, as `parts` gives them back."""
+        return cls(**_fields(parts), units=units)
+
+    @classmethod
+    def unchecked(cls, parts: Mapping[str, Any]) -> "System":
+        """The same of parts that hold something else in the place of numbers, such as symbols; of no units."""
+        made = object.__new__(cls)
+        made._set(**_fields(parts))
+        return made
+
     @property
     def parts(self) -> dict[str, Any]:
-        """The parts by name: machine, friction, drive, then those that may be left out and are not."""
+        """The parts by name: machine, friction, drive, then those that may be left out and are not, the laws of further
+        contacts ("friction_2", ...) last."""
         found = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
+        found |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
         return {part: record for part, record in found.items() if record is not None or part in PARTS}
 
     @property
     def placed(self) -> Any:
-        """The machine under its drive as it stands in its environment, on the slope; on several contacts, seen as one
-        on the first."""
+        """The machine under its drive as it stands in its environment, on the slope, behind its actuator."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        if machine.coupled:
-            kind = ImposedDistances if machine.coupled == "distances" else CoupledContacts
-            machine = kind(machine, self.further_laws, self.environment, self.friction)
-        elif machine.contacts:
-            machine = MachineOnContacts(machine, self.further_laws, self.environment)
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
@@ -183,6 +181,11 @@ class System:
         return further_laws(self.parts) if self.machine.contacts else ()
 
     @property
+    def laws(self) -> tuple[Law, ...]:
+        """The law of each contact of the machine, that of the first one first."""
+        return (self.friction, *self.further_laws)
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
         if not self.machine.contacts and self.actuator is None:  # at once: every run asks
@@ -197,7 +200,12 @@ class System:
         as `contact_storage`, and none is kept.
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
-        return (*self.placed.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
+        further, stored = [], []
+        for i, law in enumerate(self.further_laws, start=2):
+            further += [f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())]
+            stored += [f"contact_storage_{i}"] if law.internal and self.machine.follows_load else []
+        own = CONTACT_CHANNELS[: 3 if self.stores_under_load else 2]
+        return (*self.placed.channels, *further, *stored, *outside, *own)
 
     @property
     def stores_under_load(self) -> bool:
@@ -210,127 +218,45 @@ class System:
         return 1.0 if self.machine.follows_load else self.placed.load()
 
     @property
+    def law_loads(self) -> tuple:
+        """The load that the law of each contact is given."""
+        loads = self.machine.further_loads() if self.machine.contacts else ()
+        return (self.law_load, *((1.0,) * len(loads) if self.machine.follows_load else loads))
+
+    @property
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
-        internal = self.friction.internal_symmetry
-        return self.placed.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
+        found = self.placed.symmetry
+        for law in (*self.further_laws, self.friction):
+            found += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
+        return found
 
     @property
     def switched(self) -> tuple[str, ...]:
-        """Names of the states that are whole numbers, which say what branch of machine and law holds."""
-        return self.placed.switched + self.friction.switched
+        """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
+        further = (f"{name}_{i}" for i, law in enumerate(self.further_laws, start=2) for name in law.switched)
+        return (*self.placed.switched, *further, *self.friction.switched)
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        return (*self.placed.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
+        first, *further = self.law_loads
+        pairs = (*zip(self.further_laws, further, strict=True), (self.friction, first))
+        internal = (size for law, load in pairs for size in law.internal_scales(load))
+        return (*self.placed.scales(self.drive.period), *internal)
 
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
         alike = self.environment is None or self.environment.symmetric
-        return self.drive.odd and self.placed.symmetric and self.friction.symmetric and alike
+        laws = all(law.symmetric for law in self.laws)
+        return self.drive.odd and self.placed.symmetric and laws and alike
 
     def flow(self, t, y, side) -> Flow:
-        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
-        machine, law, load = self.placed, self.friction, self.law_load
-        mechanical, internal = y[: len(machine.states)], y[len(machine.states) :]
-        sticks = law.kind == "set-valued"
-        drive = self.drive.value(t)
-        velocity = machine.contact_velocity(t, mechanical)
-        outside = None if self.environment is None else self.environment.outside(machine, t, mechanical, side)
-        if self.machine.coupled:
-            machine = machine.seen(side, internal, outside)
-        held = machine.holding_force(t, mechanical, drive)
-        hold = held if outside is None else held + outside.push_at_rest
-        arriving = hold
-        if self.machine.coupled:
-            arriving = machine.arriving_force(t, mechanical, drive)
-            arriving = arriving if outside is None else arriving + outside.push_at_rest
-        force, internal_rates = law.force(velocity, internal, side, load)
-        sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
-        slipping = side * side if sticks else 1.0
-        limit = law.holding_limit(load) if sticks else None
-        middle = law.holding_middle(load)
-        bounds = loads = ()
-        if machine.follows_load:
-            inertia, own, slope = machine.reaction(t, mechanical, drive)
-            clear = inertia - slope * force
-            moved = own if outside is None else own - slope * outside.push
-            moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
-            bounds = clear, moving
-            force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
-            if limit is not None:
-                jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
-                resting = 1.0 - slipping
-                bounds = (
-                    slipping * clear
-                    + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
-                    slipping * moving + resting,
-                    slipping + resting * moved,
-                )
-                limit, middle = limit * at_rest, middle * at_rest
-        sliding_friction = force
-        taken = force if outside is None else force - outside.push
-        if sticks:
-            force = hold + slipping * (force - hold)
-            taken = held + slipping * (taken - held)  # exactly `held` at rest
-            sliding_loss = slipping * sliding_loss
-        contact = -sliding_loss, -bristle_loss
-        stored = law.stored_energy(internal)
-        if self.stores_under_load:
-            contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
-        switches = law.switches(velocity, internal, side, load)
-        laws = (law.after_switch(which, velocity, internal, side, load) for which in range(len(switches)))
-        outcomes = [(*mechanical, *after) for after in laws]
-        guards = machine.switches(t, mechanical, drive, taken)
-        machines = (machine.after_switch(which, t, mechanical, drive, taken) for which in range(len(guards)))
-        outcomes += [(*after, *internal) for after in machines]
-        # A drive that imposes a motion works against all that acts on the body from outside.
-        worked_against = taken if isinstance(self.machine, Imposed) or self.machine.coupled else force
-        rates = machine.rates(t, mechanical, drive, taken)
-        at_first = (taken,) if self.machine.coupled else ()
-        ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
-        own_kinds = (0, 1, 2)
-        if self.machine.coupled:  # a contact among others: what is a paradox alone leaves them without one answer
-            own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
-            more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
-            ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
-        outer_force = machine.outer_force(t, mechanical, drive, *at_first)
-        if type(self.machine).wall_force is not Machine.wall_force:
-            outer_force = outer_force + machine.wall_force(t, mechanical, drive, taken)
-        if outside is not None:
-            rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
-            outer_force = outer_force + outside.total
-        return Flow(
-            rates=(*rates, *internal_rates),
-            drive=drive if self.actuator is None else machine.output(mechanical),
-            command=drive,
-            contact_velocity=velocity,
-            friction=force,
-            sliding_friction=sliding_friction,
-            taken=taken,
-            outer_force=outer_force,
-            holding_force=hold,
-            arriving_force=arriving,
-            holding_middle=middle,
-            holding_limit=limit,
-            switches=(*switches, *guards),
-            law_switches=len(switches),
-            after_switch=tuple(outcomes),
-            after_reversal=law.after_reversal(internal, side, load),
-            powers=(
-                *machine.powers(t, mechanical, drive, worked_against),
-                *(() if outside is None else outside.powers),
-                *contact,
-            ),
-            energy=machine.energy(t, mechanical),
-            contact_energy=stored,
-            bounds=(*bounds, *ends),
-            bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
-            loads=loads,
-            quotients=tuple(machine.quotients(t, mechanical, drive)) if self.machine.coupled else (),
-            further=machine.further(t, mechanical, drive, *at_first) if self.machine.contacts else (),
-        )
+        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only).
+
+        side: of several contacts a tuple, one for each, or one for all
+        """
+        return flow_of(self, t, y, side)
 
     def rates(self, t, y, side) -> tuple:
         """y' at time t and state y, sliding to `side` or stuck (0)."""
@@ -344,7 +270,7 @@ class System:
     def parameter(self, path: str) -> Any:
         """The value of the parameter at a path such as "machine.mass_ratio"; ValueError for a path that is none."""
         part, name = self._resolved(path)
-        return getattr(getattr(self, part), name)
+        return getattr(self.parts[part], name)
 
     def with_parameters(self, values: dict[str, Any]) -> "System":
         """The same system with other values at the given parameter paths; ValueError for what a part does not take."""
@@ -352,14 +278,13 @@ class System:
         for path, value in values.items():
             part, name = self._resolved(path)
             changes.setdefault(part, {})[name] = value
-        parts: dict[str, Any] = {}
+        parts = self.parts
         for part, fields in changes.items():
-            given: Any = getattr(self, part)
             try:
-                parts[part] = dataclasses.replace(given, **fields)
+                parts[part] = dataclasses.replace(parts[part], **fields)
             except ParameterError as error:
                 raise error.within(part) from None
-        return dataclasses.replace(self, **parts)
+        return self.of_parts(parts, self.units)
 
     def _resolved(self, path: str) -> tuple[str, str]:
         if path not in self.parameter_paths:
@@ -367,10 +292,31 @@ class System:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
             if str(path).startswith("actuator.") and self.actuator is None:
                 raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
-            if str(path).partition(".")[0] in FURTHER[: len(self.machine.contacts)]:
-                part = str(path).partition(".")[0]
-                raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {part}=...")
+            part = str(path).partition(".")[0]
+            if 2 <= number_in(part, "friction") <= 1 + len(self.machine.contacts):
+                what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
+                raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")
             near = suggestion(path, self.parameter_paths, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         part, name = path.split(".", 1)
         return part, name
+
+
+def _fields(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a system by its parts: the laws of further contacts are one field, in the order of the contacts."""
+    numbers = {name: number for name in parts if (number := number_in(name, "friction")) > 1}
+    most = max(numbers.values(), default=1)
+    _check_contacts(parts["machine"], most)  # before so many are written down
+    laws: list[Any] = [None] * (most - 1)
+    for name, number in numbers.items():
+        laws[number - 2] = parts[name]
+    return {name: part for name, part in parts.items() if name not in numbers} | {"further": tuple(laws)}
+
+
+def _check_contacts(machine: Any, number: int) -> None:
+    """ArgumentError for the law of a contact that the machine does not have."""
+    kind = machine.part if isinstance(machine, PartInSI) else machine
+    contacts = 1 + len(kind.contacts)
+    if number > contacts:
+        said = "one contact" if contacts == 1 else f"{contacts} contacts"
+        raise ArgumentError(numbered("friction", number), f"should be left out: the {kind.name} has {said}")

@@ -21,7 +21,9 @@ from matplotlib.patheffects import Normal, Stroke
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
+from vibrocap.plotting.contact_panels import contacts_of
 from vibrocap.plotting.labels import scale
 from vibrocap.plotting.style import STYLE, blank_figure
 
@@ -101,8 +103,7 @@ class Scene:
         machine = motion.system.machine
         self.place = machine.place or machine.cyclic
         self.position = motion.at(times, self.place)
-        contacts = range(1, 2 + len(machine.contacts))
-        self.sides = [_shown_side(motion, times, contact) for contact in contacts]
+        self.sides = [_shown_side(motion, times, contact) for contact in contacts_of(motion)]
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
         if self.load is not None:
@@ -252,12 +253,11 @@ def _coils(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _shown_side(motion: Trajectory, times: np.ndarray, contact: int) -> np.ndarray:
     """The side of a contact; a stick shorter than the time between two frames is shown in one frame still."""
-    law, ending = (motion.system.friction, *motion.system.further_laws)[contact - 1], f"_{contact}" * (contact > 1)
-    if law.kind != "set-valued":
-        moving = np.sign(motion.at(times, f"contact_velocity{ending}")).astype(int)
+    if motion.system.laws[contact - 1].kind != "set-valued":
+        moving = np.sign(motion.at(times, numbered("contact_velocity", contact))).astype(int)
         side = motion.at(times, "side").astype(int)
         return moving if contact > 1 else np.where(side == 0, moving, side)
-    side = motion.at(times, f"side{ending}").astype(int)
+    side = motion.at(times, numbered("side", contact)).astype(int)
     for phase in motion.phases_of(contact):
         if phase.side == STUCK and phase.end > times[0]:
             side[min(int(np.searchsorted(times, phase.start)), len(times) - 1)] = STUCK

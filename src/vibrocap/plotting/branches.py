@@ -180,7 +180,7 @@ def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> s
     if along.unit != "1":
         stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
         return f"{part} {stem.replace('_', ' ')} [{along.unit}]"
-    record = getattr(found.system, part)
+    record = found.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
 

@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from vibrocap.motion.equations import equations
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import with_unit
 from vibrocap.plotting.style import LABELS, legend_above
@@ -21,11 +23,6 @@ HEIGHT = 0.7  # of a strip, of the distance to the next
 def contacts_of(motion: Trajectory) -> range:
     """Numbers of the contacts, from 1."""
     return range(1, 2 + len(motion.system.machine.contacts))
-
-
-def numbered(name: str, contact: int) -> str:
-    """The quantity of a contact: "friction_2" of the second, "friction" of the first."""
-    return name if contact == 1 else f"{name}_{contact}"
 
 
 def colour_of(contact: int, count: int) -> Any:
@@ -51,7 +48,7 @@ def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
     """Which way every contact slides, or that it sticks, over time in drive periods: a strip for each."""
     period, contacts = motion.period, contacts_of(motion)
     for contact in contacts:
-        if contact > 1 and f"side_{contact}" not in motion.state_names:
+        if contact > 1 and equations(motion.system).contacts[contact - 1].kind == "smooth":
             continue  # a smooth law, of which nobody notes the side
         for phase in motion.phases_of(contact):
             low, high = max(phase.start, start) / period, min(phase.end, motion.end) / period

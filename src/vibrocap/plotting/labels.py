@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.case.case import Case
-from vibrocap.case.sections import KEYS
+from vibrocap.case.sections import kind_path
 from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import NUMBER
@@ -82,7 +82,6 @@ def law_words(name: str) -> str:
 
 
 IN_SI = "In SI units."
-KIND_PATHS = {name: f"{name}.{key}" for name, key in KEYS.items()}  # such as "friction.law"
 
 
 def with_unit(label: str, name: str, system: System) -> str:
@@ -132,7 +131,7 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     plain = {place[0] for path in varied if (place := path_in_si(path, parts)) is not None}
     kinds, numbers = [], []
     for name, part in parts.items():
-        path = KIND_PATHS.get(name, "")
+        path = kind_path(name)
         kind = fixed.get(path, part.name)
         if path and path not in varied:
             kinds.append(kind if name == "machine" else f"{kind} {name}")

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
+from vibrocap.physics.numbering import name_and_number, number_in, numbered
 from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
-from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes, numbered
+from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
 from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
 from vibrocap.plotting.style import (
     ANY_UNITS,
@@ -226,7 +227,7 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     names = numbered("contact_velocity", contact), numbered("friction", contact)
     velocity, friction = (trace[name] for name in names)
     stuck = np.zeros(len(velocity), bool)
-    if (motion.system.friction, *motion.system.further_laws)[contact - 1].kind == "set-valued":
+    if motion.system.laws[contact - 1].kind == "set-valued":
         stuck = trace[numbered("side", contact)] == STUCK
     faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
     ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
@@ -296,7 +297,7 @@ def _share_time(axes: Any) -> None:
 def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
     start, contacts = _whole_run(axes[0], motion, "Travel of body 1"), contacts_of(motion)
-    gaps = [name for name in motion.state_names if name.rpartition("_")[0] in ("", "displacement") and "dis" in name]
+    gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
     imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
     bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contacts
@@ -350,9 +351,8 @@ def _label(motion: Trajectory, name: str) -> str:
     label = LABELS.get(name, name.replace("_", " "))
     if name == "position" and (machine.cyclic is None or machine.contacts):
         label = "position $x$"
-    stem, _, number = name.rpartition("_")
     if machine.contacts:
-        stem, number = (stem, number) if number.isdecimal() else (name, "1")
+        stem, number = name_and_number(name)
         known = {
             "velocity": "velocity $v_{}$",
             "contact_velocity": "sliding velocity $v_{}$",

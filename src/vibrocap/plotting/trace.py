@@ -30,7 +30,7 @@ class Trace:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity at these points, in SI where the system knows its scales."""
-        return self._plain(name) * (1.0 if name == "side" else scale(name, self.motion.system))
+        return self._plain(name) * (1.0 if name.startswith("side") else scale(name, self.motion.system))
 
     def _plain(self, name: str) -> np.ndarray:
         motion = self.motion
@@ -38,9 +38,9 @@ class Trace:
             return motion.piece_states(self.index, self.since)[motion.state_names.index(name)]
         if name in motion.observable_names:
             return motion.piece_observables((name,), self.index, self.since)[0]
-        if name == "side":
-            return motion.piece_side[self.index]
         if name not in motion.names:
             raise ArgumentError("name", f"a motion has no {name!r}; {suggestion(name, motion.names)}")
+        if name in motion.side_names:
+            return motion.side_of(name)[self.index]
         integral = motion.integral_names.index(name)
         return (motion.piece_marks[:, self.index] + motion.piece_integrals(self.index, self.since))[integral]

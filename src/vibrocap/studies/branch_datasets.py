@@ -47,6 +47,8 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
         ),
         "word": ("point", branch.word.astype(str), {"long_name": "phases: F forward, S stuck, B back"}),
     }
+    for i, name in enumerate(branch.system.machine.turns):
+        data[f"winding_{name}"] = ("point", branch.winding[:, i], _words(f"whole turns of {name} over one response"))
     special = branch.special_points
     for name, values, meaning in (
         ("special_kind", [each.kind.value for each in special], "kind of special point"),

@@ -31,6 +31,10 @@ def basin_dataset(basins: Basins) -> "xarray.Dataset":
     of_each = {
         "attractor_kind": ([motion.kind for motion in motions], "class of the attractor"),
         "attractor_drift": ([_number(motion.drift) for motion in motions], "its drift per drive period"),
+        **{
+            f"attractor_winding_{name}": ([motion.winding[name] for motion in motions], "its turns per drive period")
+            for name in basins.system.machine.turns
+        },
         "attractor_share": ([each.share for each in basins.attractors], "share of the starts that lead to it"),
         "attractor_twin": (
             [-1 if each.twin is None else each.twin for each in basins.attractors],

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.case.sections import KINDS
+from vibrocap.case.sections import is_kind
 from vibrocap.physics.conversion import INITIAL, path_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.checks import check_runs
@@ -118,8 +118,8 @@ def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
         own = _own_value(system, initial, place[0])
         return own if isinstance(own, str) else own * system.si.per_key(place[1])
     part, _, name = path.partition(".")
-    if path in KINDS:
-        return getattr(system, part).name
+    if is_kind(path):
+        return system.parts[part].name
     if path.startswith(INITIAL):
         return initial.get(name, 0.0) if name in system.state_names else np.nan
     return system.parameter(path) if path in system.parameter_paths else np.nan
@@ -130,7 +130,7 @@ def _kinds(
 ) -> Iterator[tuple[System, dict[str, np.ndarray], np.ndarray]]:
     """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same
     paths; `ensemble` takes it from there."""
-    columns = {path: array for path, array in values.items() if path in KINDS or _has_gaps(array)}
+    columns = {path: array for path, array in values.items() if is_kind(path) or _has_gaps(array)}
     groups: dict[tuple, list[int]] = {(): list(range(runs))} if not columns else {}
     labels = [[_label(path, value) for value in array.tolist()] for path, array in columns.items()]
     for place, label in enumerate(zip(*labels, strict=True)):
@@ -138,9 +138,9 @@ def _kinds(
     for label, places in groups.items():
         members = np.array(places)
         words = dict(zip(columns, label, strict=True))
-        kinds = {path: word for path, word in words.items() if path in KINDS and word is not None}
+        kinds = {path: word for path, word in words.items() if is_kind(path) and word is not None}
         missing = {path for path, word in words.items() if word is None}
-        over = {path: array[members] for path, array in values.items() if path not in KINDS and path not in missing}
+        over = {path: array[members] for path, array in values.items() if not is_kind(path) and path not in missing}
         yield varied(system, kinds | {path: array[0] for path, array in over.items()}), over, members
 
 
@@ -153,4 +153,4 @@ def _label(path: str, value: Any) -> str | None:
     """The kind; for other paths whether there is a value."""
     if value is None or value != value:
         return None
-    return value if path in KINDS else "given"
+    return value if is_kind(path) else "given"

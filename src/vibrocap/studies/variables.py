@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import case_text
-from vibrocap.case.sections import CATALOGUES, KINDS
-from vibrocap.measures.during_run import known_measures
+from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.measures.during_run import known_measure
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.conversion import INITIAL, path_in_si
@@ -86,7 +86,7 @@ def unit_and_scale(unit: str, si_unit: str, system: System) -> tuple[str, float 
 
 def coordinate_attributes(path: str, system: System | None = None) -> dict[str, Any]:
     """Name, symbol and unit of what varies; system: of which it varies, for paths in SI."""
-    if path in KINDS:
+    if is_kind(path):
         return {"long_name": path.replace(".", " ")}
     part, _, name = path.partition(".")
     if system is not None and system.units is not None and (in_si := _key_in_si(path, system)) is not None:
@@ -96,8 +96,8 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     if path.startswith(INITIAL):
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
-    kinds = CATALOGUES[part]().values() if part in CATALOGUES else [Environment, Actuator]
-    own = [] if system is None else [getattr(system, part)]  # another kind may call something else so
+    kinds = kinds_of(part).values() or [Environment, Actuator]
+    own = [] if system is None else [system.parts[part]]  # another kind may call something else so
     info = next(info for kind in (*own, *kinds) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
 
@@ -106,8 +106,7 @@ def _key_in_si(path: str, system: System) -> Key | None:
     """The key of a path in SI, of the system or of any other kind of its part."""
     parts, section = system.parts, path.partition(".")[0]
     section = section if section in parts else "friction"  # of an initial state
-    others = CATALOGUES[section]().values() if section in CATALOGUES else ()
-    for kind in (parts[section], *others):
+    for kind in (parts[section], *kinds_of(section).values()):
         place = path_in_si(path, parts | {section: kind})
         if place is not None:
             return place[1]
@@ -141,10 +140,10 @@ def study_attributes(study: Study) -> dict[str, Any]:
 
 
 def _measures(study: Study) -> tuple[Variable, ...]:
-    table = known_measures(study.case.system)
     found = []
     for given in study.measures:
-        measure = table[given] if isinstance(given, str) else given
+        measure = known_measure(given, study.case.system) if isinstance(given, str) else given
+        assert measure is not None
         if measure.name in ALWAYS:
             continue
         unit, scale = unit_and_scale(measure.unit, measure.si_unit, study.case.system)

@@ -18,6 +18,7 @@ from vibrocap.io.in_si import LIMIT_UNITS, limits_in_si
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
 
 friction = App(
@@ -297,7 +298,7 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
             ways = said(breakaway - push, unit), said(breakaway + push, unit)
             words += f"the machine itself breaks away with {ways[0]} forward and {ways[1]} back."
         notes.append(words)
-    if environment.linear_drag or environment.quadratic_drag:
+    if any(value for name, value in given_parameters(environment).items() if "drag" in name):
         notes.append("The steady curve and its offset points are those of friction, without drag.")
     return notes
 

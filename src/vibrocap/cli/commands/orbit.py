@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError
-from vibrocap.case.sections import CATALOGUES, KINDS
+from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_si, orbit_units
@@ -110,6 +110,7 @@ def orbit_record(found: Any) -> dict[str, Any]:
         "response_period": found.response_period,
         "drift": found.drift,
         "mean_velocity": found.mean_velocity if found.period else None,
+        **({"winding": found.winding} if found.system.machine.turns else {}),
         "stable": found.stable if found.closes else None,
         "stability": _stability(found) if found.closes else "not known",
         "multipliers": [{"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in found.multipliers],
@@ -144,6 +145,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("period", said(record["period"], second, 12) + periods),
         ("drift", "none" if record["drift"] is None else f"{said(record['drift'], length, 12)} per period"),
         ("mean velocity", "none" if record["mean_velocity"] is None else said(record["mean_velocity"], speed, 12)),
+        *(("winding", f"{turns} turn(s) of {name} per period") for name, turns in record.get("winding", {}).items()),
         ("stable", record["stability"]),
         ("multipliers", sizes),
         *([("continuum", "neighbours are steady too: the drift is not determined")] if record["continuum"] else []),
@@ -310,7 +312,7 @@ def _other(system: Any, text: str) -> Any:
     if found:
         raise Refusal(f"--against should be {wanted}, got {text!r}")
     for path, name in values.items():
-        if path in KINDS and (known := CATALOGUES[KINDS[path]]()).get(str(name)) is None:
+        if is_kind(path) and (known := kinds_of(path.partition(".")[0])).get(str(name)) is None:
             found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
     system = with_varied_parts(system, values)
     if not found:

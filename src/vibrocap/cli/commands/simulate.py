@@ -22,6 +22,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.physics.numbering import name_and_number, numbered
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -164,7 +165,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.sticking import stick_fraction
-    from vibrocap.measures.travel import drift, mean_velocity
+    from vibrocap.measures.travel import drift, mean_velocity, winding
     from vibrocap.measures.windows import whole_periods
 
     whole = max(0, whole_periods(motion))
@@ -186,6 +187,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
+            **({"winding": winding(motion) if whole > 0 else None} if motion.system.machine.turns else {}),
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
@@ -236,6 +238,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
         made.add_row("mean velocity", said(velocity["value"], speed), window)
+        for name, turns in (record.get("winding") or {}).items():
+            made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
@@ -249,8 +253,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 
 def _event_words(kind: str) -> str:
-    stem, _, number = kind.rpartition("_")
-    if number.isdigit() and stem in EVENTS:
+    stem, number = name_and_number(kind)
+    if number > 1 and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
     return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
 
@@ -265,7 +269,7 @@ def own_events(motion: "Trajectory") -> list[str]:
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
     kinds = ("stick", "slip_forward", "slip_back", "reversal")
-    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in kinds)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:

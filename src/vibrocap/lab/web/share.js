@@ -119,7 +119,14 @@ function asPython(model) {
     return `${python.module ? "" : "vc."}${python.name}(${values.join(", ")})`;
   };
   const start = Object.entries(started(model)).map(([name, value]) => `"${name}": ${pythonNumber(value)}`).join(", ");
-  const system = model.form.sections.map((section) => `    ${section}=${part(section)},`);
+  const laws = [], fields = []; // laws of further contacts stand in the list of the first one's, None where it has none
+  for (const section of model.form.sections) {
+    const contact = /^friction(?:_(\d+))?$/.exec(section);
+    if (contact) laws[(contact[1] ?? 1) - 1] = section;
+    if (!contact || contact[1] === undefined) fields.push(section);
+  }
+  const friction = laws.length > 1 ? `[${Array.from(laws, (section) => (section ? part(section) : "None")).join(", ")}]` : part("friction");
+  const system = fields.map((section) => `    ${section}=${section === "friction" ? friction : part(section)},`);
   return [
     "import vibrocap as vc", ...imports, "",
     "system = vc.System(", ...system, ")",

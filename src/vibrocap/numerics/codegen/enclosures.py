@@ -111,7 +111,7 @@ class Enclosures:
         if op == "constant":
             return same(repr(operands[0]))
         if op == "side":
-            return "side", "side"
+            return same(text.name(text.entry(f"SIDE + {operands[0]} * LANES"))) if operands else ("side", "side")
         if op == "parameter":
             return same(text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")))
         if op in ("sin", "cos"):

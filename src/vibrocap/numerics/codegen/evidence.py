@@ -6,16 +6,14 @@ from vibrocap.numerics.codegen.source import ScalarWriter
 
 
 def evidence_source(equations: Any) -> str:
-    """`evidence` of one lane, and what there is to ask."""
+    """`evidence` of one lane."""
     writer = ScalarWriter(equations.graph)
-    held = [value for _, hold, limit in equations.holds for value in (hold, limit)]
-    asked = (*equations.rates[: equations.base], *held, *equations.further_slides)
+    zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
+    for each in equations.contacts:
+        further = each is not equations.contacts[0] and each.kind != "smooth"
+        pair = (each.hold, each.limit) if each.sticks else (zero, zero)
+        asked += [*pair, each.velocity if further else zero]
     body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(asked)]
-    constants = {
-        "HOLDS": len(equations.holds),
-        "HOLD_SIDES": tuple(side for side, _, _ in equations.holds) or (-1,),
-        "FURTHER_SLIDES": len(equations.further_slides),
-    }
-    lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    lines += ["", "def evidence(floats, t, point, side, lane, out):"]
-    return "\n".join([*lines, *(f"    {line}" for line in (*writer.lines, *body)), ""])
+    return "\n".join(
+        ["def evidence(floats, t, point, side, lane, out):", *(f"    {line}" for line in (*writer.lines, *body)), ""]
+    )

@@ -94,7 +94,7 @@ class JetWriter:
         if op == "time":
             return "time" if k == 0 else "1.0"
         if op == "side":
-            return "sliding"
+            return f"sliding_{operands[0]}" if operands else "sliding"
         if op == "parameter":
             return self.entry(f"PARAMETER + {operands[0]} * LANES")
         if op == "state":

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.at_rest import gaps, rough
+from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.true_load import LoadSeries
@@ -30,30 +31,40 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "KINKED": equations.kinked,
         "MAYBE_STIFF": equations.maybe_stiff,
         "SEVERAL": equations.several,
-        "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
-        "STOPPING": tuple(equations.stopping.get(i, -1) for i in range(len(equations.guards))) or (-1,),
-        "SIDES_AT_REST": equations.sides_at_rest or (-1,),
-        "SIDES_COUNT": len(equations.sides_at_rest),
-        "SPEEDS": speeds(equations) or (-1,),
-        "SPEEDS_COUNT": len(speeds(equations)),
-        "STICKS": equations.sticks,
+        "STICKS": tuple(int(each.sticks) for each in equations.contacts),
+        "KINKS": tuple(int(each.kind == "kinked") for each in equations.contacts),
+        "STATE_OF": tuple(each.state for each in equations.contacts),
+        "SHARED": len({each.state for each in equations.contacts}) < len(equations.contacts),
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
+        "TURN_COUNT": len(equations.turns),
+        "TURN_STATES": tuple(state for state, _ in equations.turns) or (-1,),
+        "TURN_RADII": tuple(period / (2.0 * math.pi) for _, period in equations.turns) or (1.0,),
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
         "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),
         "BOUND_KINDS": equations.bound_kinds or (0,),
         "IMPACT": equations.impact,
-        "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
+        "LIMIT_CONSTANT": _limits_are_constant(equations),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
         constants[name] = series + i * row_size
-    if velocity_is_state(equations):
+    if equations.contacts[0].is_state:
         constants["VELOCITY"] = series + equations.contact_state * row_size
     constants["IMPOSED"] = series + (layout.rows + 4 + layout.switches) * row_size
     constants["SHIFT"] = constants["IMPOSED"] + layout.imposed * row_size
-    constants["REACTION"] = constants["SHIFT"] + layout.shifts * row_size
+    constants["HELD"] = constants["SHIFT"] + layout.shifts * row_size
+    constants["REACTION"] = constants["HELD"] + 2 * layout.held * row_size
+    velocities, holds, limits = [constants["VELOCITY"]], [constants["HOLD"]], [constants["LIMIT"]]
+    imposed, held = constants["IMPOSED"], constants["HELD"]
+    for each in equations.contacts[1:]:
+        velocities.append(series + each.state * row_size if each.is_state else imposed)
+        holds.append(held)
+        limits.append(held + row_size)
+        imposed += 0 if each.is_state else row_size
+        held += 2 * row_size if each.sticks else 0
+    constants |= {"VELOCITY_OF": tuple(velocities), "HOLD_OF": tuple(holds), "LIMIT_OF": tuple(limits)}
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
@@ -71,6 +82,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         jet_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
+        *([decision_source(equations)] if equations.several else []),
         branches_source(equations),
         jacobian_source(equations, integrals),
         resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "card", "browser")),
@@ -80,23 +92,16 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     return "\n".join([*lines, "", *functions, ""])
 
 
-def speeds(equations: Any) -> tuple[int, ...]:
-    """The states that are velocities of contacts, where there are several and nothing but friction stops them."""
-    if not equations.several or equations.impact >= 0:
-        return ()
-    turning = (state for state, _ in equations.turning.values())
-    return tuple(sorted({equations.contact_state, *equations.resting, *turning}))
-
-
-def velocity_is_state(equations: Any) -> bool:
-    """Whether the contact velocity is one of the states, whose series is then its own."""
-    return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
+def _limits_are_constant(equations: Any) -> bool:
+    """Whether no contact's limit ever changes along a motion."""
+    limits = [each.limit for each in equations.contacts if each.sticks]
+    return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
 
 
 def jumps(equations: Any, layout: Layout) -> bool:
     """Whether the contact velocity depends on what changes at the corners of the drive."""
     graph = equations.graph
-    needed = (graph.nodes[i] for i in reachable(graph, [equations.contact_velocity.index]))
+    needed = (graph.nodes[i] for i in reachable(graph, [each.velocity.index for each in equations.contacts]))
     numbers = [operands[0] for op, *operands in needed if op == "parameter"]
     return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
@@ -109,6 +114,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
+    head += [f"sliding_{i} = {writer.entry(f'SIDE + {i} * LANES')}" for i in range(1, layout.contacts)]
+    held_from = rows + 4 + layout.switches + layout.imposed + layout.shifts
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
 
     def put(place: str, value: str) -> None:
@@ -127,15 +134,20 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
                 keep(i, 0, writer.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}")
-        if not velocity_is_state(equations):
+        if not equations.contacts[0].is_state:
             keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
         if equations.hold is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        if k < order:
+            resting_contacts = [each for each in equations.contacts[1:] if each.sticks]
+            for i, each in enumerate(resting_contacts):
+                keep(held_from + 2 * i, k, writer.coefficient(each.hold.index, k))
+                keep(held_from + 2 * i + 1, k, writer.coefficient(each.limit.index, k))
         for number, term in watched.at_order(k) if watched else ():
-            keep(rows + 4 + layout.switches + layout.imposed + layout.shifts, number, term)
+            keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
             first, *others = (writer.coefficient(rate.index, 0) for rate in decay_rates(equations))
             writer.lines.append(f"decay = {first}")
@@ -145,7 +157,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
                 )
             put("DECAY_RATE", "decay")
         for i, guard in enumerate(equations.guards):
-            moves = k == 0 or (located[i] and k < order) or i in equations.turning
+            moves = k == 0 or (located[i] and k < order)
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
@@ -154,8 +166,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(i, k, writer.coefficient(velocity.index, k))
     body = [*head, *writer.lines]
     if simd:
-        constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
-        guard = guard_source(order, equations.hold is not None, constant)
+        sticks = any(each.sticks for each in equations.contacts)
+        guard = guard_source(order, sticks, _limits_are_constant(equations))
         return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
     return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
@@ -169,51 +181,10 @@ def decay_rates(equations: Any) -> list[Expression]:
     Without the tangent of a motion, which decays as the motion does.
     """
     slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
-    bristles = [set(states) for states in equations.law_states if states]
+    bristles = [set(each.internal) for each in equations.contacts if each.internal]
     apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
     kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
     return [-functools.reduce(operator.add, each) for each in kept]
-
-
-def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
-    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
-    body = [f"v{k} = load(floats, VELOCITY + {k} * LANES)" for k in range(order + 1)]
-    for k in range(order + 1):
-        one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
-        guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
-        if sticks:
-            hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("HOLD", "LIMIT"))
-            held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
-            guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
-        body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
-        body.append(f"store(floats, WORK + {k} * LANES, a{k})")
-        body.append("p = h" if k == 0 else "p = p * h")
-    body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
-    body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
-    body.append("changes = where((b0 > 0.0) ^ (b1 > 0.0), 1.0, 0.0)")
-    for k in range(2, order + 1):
-        body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
-    body.append(f"return a0, b{order}, changes")
-    guard = ["def guard_simd(floats, side, stuck, push, one, two, h):", *_indented(body, 4), ""]
-    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
-    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
-    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
-    return "\n".join([*guard, "def guard_at(floats, x):", *_indented(body, 4), ""])
-
-
-def _paired(coefficients: list[str], name: str) -> list[str]:
-    """Lines that evaluate a polynomial of x by pairs (Estrin), a chain of few dependent operations."""
-    lines, power, level = [], "x", 0
-    while len(coefficients) > 1:
-        paired = []
-        for i in range(0, len(coefficients) - 1, 2):
-            paired.append(f"{name}{level}_{i // 2}")
-            lines.append(f"{paired[-1]} = {coefficients[i]} + {coefficients[i + 1]} * {power}")
-        coefficients = paired + coefficients[len(coefficients) - len(coefficients) % 2 :]
-        if len(coefficients) > 1:
-            lines.append(f"{name}x{level} = {power} * {power}")
-            power, level = f"{name}x{level}", level + 1
-    return [*lines, f"{name} = {coefficients[0]}"]
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
@@ -221,14 +192,18 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
-    for value, head in (
-        (equations.contact_velocity, "def contact_velocity(floats, t, point, lane):"),
-        (equations.true_load, "def reaction(floats, t, point, side, lane):"),
-    ):
-        if value is not None:
-            writer = ScalarWriter(equations.graph)
-            result = writer.name(value)
-            rates += [head, *_indented([*writer.lines, f"return {result}"], 4), ""]
+    if equations.true_load is not None:
+        writer = ScalarWriter(equations.graph)
+        result = writer.name(equations.true_load)
+        head = "def reaction(floats, t, point, side, lane):"
+        rates += [head, *_indented([*writer.lines, f"return {result}"], 4), ""]
+    rates += ["def contact_velocity(floats, t, point, contact, lane):"]
+    for i, each in reversed(list(enumerate(equations.contacts))):
+        writer = ScalarWriter(equations.graph)
+        result = writer.name(each.velocity)
+        rates += [f"    if contact == {i}:"] if i else []
+        rates += _indented([*writer.lines, f"return {result}"], 8 if i else 4)
+    rates += [""]
     writer = ScalarWriter(equations.graph)
     body = []
     for shift in equations.shifts:
@@ -241,13 +216,34 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
 
 
 def holding_source(equations: Any) -> str:
-    """`holding_force` and `holding_limit` of one lane that comes to rest; 0 for a law that cannot stick."""
-    found = []
-    for name, value in (("holding_force", equations.arriving), ("holding_limit", equations.limit)):
-        writer = ScalarWriter(equations.graph)
-        result = "0.0" if value is None else writer.name(value)
-        found += [f"def {name}(floats, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]
-    return "\n".join(found)
+    """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
+    rest."""
+    writer, zero = ScalarWriter(equations.graph), equations.graph.constant(0.0)
+    asked = (value for each in equations.contacts for value in (each.hold, each.limit))
+    values = [zero if value is None else value for value in asked]
+    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
+    return "\n".join(["def holding(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""])
+
+
+def decision_source(equations: Any) -> str:
+    """`contact_rows` of one lane with several contacts, see `kernel/events/decision.py`."""
+    rows, writer = equations.rows, ScalarWriter(equations.graph)
+    n, zero = len(equations.contacts), equations.graph.constant(0.0)
+    values = [*rows.b, *(entry for row in rows.response for entry in row)]
+    values += rows.loads or [equations.graph.constant(1.0)] * n
+    values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
+    for i in range(n):
+        values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
+    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
+    found = ["def contact_rows(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    shares = tuple(next(j for j in range(n) if _same(rows.response[j], rows.response[i])) for i in range(n))
+    constants = {"DYNAMIC": bool(rows.loads), "ROW_LIKE": shares}
+    return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), "", *found])
+
+
+def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
+    """Whether two contacts answer to all friction alike, so that their distance is imposed."""
+    return all(one.index == two.index for one, two in zip(row, other, strict=True))
 
 
 def branches_source(equations: Any) -> str:
@@ -277,7 +273,8 @@ def branches_source(equations: Any) -> str:
     found += ["def machine_energy(floats, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
     function("switches(floats, t, point, side, lane, out)", [equations.guards])
     function("after_switch(floats, t, point, side, lane, which, out)", equations.after_switch, "which")
-    function("after_reversal(floats, t, point, side, lane, out)", [equations.after_reversal])
+    turned = [each.after_reversal for each in equations.contacts]
+    function("after_reversal(floats, t, point, side, lane, contact, out)", turned, "contact" if len(turned) > 1 else "")
     return "\n".join(found)
 
 
@@ -339,7 +336,7 @@ def instants_source(equations: Any, observed: Sequence[Expression], room: Sequen
     room: between which values some states may begin, on such a graph too
     """
     table = () if equations.corners is None else equations.corners.numbers  # recorded on a graph of their own
-    begun = (*room, *equations.scales, equations.period, equations.contact_velocity)
+    begun = (*room, *equations.scales, equations.period, *(each.velocity for each in equations.contacts))
     found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
         writer = ScalarWriter(values[0].graph if values else equations.graph)
@@ -365,6 +362,8 @@ class ScalarWriter:
         if index not in self._names:
             op, *operands = self.graph.nodes[index]
             leaf = {"time": "t", "side": "side", "delay": "floats[DELAY + lane]"}.get(op)
+            if op == "side" and operands:
+                leaf = f"floats[SIDE + {operands[0]} * LANES + lane]"
             if op == "constant":
                 leaf = repr(operands[0])
             if leaf is None:

@@ -29,8 +29,9 @@ FUNCTIONS = {
 class Graph:
     """The nodes of recorded expressions, in an order in which each comes after its operands.
 
-    A node is (op, operands): ("constant", value), ("time",), ("side",), ("delay",), ("state", i), ("parameter", i),
-    ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with a function of FUNCTIONS.
+    A node is (op, operands): ("constant", value), ("time",), ("side",) of the first contact, ("side", i) of contact i,
+    ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with
+    a function of FUNCTIONS.
     """
 
     def __init__(self):
@@ -269,7 +270,11 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
 
 
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
-    """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape."""
+    """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape.
+
+    side: of several contacts a tuple, one for each, or one for all
+    """
+    sides = side if isinstance(side, tuple) else None
     if not expressions:
         return []
     graph = expressions[0].graph
@@ -282,7 +287,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
         elif op == "time":
             values[index] = t
         elif op == "side":
-            values[index] = side
+            values[index] = side if sides is None else sides[operands[0] if operands else 0]
         elif op == "state":
             values[index] = states[operands[0]]
         elif op == "parameter":

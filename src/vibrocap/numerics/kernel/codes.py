@@ -9,6 +9,7 @@ NOT_FINITE = 4
 TOO_MANY_EVENTS = 5
 UNDECIDED = 6
 TOO_MANY_STEPS = 7
+AMBIGUOUS_CONTACTS = 4  # number of that bound among those that there are, see `physics/system.py`
 BEYOND_BOUND = 8  # the first of the equations' bounds; the next ones have the next numbers
 
 # Kinds of event.

@@ -43,11 +43,6 @@ def within_bounds(floats, ints, trace, lane) -> bool:
     raise NotImplementedError
 
 
-def further_sides_hold(floats, ints, trace, lane) -> bool:
-    """Whether further contacts with a force for every velocity move to their sides; if not, one of them turns."""
-    raise NotImplementedError
-
-
 def branch_holds(floats, ints, trace, lane) -> bool:
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     raise NotImplementedError
@@ -63,13 +58,21 @@ def begin_branch(floats, ints, trace, lane, which) -> None:
     raise NotImplementedError
 
 
-def turned(floats, lane) -> None:
-    """Change what a reversal changes in the law, besides the side."""
+def turned(floats, lane, contact) -> None:
+    """Change what a reversal of a contact (0: the first) changes in its law, besides the side."""
     raise NotImplementedError
 
 
 def interpolated_guards(floats, lane, h) -> None:
     """Write the series of the branches' guards over an implicit step of length h."""
+    raise NotImplementedError
+
+
+# Which of several contacts rest.
+
+
+def decide_together(floats, ints, lane) -> None:
+    """Decide the sides of all contacts that rest or have come to rest, at the lane's present state."""
     raise NotImplementedError
 
 
@@ -99,7 +102,7 @@ def tangent_waits(ints, lane) -> bool:
     raise NotImplementedError
 
 
-def leave_piece(floats, ints, lane, event, h) -> None:
+def leave_piece(floats, ints, lane, event, contact, h) -> None:
     """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
     raise NotImplementedError
 
@@ -142,8 +145,8 @@ def look_at_load(floats, ints, lane, h) -> None:
     raise NotImplementedError
 
 
-def on_event(floats, ints, trace, lane, kind, s) -> None:
-    """At an event of this kind, s after the start of the present step."""
+def on_event(floats, ints, trace, lane, kind, contact, s) -> None:
+    """At an event of this kind of a contact (0: the first, -1: of none), s after the start of the present step."""
     raise NotImplementedError
 
 

@@ -12,13 +12,14 @@ import numpy as np
 
 from vibrocap.numerics.kernel.codes import WORD_PLACES
 
-# Entries of `ints`, one number per lane each.
+# Entries of `ints`, one number per lane each, or per contact of the lane.
 INT_ENTRIES = (
     "STATUS",
     "PERIOD_COUNT",  # whole periods completed
     "WHOLE_PERIODS",  # periods to run
-    "ARRIVING",  # 1: the contact is at rest and it is not decided yet whether it sticks
-    "ZEROS",  # how many coefficients of the contact velocity are known to vanish at the start of the step
+    "ARRIVING",  # [contacts] 1: it is at rest and not decided yet whether it sticks; 2: its series decide
+    "ZEROS",  # [contacts] how many coefficients of the velocity are known to vanish at the start of the step
+    "GAVE_WAY",  # [contacts] 1: it has given way at this instant, of several contacts
     "STIFF",  # 1: implicit steps
     "PATIENCE",  # steps until the choice of method is looked at again
     "TAYLOR_STEPS",  # accepted
@@ -61,8 +62,9 @@ FLOAT_ENTRIES = (
     "PERIOD",  # length of a period
     "HOLD_RATE",  # by which the last term of a holding force follows from the last but two, see `taylor.taylor_step`
     "TAIL",  # time to run after the whole periods
-    "SIDE",  # +1, -1 sliding; 0 stuck
-    "CAME_FROM",  # side before the contact came to rest
+    "SIDE",  # [contacts] +1, -1 sliding; 0 stuck
+    "CAME_FROM",  # [contacts] side before it came to rest
+    "SIDE_TOLD",  # [contacts] side in the last piece that was recorded
     "TOLERANCE",  # error per step over the natural size of a state
     "IMPLICIT_STEP",  # step that the implicit method proposes
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
@@ -78,6 +80,7 @@ FLOAT_ENTRIES = (
     "SCALE",  # [states] natural size of each state
     # of an ensemble only
     "STEP",  # length of the present step
+    "EVENT_CONTACT",  # number of the contact of the event with which the step ends
     "DELAY",  # by which the event comes later, per unit of the tangent
     "INVERSE_SCALE",  # [states] one over SCALE
     "THRESHOLD",  # of settling; 0: the run goes on to its end
@@ -85,11 +88,13 @@ FLOAT_ENTRIES = (
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
-    "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
-    "SERIES",  # [(rows + 4 + switches + imposed + shifts + watched) * (order + 1)] coefficients of the present step
+    "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
+    "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
-PIECE_HEAD = 5  # a piece on the trace: period, time, length, side, method, then the coefficients of its series
+# A piece on the trace: period, time, length, side, method, then the coefficients of its series, then further sides.
+PIECE_HEAD = 5
+PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
     "status",
@@ -104,7 +109,7 @@ RESULT_HEAD = (
     "contact_residual",
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
-EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals
+EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
 
 
 def gathered_entries(
@@ -153,6 +158,9 @@ class Layout:
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
     shifts: int = 0  # of these and of the first contact, where one may be stiff: how far each is ahead of a state
+    contacts: int = 1
+    held: int = 0  # further contacts that can rest, each with two rows: the force that holds it, and its limit
+    turns: int = 0  # coordinates that turn, of which a mark keeps a second number
 
     @property
     def measured(self) -> int:
@@ -189,9 +197,16 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
-            "MARKS": self.marks * self.states,
-            "SERIES": (self.rows + 4 + self.switches + self.imposed + self.shifts + self.watched) * (self.order + 1),
+            "MARKS": self.marks * (self.states + self.turns),
+            "SERIES": self.series_rows * (self.order + 1),
+            **dict.fromkeys(PER_CONTACT, self.contacts),
         }
+
+    @property
+    def series_rows(self) -> int:
+        """States and integrals; velocity, force and limit of the first contact and a guard; guards; what is known of
+        further contacts; the true load where it is watched."""
+        return self.rows + 4 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property
     def present(self) -> int:
@@ -205,30 +220,33 @@ class Layout:
     def event_work_size(self) -> int:
         """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
         gathering = self.states + 8 * (self.measured + 8)
-        return max(40 * (self.order + 3), self.states + 5 * self.switches, gathering)
+        deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
+        points = self.states + max(5 * self.switches, 10 * self.contacts)
+        tangents = self.states + 3 * self.contacts + self.switches
+        return max(40 * (self.order + 3), points, tangents, gathering, deciding)
 
     @property
     def work_size(self) -> int:
-        """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities, guards."""
+        """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities."""
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
-        implicit += 1 + 3 * self.shifts + 2 * self.switches
+        implicit += 1 + 3 * self.shifts
         return self.event_work_size + implicit
 
     @property
     def piece_size(self) -> int:
         """Numbers per piece on the trace."""
-        return PIECE_HEAD + self.rows * (self.order + 1)
+        return PIECE_HEAD + self.rows * (self.order + 1) + self.contacts - 1
 
     @property
     def event_size(self) -> int:
         """Numbers per event on the trace."""
-        return EVENT_HEAD + self.rows
+        return EVENT_HEAD + self.rows + 1
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, side."""
-        return 2 * self.states + self.parameters + 3
+        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, sides."""
+        return 2 * self.states + self.parameters + 2 + self.contacts
 
     @property
     def result_size(self) -> int:
@@ -243,12 +261,15 @@ class Layout:
     @property
     def whole_size(self) -> int:
         """Numbers in `ints`."""
-        return len(INT_ENTRIES) * self.lanes
+        return sum(self.sizes.get(name, 1) for name in INT_ENTRIES) * self.lanes
 
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Offset of each entry of `ints` and of `floats`."""
-        found = {name: i * self.lanes for i, name in enumerate(INT_ENTRIES)}
+        found, place = {}, 0
+        for name in INT_ENTRIES:
+            found[name] = place
+            place += self.sizes.get(name, 1) * self.lanes
         place = 0
         for name in FLOAT_ENTRIES:
             found[name] = place
@@ -274,12 +295,13 @@ class Layout:
             "EVENT_SIZE": self.event_size,
             "EVENT_WORK": self.event_work_size,
             "SWITCHES": self.switches,
-            "IMPOSED_COUNT": self.imposed,
             "SHIFTS": self.shifts,
+            "CONTACTS": self.contacts,
             "PARAMETERS": self.parameters,
             "PRESENT": self.present,
             "COEFFICIENTS": self.coefficients,
             "MARK_COUNT": self.marks,
+            "MARK_SIZE": self.states + self.turns,
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,

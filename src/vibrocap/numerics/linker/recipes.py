@@ -22,12 +22,10 @@ STEP = Slot(
 )
 BRANCHES = Slot(
     "law branches",
-    (
-        *("within_bounds", "further_sides_hold", "branch_holds", "first_switch", "begin_branch", "turned"),
-        "interpolated_guards",
-    ),
+    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
     ("events.one_branch", "events.law_branches"),
 )
+DECISION = Slot("decision of contacts", ("decide_together",), ("events.one_contact", "events.decision"))
 CORNERS = Slot(
     "corners of the drive", ("begin_drive", "at_corner", "begin_drive_period"), ("events.no_corners", "events.corners")
 )
@@ -45,7 +43,7 @@ POINT_OF_LAW = Slot(
 )
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
-MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
+MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
 MEASURED = (*SHOWN, EVIDENCE)
 
@@ -78,24 +76,31 @@ LANE_PRIMITIVES = (
 DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
 
 
-def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
+def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
     """One motion, of which everything is recorded.
 
     branches: whether the law has several on each side of rest; corners: whether the drive has any
+    several: contacts
     """
-    before = _before(RECORDING, maybe_stiff, branches, corners, False)
+    before = _before(RECORDING, maybe_stiff, branches, corners, several, False)
     return Recipe("advance", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
 
 
-def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
+def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
-    own = motion_recipe(maybe_stiff, branches, corners)
+    own = motion_recipe(maybe_stiff, branches, corners, several)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
     return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
 
 
 def ensemble_recipe(
-    loop: str, maybe_stiff: bool, branches: bool, corners: bool = False, tangent: bool = False, watched: bool = False
+    loop: str,
+    maybe_stiff: bool,
+    branches: bool,
+    corners: bool = False,
+    several: bool = False,
+    tangent: bool = False,
+    watched: bool = False,
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
 
@@ -105,7 +110,13 @@ def ensemble_recipe(
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     watch = ("observe.load_watch",) if watched else NO_WATCH
     evidence = "observe.no_evidence" if loop == "browser" else "observe.evidence"
-    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point, evidence, *watch)
+    before = (
+        *GATHERING,
+        *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
+        point,
+        evidence,
+        *watch,
+    )
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
@@ -117,7 +128,7 @@ def ensemble_recipe(
 
 
 def _before(
-    observer: tuple[str, ...], maybe_stiff: bool, branches: bool, corners: bool, tangent: bool
+    observer: tuple[str, ...], maybe_stiff: bool, branches: bool, corners: bool, several: bool, tangent: bool
 ) -> tuple[str, ...]:
     """The modules before those of the loop."""
     return (
@@ -125,6 +136,7 @@ def _before(
         *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
         *observer,
         "events.law_branches" if branches else "events.one_branch",
+        "events.decision" if several else "events.one_contact",
         "events.corners" if corners else "events.no_corners",
         "events.tangents" if tangent else "events.no_tangents",
     )

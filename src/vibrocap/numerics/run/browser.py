@@ -11,7 +11,7 @@ from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import shown_motion_recipe
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source
-from vibrocap.numerics.run.motion import series_order
+from vibrocap.numerics.run.motion import has_branches, series_order
 
 MEMORY = (FLOATS, INTS, FLOATS)
 MOTION_ENTRIES = {
@@ -67,7 +67,8 @@ def browser_kernels(
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
-    recipe = shown_motion_recipe(equations.maybe_stiff, bool(equations.guards), equations.corners is not None)
+    corners, several = equations.corners is not None, equations.several
+    recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several)
     text = linked_source("\n\n".join(generated), recipe)
     text.check()
     return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -16,6 +16,7 @@ from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
+from vibrocap.numerics.run.motion import has_branches, sizes, start_sides
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -76,18 +77,15 @@ def ensemble_source(
     own_switches = len(equations.switches) - equations.law_switches
     watched = equations.true_load is not None and states == equations.base
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
-    parameters, switches = len(equations.parameter_paths), len(equations.guards)
-    corners = equations.corners
-    coefficients = 0 if corners is None else corners.coefficients
-    imposed = len(equations.imposed_velocities)
-    shifts = len(equations.shifts) if equations.maybe_stiff else 0
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed, shifts)
+    parameters, corners = len(equations.parameter_paths), equations.corners
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, **sizes(equations))
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
     tangent = layout.states > equations.base
     stiff = equations.maybe_stiff and not tangent
-    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent, watched)
+    more = equations.several, tangent, watched
+    recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
 
@@ -123,7 +121,7 @@ def ensemble_run(
     write_runs(runs, equations, parameters, initial, start)
     trace[results_end:] = tables.ravel()
     if mark_distance is not None:
-        runs[:, -2] = mark_distance
+        runs[:, -1 - layout.contacts] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     taken = 0
     guard = threading.Lock()
@@ -204,9 +202,11 @@ def write_runs(
     columns = parameters.T
     scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
     (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
-    velocity = evaluate([equations.contact_velocity], time, initial.T, 1.0, columns)[0]
+    sides = states + count + states + 2
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, -3], runs[:, -2], runs[:, -1] = time, period, np.sign(velocity)
+    runs[:, sides - 2], runs[:, sides - 1] = time, period
+    for i, side in enumerate(start_sides(equations, time, initial.T, columns)):
+        runs[:, sides + i] = side

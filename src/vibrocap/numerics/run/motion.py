@@ -19,6 +19,8 @@ from vibrocap.resources import check_kept, check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
+NO_SPEED = 64.0 * 2.0**-52  # of a velocity's terms: rounding, as in `events.contact.jumped_to`
+NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
 PIECE_ROOM = 20_000
 
 FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
@@ -31,13 +33,14 @@ class Recorded:
     """What came back from the kernel. Times of pieces and events count from the start of their period."""
 
     status: int  # of `codes`
-    pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]: period, time, length, side, method, series
-    events: np.ndarray  # [events, 3 + rows]: period, time, kind, states
+    pieces: np.ndarray  # [pieces, size]: period, time, length, side, method, series, sides of further contacts
+    events: np.ndarray  # [events, 4 + rows]: period, time, kind, states, number of the contact (0: of none)
     sections: np.ndarray  # [whole periods completed + 1, rows]
     final: np.ndarray  # [rows] where the run ended
     contact_residual: float
     taylor_steps: int
     implicit_steps: int
+    contacts: int = 1
 
     @property
     def piece_instants(self) -> np.ndarray:
@@ -51,8 +54,8 @@ class Recorded:
 
     @property
     def piece_sides(self) -> np.ndarray:
-        """[pieces] +1, -1 sliding; 0 at rest."""
-        return self.pieces[:, 3]
+        """[pieces, contacts] +1, -1 sliding; 0 at rest."""
+        return np.hstack([self.pieces[:, 3:4], self.pieces[:, self.pieces.shape[1] - self.contacts + 1 :]])
 
     @property
     def piece_implicit(self) -> np.ndarray:
@@ -63,8 +66,8 @@ class Recorded:
     def series(self) -> np.ndarray:
         """[pieces, rows, order + 1] coefficients in powers of the time since the start of the piece."""
         pieces, size = self.pieces.shape
-        rows = len(self.final)
-        return self.pieces[:, memory.PIECE_HEAD :].reshape(pieces, rows, (size - memory.PIECE_HEAD) // rows)
+        rows, end = len(self.final), size - self.contacts + 1
+        return self.pieces[:, memory.PIECE_HEAD : end].reshape(pieces, rows, (end - memory.PIECE_HEAD) // rows)
 
     @property
     def event_kinds(self) -> np.ndarray:
@@ -74,7 +77,12 @@ class Recorded:
     @property
     def event_states(self) -> np.ndarray:
         """[events, rows]"""
-        return self.events[:, memory.EVENT_HEAD :]
+        return self.events[:, memory.EVENT_HEAD : -1]
+
+    @property
+    def event_contacts(self) -> np.ndarray:
+        """[events] number of the contact, 1 for the first; 0: of none."""
+        return self.events[:, -1].astype(int)
 
     @property
     def event_instants(self) -> np.ndarray:
@@ -92,18 +100,31 @@ def series_order(tolerance: float) -> int:
     return 12 if tolerance >= 1e-11 else 16
 
 
-@functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
-    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
-    states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
-    more = {
+def has_branches(equations: Any) -> bool:
+    """Whether law or machine has several branches, or anything ends a run or changes states at a reversal."""
+    return bool(equations.guards)
+
+
+def sizes(equations: Any) -> dict[str, int]:
+    """Of the memory: guards, coefficients of a segment, and what further contacts take."""
+    corners = equations.corners
+    return {
         "switches": len(equations.guards),
         "coefficients": 0 if corners is None else corners.coefficients,
         "imposed": len(equations.imposed_velocities),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
+        "contacts": len(equations.contacts),
+        "turns": len(equations.turns),
+        "held": sum(each.sticks for each in equations.contacts[1:]),
     }
-    layout = Layout(1, states, states, order, parameters, **more)
-    recipe = motion_recipe(equations.maybe_stiff, layout.switches > 0, corners is not None)
+
+
+@functools.lru_cache(maxsize=64)
+def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
+    states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
+    layout = Layout(1, states, states, order, parameters, **sizes(equations))
+    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners is not None, equations.several)
     text = linked_source(generated_source(equations, layout), recipe)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 
@@ -152,7 +173,7 @@ def recorded_run(
     if equations.corners is not None:
         table = _start_drive(equations.corners, floats, ints, place, parameters)
         parameters = floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
-    _start_contact(equations, floats, ints, place, initial, parameters)
+    _start_contacts(equations, floats, ints, place, initial, parameters)
     whole_trace = 8.0 * whole_periods * rows
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
@@ -196,6 +217,7 @@ def recorded_run(
         contact_residual=float(floats[place["CONTACT_RESIDUAL"]]),
         taylor_steps=int(ints[place["TAYLOR_STEPS"]]),
         implicit_steps=int(ints[place["IMPLICIT_STEPS"]]),
+        contacts=layout.contacts,
     )
 
 
@@ -228,13 +250,32 @@ def _start_drive(
     return tables[0]
 
 
-def _start_contact(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
-    """Side at the start: that of the velocity; at rest, the kernel decides."""
-    velocity = evaluate([equations.contact_velocity], floats[place["TIME"]], initial, 1.0, parameters)[0]
-    if velocity != 0.0:
-        floats[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
-    elif equations.hold is not None:
-        ints[place["ARRIVING"]] = 1
-    else:
-        floats[place["SIDE"]] = 1.0
-        ints[place["ZEROS"]] = 1
+def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
+    """Sides at the start: those of the velocities; at rest, the kernel decides."""
+    sides = start_sides(equations, floats[place["TIME"]], initial, parameters)
+    for i, (each, side) in enumerate(zip(equations.contacts, sides, strict=True)):
+        floats[place["SIDE_TOLD"] + i] = NOT_TOLD
+        if side != 0.0:
+            floats[place["SIDE"] + i] = side
+        elif each.sticks:
+            ints[place["ARRIVING"] + i] = 1
+        else:
+            floats[place["SIDE"] + i] = 1.0
+            ints[place["ZEROS"] + i] = 1
+
+
+def start_sides(equations: Any, time: Any, states: Any, parameters: Any) -> list:
+    """Sides of all contacts where a run starts, of numbers or arrays; 0 where one is at rest.
+
+    A velocity that is no state is zero to rounding only, as where a motion is taken up again while a further contact
+    rests.
+    """
+    velocities = evaluate([each.velocity for each in equations.contacts], time, states, 1.0, parameters)
+    found = [np.sign(velocities[0])]
+    for each, velocity in zip(equations.contacts[1:], velocities[1:], strict=True):
+        none: Any = 0.0
+        if not each.is_state:
+            (scale,) = evaluate([equations.scales[each.state]], time, states, 1.0, parameters)
+            none = NO_SPEED * (np.abs(states[each.state]) + scale)
+        found.append(np.where(np.abs(velocity) <= none, 0.0, np.sign(velocity)))
+    return found

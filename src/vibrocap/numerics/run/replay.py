@@ -61,7 +61,7 @@ def replayed(
     kernel["on_period"](floats, ints, trace, 0)
     methods = motion.piece_implicit.astype(int).tolist()
     jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
-    lengths, sides = motion.piece_length.tolist(), motion.piece_side.tolist()
+    lengths, sides = motion.piece_length.tolist(), motion.piece_sides
     pieces = enumerate(zip(lengths, sides, methods, jumps, motion.coefficients, strict=True))
     doubtful = _near_lift_off(motion) if layout.watched else ()
     count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]

@@ -11,7 +11,7 @@ from vibrocap.numerics.linker.link import kernel_source
 
 
 class Stroboscope:
-    """Stroboscopic states [marks, states] over their natural sizes, without the cyclic coordinate.
+    """Stroboscopic states [marks, kept] over their natural sizes, as `motion.section.section_states` gives them.
 
     See `settle.py` for what its methods answer, all for the last mark.
     """
@@ -19,7 +19,7 @@ class Stroboscope:
     def __init__(self, states: np.ndarray):
         self.last = len(states) - 1
         self._states = states.ravel().tolist()  # numbers of Python's own are faster to get at one by one
-        places = {"MARKS": 0, "LANES": 1, "STATES": states.shape[1], "MARK_COUNT": len(states)}
+        places = {"MARKS": 0, "LANES": 1, "MARK_SIZE": states.shape[1], "MARK_COUNT": len(states)}
         self.functions: dict[str, Any] = {"math": math, **places}
         exec(_decision(), self.functions)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.section import brought_back, whole_turns
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
@@ -26,8 +27,8 @@ class BifurcationDiagram:
     """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
 
     over: path of the parameter; values: [points]; directions: "up" and "down"
-    states: [..., kept, states] at the section, the cyclic coordinate from zero at the first; of a settled motion
-        those of one response, of others `kept` of them; NaN where there are no more
+    states: [..., kept, states] at the section, the cyclic coordinate from zero at the first, one that turns within
+        half a turn; of a settled motion those of one response, of others `kept` of them; NaN where there are no more
     response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point), -2: not
         certified: what it settled to, or its last period, is no motion of the equations
     drift: gain of the cyclic coordinate per drive period over these states; NaN without one. Motions are settled to
@@ -121,9 +122,7 @@ def _at_point(
     runs = settling_runs(map_, states, rows, periods)
     cyclic = map_.cyclic
     response = np.where(runs.finished, runs.response_period, FAILED)
-    begun = runs.state.copy()
-    if cyclic >= 0:
-        begun[:, cyclic] = 0.0
+    begun = brought_back(map_.system, runs.state)
     found = np.full((len(states), kept, map_.states), math.nan)
     drift = np.full(len(states), math.nan)
     ends = np.where(runs.finished[:, None], begun, math.nan)
@@ -139,12 +138,11 @@ def _at_point(
         for k, run in enumerate(chosen):
             n = count if wandering else _shortest(map_, path[:, k], int(response[run]))
             response[run] = NOT_SETTLED if wandering else n
-            found[run, :n] = path[:n, k]
+            found[run, :n] = path[:n, k] - whole_turns(map_.system, path[:n, k])
             ends[run] = last[n, k]
             if cyclic >= 0:
                 drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
-    if cyclic >= 0:
-        ends[:, cyclic] = np.where(np.isfinite(ends[:, cyclic]), 0.0, math.nan)
+    ends = np.where(np.isfinite(ends), brought_back(map_.system, ends), math.nan)
     response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
     response = np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response)
     return response, found, drift, ends

@@ -47,6 +47,7 @@ class MotionClass:
         with the standard error `drift_error`; None without such a coordinate, or where it is not known
     symmetric: whether the motion is its own mirror image half a period later (an aperiodic one: whether it fills the
         same set); None where it has no such symmetry, or is not known
+    winding: mean turns per drive period of each coordinate that turns, by name
     orbit: the orbit of a periodic motion; lyapunov, zero_one: of one that did not settle
     state: at the section, on the motion or on the way to it
     """
@@ -60,6 +61,7 @@ class MotionClass:
     orbit: Orbit | None = None
     lyapunov: LyapunovExponents | None = None
     zero_one: ZeroOneTest | None = None
+    winding: dict[str, float] = dataclasses.field(default_factory=dict)
 
     @property
     def response_period(self) -> int | None:
@@ -107,6 +109,7 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
     known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
+    known |= {"winding": {name: turns / n for name, turns in orbit.winding.items()}}
     if orbit.status is OrbitStatus.CONTRADICTED:
         return MotionClass("not settled", "an orbit closes, but runs beside it contradict its multipliers", **known)
     if not orbit.closes:
@@ -138,10 +141,12 @@ def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     drift, error = _mean_drift(map_, states)
     if kind == "not settled" and growth.value < 0.0 and (orbit := _long_orbit(map_, states, cloud)) is not None:
         return class_of_orbit(orbit)
-    symmetric = None
+    symmetric, turns = None, map_.system.machine.turns
     if map_.system.mirrored and kind != "not settled":
         symmetric = same_set(cloud[-CLOUD:], mirrored_cloud(map_, states[-CLOUD:]))
-    return MotionClass(kind, reason, drift, error, symmetric, last, None, growth, chaos)
+    gained = (states[-1] - states[0]) / max(1, len(states) - 1)
+    turned = {name: float(gained[map_.system.state_names.index(name)] / p) for name, p in turns.items()}
+    return MotionClass(kind, reason, drift, error, symmetric, last, None, growth, chaos, turned)
 
 
 def same_set(one: np.ndarray, other: np.ndarray) -> bool:

@@ -101,6 +101,8 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
             high = max(high, float(fine.entry("LARGEST", i).max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
+        if name in system.machine.turns and high - low > system.machine.turns[name]:  # then all of its circle
+            low, high = -0.5 * system.machine.turns[name], 0.5 * system.machine.turns[name]
         least, most = room.get(name, (-np.inf, np.inf))
         low, high = max(low, least), min(high, most)
         if name not in system.switched and np.isfinite(low) and low < high:

@@ -46,7 +46,7 @@ def in_continuum(map_: StroboscopicMap, found: PeriodicSolution) -> bool:
     push[moving] = PUSH * sizes[moving] * along / np.max(np.abs(along))
     starts = state + np.stack([push, -push])
     images = map_.images(starts, np.tile(row, (2, 1)), found.response_period)
-    away = np.max(np.abs((images.state - starts)[:, moving]) / sizes[moving], axis=1)
+    away = np.max(np.abs(map_.away(images.state, starts)[:, moving]) / sizes[moving], axis=1)
     return bool(np.any(images.finished & (away <= CLOSED * found.tolerance)))
 
 
@@ -128,11 +128,12 @@ def orbit(
     """The steady motion that a start leads to, closed to rounding.
 
     What a capsule does in the long run is periodic modulo a shift of its position: a relative periodic orbit, whose
-    shift per period is the drift. The motion is simulated until its stroboscopic state has settled, which gives the
-    response period, then closed by Newton's method (`shoot`), which also gives the Floquet multipliers. If the orbit
-    is unstable the motion has not arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is
-    the one that it left, and `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive
-    that changes in time (a block on a belt) has a period of its own, which is found too.
+    shift per period is the drift; that of a rotor is so modulo whole turns too, whose number is `Orbit.winding`. The
+    motion is simulated until its stroboscopic state has settled, which gives the response period, then closed by
+    Newton's method (`shoot`), which also gives the Floquet multipliers. If the orbit is unstable the motion has not
+    arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is the one that it left, and
+    `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive that changes in time (a
+    block on a belt) has a period of its own, which is found too.
 
     initial: the start of the simulation, by state name (those not named are zero)
     response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
@@ -214,7 +215,7 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     along = np.real(right[:, most])
     push[moving] = PUSH * size * along / np.max(np.abs(along))
     if towards is not None:
-        left, away = np.real(np.linalg.inv(right)[most]), ((towards - state) / sizes)[moving]
+        left, away = np.real(np.linalg.inv(right)[most]), (map_.away(towards, state) / sizes)[moving]
         push *= -1.0 if (left @ away) * (left @ (push / sizes)[moving]) < 0.0 else 1.0
     starts = state + np.stack([push, -push])
     rows = np.tile(map_.parameters(), (2, 1))

@@ -46,11 +46,12 @@ class OrbitStatus(Advised):
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PeriodicSolution(Result):
-    """A periodic solution modulo its drift, as Newton's method left it.
+    """A periodic solution modulo its drift and whole turns, as Newton's method left it.
 
     state: at the section (the start of a drive period), position zero
     period: its length; response_period: that in drive periods, 0 for an autonomous system
     drift: what the cyclic coordinate gains over it (exactly zero where `symmetric`); None without such a coordinate
+    winding: whole turns over it of each coordinate that turns, by name
     multipliers: Floquet multipliers modulo the drift, largest first: of the map without the cyclic coordinate (and
         without the direction along the motion of an autonomous system). Exactly zero for each direction that sticking
         forgets
@@ -76,6 +77,7 @@ class PeriodicSolution(Result):
     iterations: int
     tolerance: float
     mirrored_state: dict[str, float] | None = None
+    winding: dict[str, int] = dataclasses.field(default_factory=dict)
 
     @property
     def heading(self) -> str:
@@ -89,6 +91,8 @@ class PeriodicSolution(Result):
         found = {"period": f"period {self.period:.10g}"}
         if self.drift is not None:
             found["travel"] = f"drift {self.drift:.10g}, mean velocity {self.drift / self.period:.6g}"
+        if self.winding:
+            found["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
         if self.symmetric is not None:
             found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
         found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if self.closes else "stability not known"

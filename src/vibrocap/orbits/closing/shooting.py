@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.motion.section import brought_back, winding
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
@@ -40,15 +41,12 @@ def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, h
 
         y without its cyclic coordinate:   P^n(y) = y,      or with `half` (n odd)   (S P_(T/2))^n (y) = y
 
-    The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs of mirror twins. The
-    velocity of a contact that sticks at the section is left out too. Derivatives come from the variational equations,
-    through events. Steps are halved while they do not reduce the mismatch. A few runs beside the orbit have to agree
-    with its derivative; where they contradict it, nothing is said of its
-    stability.
+    modulo whole turns. The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs
+    of mirror twins. The velocity of a contact that sticks at the section is left out too. Derivatives come from the
+    variational equations, through events. Steps are halved while they do not reduce the mismatch. A few runs beside the
+    orbit have to agree with its derivative; where they contradict it, nothing is said of its stability.
     """
-    state = state.copy()
-    if map_.cyclic >= 0:
-        state[map_.cyclic] = 0.0
+    state = brought_back(map_.system, state)
     closure = _Closure(map_, map_.parameters(), response_period, half)
     best, steps = closure.attempt(state), 0
     while best.finished and steps < MOST_STEPS and best.residual > 1e-3 * CLOSED:
@@ -97,11 +95,7 @@ class _Closure:
     def attempt(self, state: np.ndarray) -> _Try:
         found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
         image = found.state[0]
-        mismatch = np.where(self.kept, (image - state) / self.scales, 0.0)
-        if self.map_.equations.pinned:  # a contact that turns at the section has either side there
-            sides = np.array(self.map_.equations.sides_at_rest)
-            turns = np.all(self.map_.at_rest(np.stack((state, image)), self.parameters[None]), axis=0)
-            mismatch[sides[turns & (state[sides] * image[sides] < 0.0)]] = 0.0
+        mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
         finished = bool(found.finished[0]) and bool(np.isfinite(residual))
         assert found.jacobian is not None
@@ -168,14 +162,12 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
         image = map_.mirrored_half(found.state[None], parameters[None]).state[0]
         symmetric = closure.half
         if not symmetric and response_period % 2 == 1:
-            away = mapped(map_, found.state, parameters, response_period, True).state[0] - found.state
+            away = map_.away(mapped(map_, found.state, parameters, response_period, True).state[0], found.state)
             symmetric = bool(np.max(np.abs(away / closure.scales)[closure.kept]) <= SAME_STATE)
-        twin = named_states(system, image)
-        if map_.cyclic >= 0:
-            twin[system.state_names[map_.cyclic]] = 0.0
-    drift = None
+        twin = named_states(system, brought_back(system, image))
+    gained, drift = whole.state[0] - found.state, None
     if map_.cyclic >= 0:
-        drift = 0.0 if symmetric else float(whole.state[0][map_.cyclic] - found.state[map_.cyclic])
+        drift = 0.0 if symmetric else float(gained[map_.cyclic])
     solution = PeriodicSolution(
         system=system,
         state=named_states(system, found.state),
@@ -190,5 +182,6 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
         iterations=steps,
         tolerance=map_.tolerance,
         mirrored_state=twin,
+        winding=winding(system, gained),
     )
     return solution if found.certified else judged(solution)

@@ -40,6 +40,7 @@ class Branch(Result):
     certified: [points] whether the motion along the orbit is one of the equations: by the evidence taken as it was
         closed, and where that is beyond the bounds of a certificate, by the certificate of the recorded motion
     multipliers: [points, multipliers] modulo the drift, largest first; drift: NaN without a cyclic coordinate
+    winding: [points, coordinates that turn] whole turns over a response
     symmetric: whether its orbits are their own mirror images; None where the system has no such symmetry
     special_points: in order; ends: why it was not followed beyond its first and its last point
     start: index of the point it was followed from; -1 where no orbit closed there and the branch is empty
@@ -62,6 +63,7 @@ class Branch(Result):
     word: np.ndarray
     arclength: np.ndarray
     certified: np.ndarray
+    winding: np.ndarray
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[BranchEnd, BranchEnd]
     start: int
@@ -183,7 +185,8 @@ def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
     return Branch(
         closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
         np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
-        none, np.empty(0, dtype=bool), (), nowhere, -1, closure,
+        none, np.empty(0, dtype=bool), np.empty((0, len(closure.system.machine.turns)), dtype=int), (), nowhere, -1,
+        closure,
     )  # fmt: skip
 
 
@@ -224,6 +227,7 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         word=np.array([point.closing.word for point in points]),
         arclength=ways,
         certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
+        winding=np.array([point.closing.winding for point in points], dtype=int).reshape(len(points), -1),
         special_points=tuple(special),
         ends=(ends[0], ends[1]),
         start=len(before),

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.section import whole_turns
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
@@ -203,9 +204,9 @@ def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bo
     """Whether the end of a branch is at a special point of another."""
     low, high = parent.between
     sizes = parent.closing_map.sizes[parent.closing_map.unknowns]
-    there = np.array(list(special.state.values()))[parent.closing_map.unknowns]
-    here = child.states[end][child.closing_map.unknowns]
-    off = max(float(np.max(np.abs(there - here) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
+    there = np.array(list(special.state.values()))
+    away = parent.closing_map.map.away(there, child.states[end])[parent.closing_map.unknowns]
+    off = max(float(np.max(np.abs(away) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
     return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_PLACE
 
 
@@ -249,7 +250,10 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
     if not len(apart):
         return float("inf")
-    starts, ways, lengths = corners[apart], ways[apart], lengths[apart]
+    turned = np.zeros_like(corners)  # whole turns, so that each chord begins as near as can be
+    unknown = closure.unknowns
+    turned[:, : len(unknown)] = whole_turns(branch.system, branch.states - state)[:, unknown] / closure.sizes[unknown]
+    starts, ways, lengths = (corners - turned)[apart], ways[apart], lengths[apart]
     shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
     feet = starts + shares[:, None] * ways
     off = np.linalg.norm(feet - x, axis=1)

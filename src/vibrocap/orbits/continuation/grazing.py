@@ -69,7 +69,7 @@ def _guard_at(motion: Trajectory, guard: int, index: np.ndarray, s: np.ndarray) 
     recording = equations(motion.system)
     time, parameters = motion.drive_at(index, s)
     states = motion.piece_states(index, s)
-    (value,) = evaluate([recording.switches[guard]], time, states, motion.piece_side[index], parameters)
+    (value,) = evaluate([recording.switches[guard]], time, states, motion.sides(index), parameters)
     return np.broadcast_to(value, np.shape(s))
 
 
@@ -114,6 +114,6 @@ def slowest_impact(motion: Trajectory) -> float:
             if abs(_guard_at(motion, guard, index, s)[0]) > 1e-9:
                 continue
             slope = [derivative(recording.switches[guard], i) for i in range(len(recording.rates))]
-            values = evaluate(slope, local, states, motion.piece_side[index], parameters)
+            values = evaluate(slope, local, states, motion.sides(index), parameters)
             least = min(least, abs(float(np.sum(np.array([np.ravel(v)[0] for v in values]) * slopes[:, 0]))))
     return least

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number
-from vibrocap.measures.during_run import check_travel, known_measures, measure_table, near_measure, resolved
+from vibrocap.measures.during_run import check_travel, known_measure, measure_table, near_measure, resolved
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -159,8 +159,7 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
 def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
     for each in systems:
-        known = known_measures(each)
-        if measure not in known or measure == "word":
+        if not isinstance(measure, str) or measure == "word" or known_measure(measure, each) is None:
             near = near_measure(measure, [name for name in measure_table(each) if name != "word"])
             raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
         check_travel(resolved(measure, each)[1], each)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibrocap.measures.during_run import measured
+from vibrocap.motion.section import brought_back, section_states
 from vibrocap.motion.simulate import period_marks, simulate
 from vibrocap.motion.start import within_room
 from vibrocap.motion.trajectory import Trajectory
@@ -65,8 +66,6 @@ def settled_motion(
     """
     state, done, most = initial, 0, FIRST_LOOK
     sizes = np.array(system.scales(), dtype=float)
-    names = list(system.state_names)
-    kept = [i for i, name in enumerate(names) if name != system.machine.cyclic]
     while True:
         length = min(most, periods - done)
         status, marks = period_marks(system, periods=length, initial=state, tolerance=tolerance)
@@ -75,7 +74,7 @@ def settled_motion(
         done += length
         most = done
         state = named_states(system, marks[-1])
-        over = Stroboscope(marks[:, kept] / sizes[kept])
+        over = Stroboscope(section_states(system, marks, sizes))
         response = over.settled_response(ARRIVED * tolerance, tolerance)[0]
         if response:
             return SettledMotion(system, state, response, _drift(system, marks, response), tolerance)
@@ -172,9 +171,7 @@ class Difference:
         found = []
         for each in near:
             system = each.system.with_parameters({self.over: place})
-            state = dict(each.state)
-            if system.machine.cyclic is not None:
-                state[system.machine.cyclic] = 0.0
+            state = named_states(system, brought_back(system, state_vector(system, each.state)))
             motion = settled_motion(system, within_room(system, state), self.periods, tolerance)
             if motion is None:
                 return None
@@ -236,10 +233,11 @@ def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
 def _near(one: Motions, other: Motions) -> bool:
     """Whether the motions of two ends, as near as can be, are one: none of their states jumps."""
     for first, last in zip(one, other, strict=True):
-        names = [name for name in first.system.state_names if name not in first.system.switched]
-        sizes = dict(zip(first.system.state_names, map(float, first.system.scales()), strict=True))
-        names = [name for name in names if name != first.system.machine.cyclic]
-        if any(abs(first.state[name] - last.state[name]) > ONE_MOTION * sizes[name] for name in names):
+        sizes = np.array(first.system.scales(), dtype=float)
+        sizes[[i for i, name in enumerate(first.system.state_names) if name in first.system.switched]] = np.inf
+        here, there = (state_vector(each.system, each.state) for each in (first, last))
+        away = section_states(first.system, here, sizes) - section_states(first.system, there, sizes)
+        if np.any(np.abs(away) > ONE_MOTION):
             return False
     return True
 

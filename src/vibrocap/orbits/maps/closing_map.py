@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
+from vibrocap.motion.section import turning_states, whole_turns, winding
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
@@ -24,7 +25,9 @@ class Closing:
 
     mismatch: [m] image less start; jacobian: [m, m] of the image by the start; slope: [m] of the image by q
     at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
-    word: phases over the whole response; drift: what the cyclic coordinate gains over it
+    word: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole turns of each
+        coordinate that turns
+    turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
@@ -39,12 +42,23 @@ class Closing:
     word: str
     drift: float
     image: np.ndarray
+    winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
+    turns: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
         return same_cycle(self.word, other.word) and self.impacts == other.impacts
+
+    def away(self, x: np.ndarray) -> np.ndarray:
+        """Points [..., m + 1] less this one, modulo whole turns."""
+        gained = x - self.x
+        if self.turns is None:
+            return gained
+        turning = np.isfinite(self.turns)
+        gained[..., turning] -= self.turns[turning] * np.round(gained[..., turning] / self.turns[turning])
+        return gained
 
     @property
     def residual(self) -> float:
@@ -122,6 +136,8 @@ class ClosingMap:
         self.unknowns = self.map.smooth_states
         self.switched = np.array([i for i, name in enumerate(names) if name in system.switched], dtype=int)
         self.mirror = self.map.mirror if half else np.ones(len(names))
+        turning = {place: period for place, period in turning_states(system) if place in self.unknowns}
+        self.turns = np.array([turning.get(i, np.inf) for i in self.unknowns.tolist()]) / self.sizes[self.unknowns]
 
     def parameter(self, x: np.ndarray) -> float:
         low, high = self.between
@@ -206,11 +222,12 @@ class ClosingMap:
         at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
+        turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
         return Closing(
             x=x,
-            mismatch=image[0] - x[:-1],
+            mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
             slope=nudged_slope(image[0], image[m], image[m + 1], alike),
             at_rest=at_rest,
@@ -218,6 +235,8 @@ class ClosingMap:
             word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
+            winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
+            turns=np.append(self.turns, np.inf),
             impacts=impacts[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )

@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.motion.section import whole_turns, winding
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
@@ -104,6 +105,7 @@ class CycleMap(ClosingMap):
         if map_.equations.hold is not None:
             at_rest[:m] = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
         words = self._words(ended, [0, m, m + 1])
+        turned = whole_turns(self.system, ends[0, :n] - state)
         monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
         flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
         slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE)
@@ -111,7 +113,7 @@ class CycleMap(ClosingMap):
         section = np.append(self.normal, (0.0, 0.0))
         return CycleClosing(
             x=x,
-            mismatch=np.append(image[0] - x[:m], self.normal @ x[:m] - self.level),
+            mismatch=np.append(image[0] - x[:m] - turned[self.unknowns] / sizes, self.normal @ x[:m] - self.level),
             jacobian=self._returned(monodromy, flow),
             slope=np.append(slope, 0.0),
             at_rest=at_rest,
@@ -120,6 +122,8 @@ class CycleMap(ClosingMap):
             drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
             image=ends[0, :n],
             bordered=np.vstack((above, section)),
+            winding=tuple(winding(self.system, turned).values()),
+            turns=np.append(self.turns, (np.inf, np.inf)),
             impacts=self.impacts_of(ended)[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.run_evidence import certified
+from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
@@ -90,8 +91,13 @@ class StroboscopicMap:
         return np.array([float(value) for value in values])
 
     def section(self, states: np.ndarray) -> np.ndarray:
-        """States [..., states] over their natural sizes, without the cyclic coordinate."""
-        return states[..., self.section_states] / self.scales(self.parameters())[self.section_states]
+        """Where states [..., states] are, see `section_states`: [..., kept]."""
+        return section_states(self.system, states, self.scales(self.parameters()))
+
+    def away(self, images: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Images less states [..., states], modulo whole turns."""
+        gained = images - states
+        return gained - whole_turns(self.system, gained)
 
     def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> float:
         """To which side the contact slides: +1, -1, or 0 where it sticks."""

@@ -50,25 +50,22 @@ def variational_equations(equations: Equations) -> Equations:
         rates=both(equations.rates),
         integrals=tuple(map(moved, equations.integrals)),
         scales=(*map(moved, equations.scales), *(LEEWAY * moved(scale) for scale in equations.scales)),
-        contact_velocity=moved(equations.contact_velocity),
-        imposed_velocities=tuple(map(moved, equations.imposed_velocities)),
+        contacts=tuple(each.moved(moved, reset) for each in equations.contacts),
+        rows=None if equations.rows is None else equations.rows.moved(moved),
         shifts=tuple(map(moved, equations.shifts)),
         period=moved(equations.period),
-        hold=None if equations.hold is None else moved(equations.hold),
-        arriving=None if equations.arriving is None else moved(equations.arriving),
-        limit=None if equations.limit is None else moved(equations.limit),
         symmetry=equations.symmetry * 2,
         switches=tuple(map(moved, equations.switches)),
-        holds=tuple((side, moved(hold), moved(limit)) for side, hold, limit in equations.holds),
-        further_slides=tuple(map(moved, equations.further_slides)),
-        turning={number: (state, moved(velocity)) for number, (state, velocity) in equations.turning.items()},
         loads=tuple(map(moved, equations.loads)),
         bounds=tuple(map(moved, equations.bounds)),
         balance=None if equations.balance is None else equations.balance.on(graph),
         after_switch=tuple(map(reset, equations.after_switch)),
-        after_reversal=reset(equations.after_reversal),
         observables={name: moved(value) for name, value in equations.observables.items()},
         guard_tangents=tuple(
-            map(along, (equations.contact_velocity, equations.hold, equations.limit, *equations.guards))
+            along(value)
+            for value in (
+                *(value for each in equations.contacts for value in (each.velocity, each.hold, each.limit)),
+                *equations.guards,
+            )
         ),
     )

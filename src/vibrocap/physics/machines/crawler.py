@@ -1,4 +1,4 @@
-"""Crawlers: two to ten bodies in a row, all of them rubbing, with a spring, a damper and a drive in every gap."""
+"""Crawlers: two to twenty bodies in a row, all of them rubbing, with a spring, a damper and a drive in every gap."""
 
 import itertools
 import math
@@ -130,7 +130,7 @@ class Crawler(Row):
 
 
 def crawler(bodies: int) -> Any:
-    """The class of a crawler of two to ten bodies, "two-body-crawler" and so on."""
+    """The class of a crawler of two to twenty bodies, "two-body-crawler" and so on."""
     return row_of(Crawler, bodies)
 
 

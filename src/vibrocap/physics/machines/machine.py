@@ -65,7 +65,9 @@ class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
-    for a machine that is held to its place.
+    for a machine that is held to its place. turns: states on which everything depends with a period, such as the angle
+    of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
+    travelled.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
@@ -93,6 +95,7 @@ class Machine(Part):
     name: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
     cyclic: ClassVar[str | None]
+    turns: ClassVar[Mapping[str, float]] = {}
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     switched: ClassVar[tuple[str, ...]] = ()
@@ -129,7 +132,7 @@ class Machine(Part):
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
         return self
 
-    def actuator(self, t, y, force) -> Mapping[str, Any]:
+    def actuator(self, t, y, force, *others) -> Mapping[str, Any]:
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
         return {}
 
@@ -213,7 +216,7 @@ class Machine(Part):
         """The `Coupling` of its contacts; only of a machine that is `coupled`."""
         raise NotImplementedError
 
-    def switches(self, t, y, drive, force) -> tuple:
+    def switches(self, t, y, drive, force, *others) -> tuple:
         """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
 
         Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
@@ -221,7 +224,7 @@ class Machine(Part):
         """
         return ()
 
-    def after_switch(self, which, t, y, drive, force) -> tuple:
+    def after_switch(self, which, t, y, drive, force, *others) -> tuple:
         """All states after guard number `which` of `switches` has fallen to zero.
 
         It may change velocities, too, if it keeps `momentum`, or if its name stands in `strikes_ground`. Energy that is
@@ -253,7 +256,7 @@ class Machine(Part):
         """Force of a wall on the ground that stops a body: as much as the other forces need, friction among them."""
         return 0.0
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v of each
         contact. A machine with further contacts is given their friction forces after that of the first.
         """
@@ -326,6 +329,6 @@ class ImposedDisplacement(Imposed):
         """(lambda + 1) p; its rate is -R."""
         return (self.mass_ratio + 1.0) * y[1]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """What of the power of the drive moves the common centre, -mu z' R; a damper is the drive's affair."""
         return -(self.displacement(t)[0] * force) / (self.mass_ratio + 1.0), 0.0

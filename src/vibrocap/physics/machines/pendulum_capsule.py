@@ -1,57 +1,16 @@
 """The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
 
-import math
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import (
-    Machine,
-    NonNegative,
-    Positive,
-    Scales,
-    Shape,
-    cos,
-    parameter,
-    parameters,
-    sin,
-)
+from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.scene import capsule_with_pendulum
 
-STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
-
-LOADS = ("weight", "dynamic")
-
-
-def _checked_load(given: Any) -> Any:
-    number = isinstance(given, (int, float)) and not isinstance(given, bool)
-    if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
-        return given
-    raise ValueError(
-        'should be a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
-    )
-
 
 @parameters
-class PendulumScales(Scales):
-    """Scales of a pendulum of mass m and length l under gravity g_0 (Liu et al. 2019, before eq. 4).
-
-    Mass is counted in m, length in l and time in 1/omega_n = sqrt(l/g_0), so that forces are counted in the weight of
-    the pendulum, m g_0.
-    """
-
-    pendulum_mass_kg: Positive = parameter(..., "m", "mass of the pendulum", unit="kg")
-    pendulum_length_m: Positive = parameter(..., "l", "length of the pendulum", unit="m")
-    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
-
-    @property
-    def units(self) -> tuple[float, float, float]:
-        """m, l, 1/omega_n = sqrt(l/g_0)."""
-        return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
-
-
-@parameters
-class PendulumCapsule(Machine):
+class PendulumCapsule(CapsuleWithBob):
     """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
 
     The drive torque swings the pendulum, whose reaction pushes the capsule against friction. With
@@ -74,7 +33,7 @@ class PendulumCapsule(Machine):
     mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
     stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
     damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
-    normal_load: Annotated[Any, BeforeValidator(_checked_load)] = parameter(
+    normal_load: Annotated[Any, BeforeValidator(checked_load)] = parameter(
         1.0,
         "N",
         'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
@@ -82,95 +41,18 @@ class PendulumCapsule(Machine):
     )
 
     name: ClassVar[str] = "pendulum-capsule"
-    states: ClassVar = ("angle", "angle_rate", "position", "velocity")
-    cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
-    symmetry: ClassVar = (-1, -1, -1, -1)
-    channels: ClassVar = ("drive", "damper")
-    effort: ClassVar = "torque"
-    si_scales: ClassVar = PendulumScales
-    si_names: ClassVar = {"mass_ratio": "capsule_mass"}
-    gravity: ClassVar = (1.0, 0.0)
     si_load: ClassVar = (
         '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
         "default, because the one without units, 1, is the weight of the pendulum alone"
     )
 
-    @property
-    def follows_load(self) -> bool:
-        """Whether normal_load is "dynamic"."""
-        return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
+    def _less_spring(self, torque, y):
+        """Less rho theta."""
+        return torque - self.stiffness * y[0]
 
-    def load(self):
-        """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
-        return self._towards_ground(self.mass_ratio + 1.0) if isinstance(self.normal_load, str) else self.normal_load
-
-    def masses(self):
-        """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
-        return {"velocity": self.mass_ratio + 1.0}
-
-    def _towards_ground(self, mass):
-        """Weight of a mass, normal to the line: g_n times it."""
-        return mass if self.level else self.gravity[0] * mass
-
-    def _inertia(self, y):
-        """B."""
-        return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
-
-    def reaction(self, t, y, drive):
-        """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
-        inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
-        own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
-        return inertia, own - self.mass_ratio * (cosine * (y[1] * y[1])), sine * cosine
-
-    def vertical_momentum(self, t, y):
-        """(cos(theta))' = -sin(theta) theta', of the bob."""
-        return -(sin(y[0]) * y[1])
-
-    def contact_velocity(self, t, y):
-        """X'."""
-        return y[3]
-
-    def _torque(self, y, drive):
-        """P, all torques on the pendulum but the capsule's inertia."""
-        weight = self._towards_ground(sin(y[0]))
-        if not self.level:
-            weight = weight + self.gravity[1] * cos(y[0])
-        return drive + weight - self.stiffness * y[0] - self.damping * y[1]
-
-    def holding_force(self, t, y, drive):
-        """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
-        return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
-
-    def accelerations(self, t, y, drive, force):
-        """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
-
-        y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
-        """
-        capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
-        return self._torque(y, drive) + cos(y[0]) * capsule, capsule
-
-    def rates(self, t, y, drive, force) -> tuple:
-        """y' = (theta', theta'', X', X'')."""
-        pendulum, capsule = self.accelerations(t, y, drive, force)
-        return y[1], pendulum, y[3], capsule
-
-    def energy(self, t, y):
-        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + rho theta^2/2 + g_n cos(theta) - g_t sin(theta).
-
-        The weight along a slope does work on the capsule besides, as nothing depends on X.
-        """
-        kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
-        total = kinetic + 0.5 * self.stiffness * y[0] * y[0] + self._towards_ground(cos(y[0]))
-        return total if self.level else total - self.gravity[1] * sin(y[0])
-
-    def momentum(self, t, y):
-        """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
-        return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
-
-    def powers(self, t, y, drive, force) -> tuple:
-        """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
-        return drive * y[1], -self.damping * y[1] * y[1]
+    def _with_spring(self, energy, y):
+        """With rho theta^2/2."""
+        return energy + 0.5 * self.stiffness * y[0] * y[0]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
+from vibrocap.physics.numbering import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
-NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
-
-
-def numbered(name: str, number: int) -> str:
-    """The name of a parameter of a body or gap: the first one has no number in it."""
-    return name if number == 1 else f"{name}_{number}"
+WORDS = (
+    "two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen eighteen"
+)
+NUMBERS = dict(enumerate([*WORDS.split(), "nineteen", "twenty"], start=2))
 
 
 def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tuple[Shape, ...]:
@@ -72,7 +71,7 @@ class Row(Machine):
 
 @functools.cache
 def row_of(kind: type[Row], bodies: int) -> Any:
-    """The class of a row of two to ten bodies, "two-body-crawler" and so on."""
+    """The class of a row of two to twenty bodies, "two-body-crawler" and so on."""
     if bodies not in NUMBERS:
         raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
     fields: dict[str, Any] = {}
@@ -92,7 +91,7 @@ def row_of(kind: type[Row], bodies: int) -> Any:
         "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
         "name": f"{word}-body-{what.lower()}",
         "bodies": bodies,
-        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
+        "contacts": tuple(numbered("velocity", i) for i in range(2, bodies + 1)),
         **kind.of_bodies(bodies),
     }
     return parameters(type(f"{word.title()}Body{what}", (kind,), space))

@@ -1,10 +1,11 @@
-"""Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
+"""Worms of two to twenty bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
 import math
 from typing import Any, ClassVar
 
 from vibrocap.physics.machines.machine import Coupling, Imposed, Number, Positive
-from vibrocap.physics.machines.row import APART, Numbered, Row, numbered, row_of, row_of_bodies
+from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.numbering import numbered
 
 
 class Worm(Row, Imposed):
@@ -133,7 +134,7 @@ def _sum(force, others):
 
 
 def worm(bodies: int) -> Any:
-    """The class of a worm of two to ten bodies, "two-body-worm" and so on."""
+    """The class of a worm of two to twenty bodies, "two-body-worm" and so on."""
     return row_of(Worm, bodies)
 
 

@@ -12,10 +12,11 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_text
+from vibrocap.case.sections import kind_path
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.labels import EQUALS, KIND_PATHS, case_in_si, percent, symbol_text
+from vibrocap.plotting.labels import EQUALS, case_in_si, percent, symbol_text
 from vibrocap.studies.refinement import even_in_logarithm
 
 MOST_PANELS = 6
@@ -328,9 +329,9 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
         return case_in_si(case, varied, fixed)
     kinds, numbers = [], []
     for part, record in case.system.parts.items():
-        kind_path = KIND_PATHS.get(part, "")
-        kind = fixed.get(kind_path, record.name)
-        if kind_path and kind_path not in varied:
+        path = kind_path(part)
+        kind = fixed.get(path, record.name)
+        if path and path not in varied:
             word = "friction" if part.startswith("friction") else part
             kinds.append(f"{kind} {word}" if word in ("friction", "drive") else kind)
         for info in parameter_table(record) if kind == record.name else ():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, shown, suggestion
-from vibrocap.case.sections import CATALOGUES, KINDS
+from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.studies.plan.runs import Block, Runs, values_array
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
@@ -184,8 +184,8 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
     strange = [value for value in values if isinstance(value, float) and not math.isfinite(value)]
     if strange:
         return [f"should hold finite numbers, got {strange[0]} (value {values.index(strange[0]) + 1})"]
-    if path in KINDS:
-        known = list(CATALOGUES[KINDS[path]]())
+    if is_kind(path):
+        known = list(kinds_of(path.partition(".")[0]))
         unknown = [value for value in values if value not in known]
         if unknown:
             return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]

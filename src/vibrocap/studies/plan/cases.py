@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, shown, suggestion
-from vibrocap.case.sections import CATALOGUES, KINDS
+from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.conversion import INITIAL
 from vibrocap.studies.plan.runs import Block, Runs, values_array
 
@@ -106,7 +106,7 @@ def _complaint(path: Any, value: Any) -> str:
         return f"should be a number or a word, got {shown(value)}"
     if not isinstance(value, str) and not abs(value) < math.inf:
         return f"should be a finite number, got {value}"
-    if path in KINDS and value not in (known := list(CATALOGUES[KINDS[path]]())):
+    if is_kind(path) and value not in (known := list(kinds_of(path.partition(".")[0]))):
         return f"there is no {shown(value)}; {suggestion(value, known)}"
     if str(path).startswith(INITIAL) and isinstance(value, str):
         return f"should be a number, got {shown(value)}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
-from vibrocap.case.sections import KINDS
+from vibrocap.case.sections import is_kind
 from vibrocap.physics.conversion import INITIAL
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Axis, Grid
@@ -45,7 +45,7 @@ def check_runs(system: System, values: Mapping[str, np.ndarray]) -> None:
 
 def kind_choices(plan: Runs) -> Iterator[dict[str, Any]]:
     """Every combination of kinds in a grid; of a design there is one, that of the case."""
-    axes = [axis for axis in plan.axes if axis.path in KINDS] if isinstance(plan, Grid) else []
+    axes = [axis for axis in plan.axes if is_kind(axis.path)] if isinstance(plan, Grid) else []
     for chosen in itertools.product(*(axis.values for axis in axes)):
         yield {axis.path: kind for axis, kind in zip(axes, chosen, strict=True)}
 
@@ -70,7 +70,7 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[A
     """
     for kinds in kind_choices(plan):
         chosen = kinds_chosen(system, kinds)
-        numbered = [axis for axis in plan.axes if axis.path not in KINDS and not axis.path.startswith(INITIAL)]
+        numbered = [axis for axis in plan.axes if not is_kind(axis.path) and not axis.path.startswith(INITIAL)]
         parts: dict[str, list[Axis]] = {}
         for axis in numbered:
             parts.setdefault(axis.path.partition(".")[0], []).append(axis)

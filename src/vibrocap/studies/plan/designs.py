@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, check_whole, is_number, shown, suggestion
-from vibrocap.case.sections import KINDS
+from vibrocap.case.sections import is_kind
 from vibrocap.studies.plan.axes import end_complaints, range_of
 from vibrocap.studies.plan.runs import Block, Runs
 
@@ -109,7 +109,7 @@ class Drawn(Runs):
 def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
     """The range that text LOW:HIGH or log:LOW:HIGH, or a pair of numbers, describes, and what is wrong with it."""
     nothing = Range(path, 0.0, 1.0)
-    if path in KINDS:
+    if is_kind(path):
         return nothing, [Complaint(path, "a design spreads numbers; do a study for each kind")]
     if isinstance(given, str):
         ends, complaints = range_of(given, counted=False)

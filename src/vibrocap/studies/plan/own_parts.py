@@ -10,7 +10,7 @@ from types import CodeType
 from typing import Any
 
 from vibrocap.case.case import Case
-from vibrocap.case.sections import CATALOGUES, KEYS
+from vibrocap.case.sections import kind_paths, kinds_of
 from vibrocap.physics.part_files import file_of
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
@@ -20,10 +20,10 @@ def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
     """The parts of a study that are not of this package, such as {"friction.law = own": Own}; plan: its record."""
     entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
     found: dict[str, type] = {}
-    for section in (part for part in case.system.parts if part in KEYS):
-        path, catalogue = f"{section}.{KEYS[section]}", CATALOGUES[section]
-        kinds = [type(getattr(case.system, section))]
-        kinds += [catalogue()[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
+    for path in kind_paths(case.system.parts):
+        section = path.partition(".")[0]
+        kinds = [type(case.system.parts[section])]
+        kinds += [kinds_of(section)[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
         for kind in kinds:
             part = getattr(kind, "wrapped", None) or kind
             if not part.__module__.startswith("vibrocap."):

@@ -5,8 +5,8 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
-from vibrocap.case.sections import KINDS, PARTS
-from vibrocap.measures.during_run import known_measures, resolved
+from vibrocap.case.sections import is_kind, is_part
+from vibrocap.measures.during_run import known_measure, resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.measures.windows import usual_window
@@ -104,8 +104,7 @@ def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], li
             resolved([measure, *(other for other in listed if isinstance(other, Measure))], system)
     if complaints:
         return (), list(dict.fromkeys(complaints))
-    table = known_measures(system)
-    names = [m.name if isinstance(m, Measure) and table.get(m.name) == m else m for m in listed]
+    names = [m.name if isinstance(m, Measure) and known_measure(m.name, system) == m else m for m in listed]
     return tuple(dict.fromkeys(names)), []
 
 
@@ -136,7 +135,7 @@ def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Col
     So a column in which words may stand is seen to hold words, and is stored as text.
     """
     part, _, name = column.path.partition(".")
-    if part not in PARTS or column.path in KINDS:
+    if is_kind(column.path) or not is_part(part):
         return column
     values = list(column.values)
     for number, value in enumerate(values):

@@ -9,14 +9,15 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_dict
-from vibrocap.case.sections import CATALOGUES, KEYS, KINDS, PARTS
+from vibrocap.case.sections import is_kind, is_part, kind_key, kind_paths, kinds_of
 from vibrocap.case.units import as_given
 from vibrocap.physics.carry_over import carried, lacking
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.numbering import number_in
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import FURTHER, state_names
+from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 
 ALL = "vary what all kinds have, do a study for each, or give a list of cases"
@@ -26,18 +27,22 @@ CURE = "give it in a list of cases, or begin with a case whose {} is of this kin
 def with_varied_parts(system: System, paths: Iterable[str]) -> System:
     """The system with each part that a path speaks of and that it leaves out: a further contact then has a law of its
     own, as yet that of the first, and an environment is one of nothing. Its motions are the same."""
-    named = {str(path).partition(".")[0] for path in paths} - {*system.parts}
-    laws = dict.fromkeys(named.intersection(FURTHER[: len(system.machine.contacts)]), system.friction)
-    around: dict[str, Any] = {"environment": Environment()} if "environment" in named else {}
-    return dataclasses.replace(system, **laws, **around) if laws or around else system
+    left_out: dict[str, Any] = {}
+    for part in {str(path).partition(".")[0] for path in paths} - {*system.parts}:
+        if 2 <= number_in(part, "friction") <= 1 + len(system.machine.contacts):
+            left_out[part] = system.friction
+        elif part == "environment":
+            left_out[part] = Environment()
+    return System.of_parts(system.parts | left_out, system.units) if left_out else system
 
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
     """The parts of a system by name; of one that gets another kind the class, for what it lacks may be given yet."""
     parts: dict[str, Any] = dict(system.parts)
-    for path, section in KINDS.items():
-        if path in values and section in parts and values[path] != parts[section].name:
-            parts[section] = CATALOGUES[section]()[values[path]]
+    for path in kind_paths(parts):
+        section = path.partition(".")[0]
+        if path in values and values[path] != parts[section].name:
+            parts[section] = kinds_of(section)[values[path]]
     return parts
 
 
@@ -72,7 +77,7 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
             parts[name] = dataclasses.replace(part, **new)
     if missing:
         raise CaseError(missing, "the system")
-    return System(**parts, units=system.units)
+    return System.of_parts(parts, system.units)
 
 
 def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
@@ -90,9 +95,9 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
         return ()
     kinds = kinds_chosen(system, values)
     sections = values_chosen(system, kinds)
-    for name in KEYS:
-        if name in kinds:
-            sections[name][KEYS[name]] = kinds[name].name
+    for name, part in kinds.items():
+        if key := kind_key(name):
+            sections[name][key] = part.name
     try:
         plain = values_without_units(values, system.units, kinds)
     except ArgumentError as error:
@@ -112,7 +117,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     fields: dict[str, dict[str, Any]] = {}
     for path, value in values.items():
         part, _, name = path.partition(".")
-        if path not in KINDS and part in PARTS:
+        if is_part(part) and not is_kind(path):
             fields.setdefault(part, {})[name] = value
     return fields
 
@@ -129,8 +134,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     units: of the system; paths that carry a unit need to know them
     """
     choices = list(choices)
-    kinds = [path for path, part in KINDS.items() if any(part in parts for parts in choices)]
-    plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *kinds]
+    of_kinds = dict.fromkeys(path for parts in choices for path in kind_paths(parts))
+    plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *of_kinds]
     in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(parts))
     known = [*plain, *(in_si if units is not None else ())]
     complaints = Complaints()
@@ -147,7 +152,7 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
             complaints.add(path, "the system has no actuator; give the case a section [actuator]")
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
-        elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):
+        elif path not in of_kinds and (lacking := [parts for parts in choices if path not in paths(parts)]):
             part = lacking[0][path.partition(".")[0].replace("initial", "friction")]
             complaints.add(path, f"{part.name!r} has none; {ALL}")
     return complaints

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.measures.during_run import known_measures
+from vibrocap.measures.during_run import known_measure
 from vibrocap.physics.system import System
 from vibrocap.studies.store.record import plan_of
 from vibrocap.studies.variables import coordinate_attributes, unit_and_scale
@@ -57,7 +57,7 @@ class ArrayUnits:
             return factors
         entry = self._measures[name]
         if isinstance(entry, str):
-            measure = known_measures(system).get(entry)
+            measure = known_measure(entry, system)
             if measure is None:
                 return factors
             unit, scale = unit_and_scale(measure.unit, measure.si_unit, system)

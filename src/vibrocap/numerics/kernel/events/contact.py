@@ -1,28 +1,31 @@
-"""The contact's side: does it stick, which way does it slide, and what does an event change?
+"""The sides of the contacts: who sticks, who slides which way, and what does an event change?
 
 A set-valued law comes to rest where its velocity vanishes; whether it sticks is decided by the force that would hold
 it, not by a velocity that is zero, and at every start anew. A kinked law goes on with the other side. A contact starts
 to slide with a velocity of which one or more leading coefficients vanish, known here and not left to rounding.
+
+Of several contacts all that are at rest at one instant are decided together (`decision.py`); what forces alone leave
+open is decided here, contact by contact, as it is of one alone.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.codes import (
-    FIRST_SWITCH,
-    GRAZE,
-    REVERSAL,
-    SLIP_BACK,
-    SLIP_FORWARD,
-    STICK,
-    TOO_MANY_EVENTS,
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
+from vibrocap.numerics.kernel.generated.facts import (
+    KINKS,
+    SET_VALUED,
+    SEVERAL,
+    SHARED,
+    STATE_OF,
+    STICKS,
 )
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding_force, holding_limit
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SET_VALUED
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENT_LIMIT,
     EVENTS,
+    GAVE_WAY,
     IDLE,
     PERIOD,
     SCALE,
@@ -33,113 +36,157 @@ from vibrocap.numerics.kernel.generated.lane import (
     WORK,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, stay_in_piece, turned
+from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.interface import (
+    begin_branch,
+    decide_together,
+    leave_piece,
+    on_event,
+    stay_in_piece,
+    turned,
+)
+from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
+NO_MOTION = 16.0 * EPSILON  # of the natural speed: rounding, where other contacts move the body as well
+SLIGHT = 64.0 * EPSILON  # of the terms of a velocity, or of a force
+BEYOND = 1e-9  # of its limit: by so much the force on a contact at rest exceeds it only where something has jumped
 
 
-def side_holds(floats, ints, trace, lane):
-    """Whether the series may be followed: the contact really sticks, or really moves to its side, from here on."""
-    side = floats[SIDE + lane]
-    if side == 0.0:
-        # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
-        clear = abs(floats[HOLD + lane]) < (1.0 - 1e-12) * floats[LIMIT + lane]
-        if clear and ints[ARRIVING + lane] == 0:
-            return True
-        return not decide(floats, ints, trace, lane)
-    if ints[ZEROS + lane] > 0:
-        return leaves(floats, ints, lane)
-    if side * floats[VELOCITY + lane] > 0.0:
-        return True
-    if KINKED and floats[VELOCITY + lane] == 0.0:
-        ints[ZEROS + lane] = 1
-        if leaves(floats, ints, lane):
-            return True
-        ints[EVENTS + lane] += 1  # it turned together with another contact, or at a corner of its motion
-        on_event(floats, ints, trace, lane, REVERSAL, 0.0)
-        return False
-    ints[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
-    cross(floats, ints, trace, lane, 1, 0.0)
+def sides_hold(floats, ints, trace, lane):
+    """Whether the series may be followed: every contact really sticks, or really moves to its side, from here on."""
+    if SEVERAL:
+        for c in range(CONTACTS):  # the forces on those that rest depend on the sides of these
+            if STICKS[c] == 0 and KINKS[c] == 1 and not side_holds(floats, ints, trace, lane, c):
+                return False
+        if open_still(floats, ints, lane):
+            ints[IDLE + lane] += 1
+            decide_together(floats, ints, lane)
+            return False
+    for c in range(CONTACTS):
+        asked = STICKS[c] == 1 or (not SEVERAL and KINKS[c] == 1)
+        if asked and not side_holds(floats, ints, trace, lane, c):
+            return False
+    return True
+
+
+def open_still(floats, ints, lane):
+    """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
+    for c in range(CONTACTS):
+        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+            if ints[ARRIVING + c * LANES + lane] == 1:
+                return True
+            force, limit = abs(floats[HOLD_OF[c] + lane]), floats[LIMIT_OF[c] + lane]
+            if ints[ARRIVING + c * LANES + lane] == 0 and force > (1.0 + BEYOND) * limit:
+                return True
     return False
 
 
-def decide(floats, ints, trace, lane):
+def side_holds(floats, ints, trace, lane, c):
+    """Whether contact c really sticks, or really moves to its side."""
+    side, velocity = floats[SIDE + c * LANES + lane], floats[VELOCITY_OF[c] + lane]
+    if side == 0.0:
+        # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
+        clear = abs(floats[HOLD_OF[c] + lane]) < (1.0 - 1e-12) * floats[LIMIT_OF[c] + lane]
+        if clear and ints[ARRIVING + c * LANES + lane] == 0:
+            return True
+        return not decide(floats, ints, trace, lane, c)
+    if ints[ZEROS + c * LANES + lane] > 0:
+        return leaves(floats, ints, lane, c)
+    none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    if KINKS[c] == 1 and abs(velocity) <= none:
+        if SEVERAL and still(floats, ints, lane, c):
+            return True
+        ints[ZEROS + c * LANES + lane] = 1
+        if leaves(floats, ints, lane, c):
+            return True
+        ints[EVENTS + lane] += 1  # it turned together with another contact, or at a corner of its motion
+        return False
+    if side * velocity > 0.0:
+        return True
+    ints[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
+    cross(floats, ints, trace, lane, 1, c, 0.0)
+    return False
+
+
+def still(floats, ints, lane, c):
+    """Whether one of several contacts stays at rest to rounding, as the middle one of three that are alike."""
+    row = VELOCITY_OF[c] + lane
+    h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
+    return abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane]
+
+
+def decide(floats, ints, trace, lane, c):
     """A contact at rest: stick, or slide on? Returns whether the series must be made anew.
 
     It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
     The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
-    initial = ints[ARRIVING + lane] == 1 and floats[CAME_FROM + lane] == 0.0
-    ints[ARRIVING + lane] = 0
+    ints[ARRIVING + c * LANES + lane] = 0
     h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
     slides, direction, zeros = False, 0.0, 0
     for k in range(-1, 2, 2):
-        leading = guard_series(floats, lane, k, h)
+        leading = guard_series(floats, lane, c, k, h)
         if leading < ORDER - 1 and floats[GUARD + leading * LANES + lane] < 0.0:
             slides, direction, zeros = True, float(k), leading + 1
-    came_from = floats[CAME_FROM + lane]
+    came_from = floats[CAME_FROM + c * LANES + lane]
+    floats[CAME_FROM + c * LANES + lane] = 0.0
     if not slides:
-        if came_from != 0.0:
-            on_event(floats, ints, trace, lane, STICK, 0.0)
-        floats[CAME_FROM + lane] = 0.0
         return False
-    floats[SIDE + lane] = direction
-    ints[ZEROS + lane] = zeros
+    floats[SIDE + c * LANES + lane] = direction
+    ints[ZEROS + c * LANES + lane] = zeros
     ints[IDLE + lane] += 1
-    if came_from == -direction:
-        on_event(floats, ints, trace, lane, REVERSAL, 0.0)
-    elif came_from == direction:
-        on_event(floats, ints, trace, lane, GRAZE, 0.0)
-    elif not initial:
-        on_event(floats, ints, trace, lane, SLIP_FORWARD if direction > 0.0 else SLIP_BACK, 0.0)
-    floats[CAME_FROM + lane] = 0.0
+    if SEVERAL:
+        ints[GAVE_WAY + c * LANES + lane] = 1
+    if came_from == direction:
+        on_event(floats, ints, trace, lane, GRAZE, c, 0.0)
     return True
 
 
-def leaves(floats, ints, lane):
+def leaves(floats, ints, lane, c):
     """Whether a contact that starts sliding from rest moves to its side; if not, the other side is tried.
 
     A contact leaves stick without acceleration, unless its law drops from a static to a kinetic level there.
     """
-    side = floats[SIDE + lane]
-    if ints[ZEROS + lane] == 2:
-        growth = abs(floats[VELOCITY + 2 * LANES + lane]) * taylor_step(floats, ints, lane)
-        if abs(floats[VELOCITY + LANES + lane]) > JUMP * max(growth, 1e-4 * floats[LIMIT + lane]):
-            ints[ZEROS + lane] = 1
-    for k in range(ints[ZEROS + lane], ORDER):
-        v = floats[VELOCITY + k * LANES + lane]
+    side, row = floats[SIDE + c * LANES + lane], VELOCITY_OF[c] + lane
+    if ints[ZEROS + c * LANES + lane] == 2:
+        growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
+        if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * floats[LIMIT_OF[c] + lane]):
+            ints[ZEROS + c * LANES + lane] = 1
+    for k in range(ints[ZEROS + c * LANES + lane], ORDER):
+        v = floats[row + k * LANES]
         if v * side > 0.0:
             return True
         if v != 0.0:
             break
-        ints[ZEROS + lane] = min(k + 1, ORDER)
+        ints[ZEROS + c * LANES + lane] = min(k + 1, ORDER)
         if k == ORDER - 1:
             return True  # at rest for good: nothing will happen on either side
     ints[IDLE + lane] += 1
-    if SET_VALUED:
-        floats[CAME_FROM + lane] = side
-        floats[SIDE + lane] = 0.0
-        ints[ARRIVING + lane] = 1
+    if STICKS[c] == 1:
+        floats[CAME_FROM + c * LANES + lane] = side
+        floats[SIDE + c * LANES + lane] = 0.0
+        ints[ARRIVING + c * LANES + lane] = 1
     else:
-        floats[SIDE + lane] = -side
-        turned(floats, lane)
+        floats[SIDE + c * LANES + lane] = -side
+        turned(floats, lane, c)
     return False
 
 
-def guard_series(floats, lane, direction, h):
+def guard_series(floats, lane, c, direction, h):
     """Write the series of limit - direction * holding force; returns how many leading coefficients are rounding only.
 
     A coefficient is rounding where, over the step h, it moves the guard by no more than the rounding of the forces.
     """
-    noise = 64.0 * EPSILON * (floats[LIMIT + lane] + abs(floats[HOLD + lane]))
+    hold, limit = HOLD_OF[c] + lane, LIMIT_OF[c] + lane
+    noise = 64.0 * EPSILON * (floats[limit] + abs(floats[hold]))
     zeros = 0
     power = 1.0
     for k in range(ORDER):
-        guard = floats[LIMIT + k * LANES + lane] - direction * floats[HOLD + k * LANES + lane]
+        guard = floats[limit + k * LANES] - direction * floats[hold + k * LANES]
         floats[GUARD + k * LANES + lane] = guard
         if zeros == k and abs(guard) * power <= noise:
             zeros = k + 1
@@ -147,33 +194,79 @@ def guard_series(floats, lane, direction, h):
     return zeros
 
 
-def cross(floats, ints, trace, lane, event, h):
-    """Change the mode at the event at which the lane stands now, after a step of length h."""
+def cross(floats, ints, trace, lane, event, c, h):
+    """Change the mode at the event of contact c at which the lane stands now, after a step of length h."""
     ints[EVENTS + lane] += 1
     if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
         ints[STATUS + lane] = TOO_MANY_EVENTS
         return
-    leave_piece(floats, ints, lane, event, h)
+    leave_piece(floats, ints, lane, event, c, h)
     if event == 1:
-        come_to_rest(floats, ints, lane, h)
-        if SET_VALUED:
-            rest(floats, ints, trace, lane, h)
+        if SEVERAL:
+            meet(floats, ints, lane, c, h)
         else:
-            floats[SIDE + lane] = -floats[SIDE + lane]
-            ints[ZEROS + lane] = 1
-            turned(floats, lane)
-            on_event(floats, ints, trace, lane, REVERSAL, 0.0)
+            come_to_rest(floats, ints, lane, c, h)
+            if SET_VALUED:
+                rest(floats, ints, lane)
+            else:
+                turn_round(floats, ints, lane, c)
     elif event >= FIRST_SWITCH:
         ints[EVENTS + lane] -= 1  # counted where it happens
         begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)
     else:
-        floats[SIDE + lane] = 1.0 if event > 0 else -1.0
-        ints[ZEROS + lane] = 2
-        on_event(floats, ints, trace, lane, SLIP_FORWARD if event > 0 else SLIP_BACK, 0.0)
+        if SEVERAL:
+            give_way_together(floats, ints, lane, h)
+        floats[SIDE + c * LANES + lane] = 1.0 if event > 0 else -1.0
+        ints[ZEROS + c * LANES + lane] = 2
 
 
-def rest(floats, ints, trace, lane, h):
-    """A set-valued contact is at rest, at time h of its series: it sticks or turns back where that is beyond doubt.
+def turn_round(floats, ints, lane, c):
+    """A contact with a force for every velocity goes on to the other side."""
+    floats[SIDE + c * LANES + lane] = -floats[SIDE + c * LANES + lane]
+    ints[ZEROS + c * LANES + lane] = 1
+    turned(floats, lane, c)
+
+
+def meet(floats, ints, lane, c, h):
+    """One of several contacts is at rest, at time h of its series, perhaps with others: all are decided together."""
+    came = STICKS[c] == 1
+    come_to_rest(floats, ints, lane, c, h)
+    if came:
+        arrive(floats, ints, lane, c)
+    else:
+        turn_round(floats, ints, lane, c)
+    for d in range(CONTACTS):
+        if d != c and STICKS[d] == 1 and floats[SIDE + d * LANES + lane] != 0.0:
+            row = VELOCITY_OF[d] + lane
+            size = abs(floats[row]) + excursion(floats, row, h) + floats[SCALE + STATE_OF[d] * LANES + lane]
+            if abs(series_value(floats, row, h)) <= SLIGHT * size:
+                come_to_rest(floats, ints, lane, d, h)
+                arrive(floats, ints, lane, d)
+                came = True
+    if came:
+        decide_together(floats, ints, lane)
+
+
+def arrive(floats, ints, lane, c):
+    """A contact has come to rest, and is to be asked."""
+    floats[CAME_FROM + c * LANES + lane] = floats[SIDE + c * LANES + lane]
+    floats[SIDE + c * LANES + lane] = 0.0
+    ints[ARRIVING + c * LANES + lane] = 1
+
+
+def give_way_together(floats, ints, lane, h):
+    """All contacts at rest whose forces are at their limits at time h of the series give way there."""
+    for d in range(CONTACTS):
+        if STICKS[d] == 1 and floats[SIDE + d * LANES + lane] == 0.0:
+            hold, limit = series_value(floats, HOLD_OF[d] + lane, h), series_value(floats, LIMIT_OF[d] + lane, h)
+            if limit - abs(hold) <= SLIGHT * limit:
+                floats[SIDE + d * LANES + lane] = 1.0 if hold > 0.0 else -1.0
+                ints[ZEROS + d * LANES + lane] = 2
+                ints[GAVE_WAY + d * LANES + lane] = 1
+
+
+def rest(floats, ints, lane):
+    """A set-valued contact alone is at rest: it sticks or turns back where that is beyond doubt.
 
     The series of holding force and limit are those of a contact at rest; here it was sliding, so the equations are
     asked.
@@ -183,15 +276,13 @@ def rest(floats, ints, trace, lane, h):
     came_from = floats[SIDE + lane]
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
-    hold = holding_force(floats, floats[TIME + lane], WORK, lane)
-    limit = holding_limit(floats, floats[TIME + lane], WORK, lane)
+    holding(floats, floats[TIME + lane], WORK, came_from, lane, WORK + STATES)
+    hold, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
     if came_from * hold < -(1.0 + DOUBT) * limit:
         floats[SIDE + lane] = -came_from
         ints[ZEROS + lane] = 1
-        on_event(floats, ints, trace, lane, REVERSAL, 0.0)
     elif abs(hold) < (1.0 - DOUBT) * limit:
         floats[SIDE + lane] = 0.0
-        on_event(floats, ints, trace, lane, STICK, 0.0)
     else:
         floats[CAME_FROM + lane] = came_from
         floats[SIDE + lane] = 0.0
@@ -199,53 +290,88 @@ def rest(floats, ints, trace, lane, h):
 
 
 def jumped(floats, ints, trace, lane):
-    """The contact velocity has jumped at one instant, to that of the present state: to which side, if any, now?
+    """Velocities have jumped at one instant, to those of the present state: to which sides, if any, now?
 
-    Whatever makes it jump (a corner of an imposed motion, an impact) has set the state, the time and the parameters
+    Whatever makes them jump (a corner of an imposed motion, an impact) has set the state, the time and the parameters
     before. A set-valued contact whose velocity is zero to rounding is set to rest, where the force decides, see
-    `decide`; one that rested and does not move rests on. A smooth law knows no side.
+    `decide`; one that rested and does not move rests on, but of several all are asked again. A smooth law has no side.
     """
-    if not (SET_VALUED or KINKED):
-        return
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
-    v = contact_velocity(floats, floats[TIME + lane], WORK, lane)
-    contact = CONTACT_STATE * LANES + lane
-    before = floats[CAME_FROM + lane] if floats[SIDE + lane] == 0.0 else floats[SIDE + lane]
-    rounding = 64.0 * EPSILON * (abs(floats[STATE + contact]) + floats[SCALE + contact])
-    ints[ZEROS + lane] = 0
-    if SET_VALUED and abs(v) <= rounding:
-        if floats[SIDE + lane] != 0.0:
-            floats[STATE + contact] -= v
-            floats[CAME_FROM + lane] = before
-            floats[SIDE + lane] = 0.0
-            ints[ARRIVING + lane] = 1
+    for c in range(CONTACTS):
+        if STICKS[c] + KINKS[c] > 0:
+            v = contact_velocity(floats, floats[TIME + lane], WORK, c, lane)
+            jumped_to(floats, ints, trace, lane, c, v)
+    if SEVERAL and open_arrivals(ints, lane):
+        decide_together(floats, ints, lane)
+
+
+def open_arrivals(ints, lane):
+    """Whether a contact has come to rest and is still to be asked."""
+    arrived = 0
+    for c in range(CONTACTS):
+        arrived += ints[ARRIVING + c * LANES + lane] % 2
+    return arrived > 0
+
+
+def jumped_to(floats, ints, trace, lane, c, v):
+    """The velocity of contact c has jumped to v."""
+    state, place = STATE_OF[c] * LANES + lane, c * LANES + lane
+    before = floats[CAME_FROM + place] if floats[SIDE + place] == 0.0 else floats[SIDE + place]
+    rounding = 64.0 * EPSILON * (abs(floats[STATE + state]) + floats[SCALE + state])
+    ints[ZEROS + place] = 0
+    if STICKS[c] == 1 and abs(v) <= rounding:
+        if floats[SIDE + place] != 0.0:
+            if not rests_beside(floats, lane, c):
+                floats[STATE + state] -= v
+            floats[CAME_FROM + place] = before
+            floats[SIDE + place] = 0.0
+            ints[ARRIVING + place] = 1
             stay_in_piece(ints, lane)
+        elif SEVERAL:
+            ints[ARRIVING + place] = 1
         return
-    floats[CAME_FROM + lane] = 0.0
-    ints[ARRIVING + lane] = 0
+    floats[CAME_FROM + place] = 0.0
+    ints[ARRIVING + place] = 0
     if v == 0.0:  # of a kinked law: its rates tell, see `side_holds`
         return
     side = 1.0 if v > 0.0 else -1.0
-    if side == floats[SIDE + lane]:
+    if side == floats[SIDE + place]:
         return
     ints[EVENTS + lane] += 1
     if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
         ints[STATUS + lane] = TOO_MANY_EVENTS
         return
-    floats[SIDE + lane] = side
-    if not SET_VALUED:
-        turned(floats, lane)
-    if before == -side:
-        on_event(floats, ints, trace, lane, REVERSAL, 0.0)
-    elif before == side:
-        on_event(floats, ints, trace, lane, GRAZE, 0.0)
-    else:
-        on_event(floats, ints, trace, lane, SLIP_FORWARD if side > 0.0 else SLIP_BACK, 0.0)
+    floats[SIDE + place] = side
+    if STICKS[c] == 0:
+        turned(floats, lane, c)
 
 
-def come_to_rest(floats, ints, lane, h):
-    """Set the contact velocity to exactly zero at the end of a step of length h, after noting what it was."""
-    v = series_value(floats, VELOCITY + lane, h)
+def come_to_rest(floats, ints, lane, c, h):
+    """Set a contact velocity to exactly zero at the end of a step of length h, after noting what it was."""
+    v = series_value(floats, VELOCITY_OF[c] + lane, h)
     floats[CONTACT_RESIDUAL + lane] = max(floats[CONTACT_RESIDUAL + lane], abs(v))
-    floats[STATE + CONTACT_STATE * LANES + lane] -= v
+    if not rests_beside(floats, lane, c):
+        floats[STATE + STATE_OF[c] * LANES + lane] -= v
+
+
+def rests_beside(floats, lane, c):
+    """Whether another contact rests by the same state, which can make only one velocity exactly zero."""
+    if SHARED:
+        for d in range(CONTACTS):
+            if d != c and STICKS[d] == 1 and STATE_OF[d] == STATE_OF[c] and floats[SIDE + d * LANES + lane] == 0.0:
+                return True
+    return False
+
+
+def pin(floats, lane):
+    """Where a contact at imposed distances rests, the state that all share is exactly what that says.
+
+    Integrated, it would drift by the tolerance, and contacts that pass rest at one instant would do so one by one.
+    """
+    for c in range(CONTACTS):
+        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+            for i in range(STATES):
+                floats[WORK + i] = floats[STATE + i * LANES + lane]
+            floats[STATE + STATE_OF[c] * LANES + lane] -= contact_velocity(floats, floats[TIME + lane], WORK, c, lane)
+            return

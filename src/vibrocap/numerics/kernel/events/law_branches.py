@@ -29,26 +29,19 @@ from vibrocap.numerics.kernel.generated.branches import (
     LAW_BRANCHES,
     LOCATED,
     OCCURRED,
-    SPEEDS,
-    SPEEDS_COUNT,
-    STOPPING,
     SWITCH,
     SWITCHES,
-    TURNING,
 )
 from vibrocap.numerics.kernel.generated.ensemble import WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import (
     after_reversal,
     after_switch,
     contact_velocity,
-    holding_force,
-    holding_limit,
     machine_energy,
     switches,
 )
-from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SET_VALUED, SEVERAL
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
 from vibrocap.numerics.kernel.generated.lane import (
-    CONTACT_RESIDUAL,
     EVENT_LIMIT,
     EVENTS,
     IDLE,
@@ -62,14 +55,10 @@ from vibrocap.numerics.kernel.generated.lane import (
     TIME,
     WORK,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT
-from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import on_event, on_jump
-from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
-NO_MOTION = 16.0 * EPSILON  # of the natural speed
-STILL = 1e-11  # of the natural speed: a further contact that passes rest by less is stopped, by more it has jumped
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -82,19 +71,6 @@ def within_bounds(floats, ints, trace, lane):
         if FOLLOWS_LOAD and i == BRANCHES:  # its slope stands in the last place of its row
             least = max(0.0, -(floats[row + ORDER * LANES] * (AT_ONCE * floats[PERIOD + lane])))
         if not (floats[row] > least):
-            begin_branch(floats, ints, trace, lane, i)
-            return False
-    return True
-
-
-def further_sides_hold(floats, ints, trace, lane):
-    """Whether the further contacts with a force for every velocity move to their sides; if not, one of them turns.
-
-    They come before all that is decided by forces, as theirs depend on their sides.
-    """
-    for i in range(LAW_BRANCHES, BRANCHES):
-        if TURNING[i] >= 0 and floats[SWITCH + i * (ORDER + 1) * LANES + lane] < -NO_MOTION:
-            ints[IDLE + lane] += 1
             begin_branch(floats, ints, trace, lane, i)
             return False
     return True
@@ -140,13 +116,10 @@ def first_switch(floats, lane, event, h):
         zeros = 0
         if LAW_BRANCHES <= i < BRANCHES:
             zeros = vanishing(floats, row, h)
-            if SEVERAL and TURNING[i] >= 0 and abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION:
-                continue  # at rest to rounding, as the middle one of three that are alike
             zeros = min(zeros, ORDER - 2)
             while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
                 zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
-        degree = ORDER if SEVERAL and TURNING[i] >= 0 else ORDER - 1  # forces are known to one order less
-        root, _touch = first_root(floats, row, degree, 1.0, zeros, h)
+        root, _touch = first_root(floats, row, ORDER - 1, 1.0, zeros, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root
@@ -156,7 +129,7 @@ def first_switch(floats, lane, event, h):
 def begin_branch(floats, ints, trace, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
-        on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], 0.0)
+        on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], -1, 0.0)
         ints[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
     ints[EVENTS + lane] += 1
@@ -166,23 +139,16 @@ def begin_branch(floats, ints, trace, lane, which):
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
     after_switch(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, which, WORK + STATES)
-    if SEVERAL and STOPPING[which] >= 0 and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -STILL:
-        for i in range(STOPPING[which], STATES, BASE):  # its velocity has jumped: it goes on, and so does its tangent
-            floats[WORK + STATES + i] = floats[WORK + i]
     for i in range(STATES):
         floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
     strikes = False
     if which >= LAW_BRANCHES:
         strikes = hits(floats, ints, lane)
     chosen = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == 0
-    for i in range(SPEEDS_COUNT):  # a further contact that stops or turns does so at rest
-        if not chosen and which >= LAW_BRANCHES:
-            taken = abs(floats[WORK + STATES + SPEEDS[i]] - floats[WORK + SPEEDS[i]])
-            floats[CONTACT_RESIDUAL + lane] = max(floats[CONTACT_RESIDUAL + lane], taken)
     if which < LAW_BRANCHES:
-        on_event(floats, ints, trace, lane, SWITCHED, 0.0)
+        on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
     elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
-        on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
+        on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
         if OCCURRED >= 0 and ints[WINDOW_START + lane] >= 0:
             floats[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
     # else nothing happens: it is the branch in which the run starts
@@ -191,7 +157,7 @@ def begin_branch(floats, ints, trace, lane, which):
 
 
 def hits(floats, ints, lane):
-    """Whether a switch of the machine, from the states in WORK to those behind them, changes the contact velocity.
+    """Whether a switch of the machine, from the states in WORK to those behind them, changes a contact velocity.
 
     Or leaves at rest what was to slide, as a wall does that is pressed from now on. The energy that it takes is told to
     the observer.
@@ -200,16 +166,19 @@ def hits(floats, ints, lane):
     if IMPACT >= 0:
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
         on_jump(floats, ints, lane, gained)
-    velocity = contact_velocity(floats, time, WORK + STATES, lane)
-    blocked = not SEVERAL and velocity == 0.0 and floats[SIDE + lane] != 0.0
-    return blocked or velocity != contact_velocity(floats, time, WORK, lane)
+    for c in range(CONTACTS):
+        velocity = contact_velocity(floats, time, WORK + STATES, c, lane)
+        blocked = not SEVERAL and velocity == 0.0 and floats[SIDE + lane] != 0.0
+        if blocked or velocity != contact_velocity(floats, time, WORK, c, lane):
+            return True
+    return False
 
 
-def turned(floats, lane):
-    """The states become those after a reversal to the present side."""
+def turned(floats, lane, contact):
+    """The states become those after a reversal of a contact to its present side."""
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
-    after_reversal(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + STATES)
+    after_reversal(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, contact, WORK + STATES)
     for i in range(STATES):
         floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
 
@@ -222,21 +191,9 @@ def guards_at(floats, lane, s, out):
 
 
 def interpolated_guards(floats, lane, h):
-    """Write the series of the guards along an implicit step, through five points of its dense output.
-
-    And those of the force that holds the first contact, where it rests beside stiff ones.
-    """
+    """Write the series of the guards along an implicit step, through five points of its dense output."""
     out = WORK + STATES
     for point in range(5):
         guards_at(floats, lane, 0.25 * point * h, out + point * SWITCHES)
     for i in range(SWITCHES):
         through_points(floats, SWITCH + i * (ORDER + 1) * LANES + lane, out + i, SWITCHES, h)
-    if SEVERAL and SET_VALUED and floats[SIDE + lane] == 0.0:
-        for point in range(5):
-            s = 0.25 * point * h
-            for i in range(STATES):
-                floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-            floats[out + point] = holding_force(floats, floats[TIME + lane] + s, WORK, lane)
-            floats[out + 5 + point] = holding_limit(floats, floats[TIME + lane] + s, WORK, lane)
-        through_points(floats, HOLD + lane, out, 1, h)
-        through_points(floats, LIMIT + lane, out + 5, 1, h)

@@ -6,7 +6,7 @@ def tangent_waits(ints, lane):
     return False
 
 
-def leave_piece(floats, ints, lane, event, h):
+def leave_piece(floats, ints, lane, event, contact, h):
     """Nothing to carry over."""
 
 

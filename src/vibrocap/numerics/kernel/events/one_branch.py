@@ -6,11 +6,6 @@ def within_bounds(floats, ints, trace, lane):
     return True
 
 
-def further_sides_hold(floats, ints, trace, lane):
-    """Always."""
-    return True
-
-
 def branch_holds(floats, ints, trace, lane):
     """Always."""
     return True
@@ -25,7 +20,7 @@ def begin_branch(floats, ints, trace, lane, which):
     """There is none to begin."""
 
 
-def turned(floats, lane):
+def turned(floats, lane, contact):
     """A reversal changes nothing but the side."""
 
 

@@ -20,10 +20,10 @@ from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.ensemble import DELAY
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, SET_VALUED
+from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import PENDING, SERIES, SIDE, STATE, TIME, WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
 
 
 def tangent_waits(ints, lane):
@@ -31,26 +31,33 @@ def tangent_waits(ints, lane):
     return ints[PENDING + lane] == 1
 
 
-def leave_piece(floats, ints, lane, event, h):
-    """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
+def leave_piece(floats, ints, lane, event, contact, h):
+    """At an event of a contact, at time h of the series: the tangent becomes the change of the state at the event."""
     if ints[PENDING + lane] == 1:  # two events at one instant, to rounding
         enter_piece(floats, ints, lane)
     out = guards_along(floats, lane)
+    velocity = VELOCITY_OF[contact]
     if event == 1:
-        change, slope = floats[out], series_slope(floats, VELOCITY + lane, h)
+        change, slope = floats[out + 3 * contact], series_slope(floats, velocity + lane, h)
     elif event >= FIRST_SWITCH:
         which = event - FIRST_SWITCH
-        change, slope = floats[out + 3 + which], series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h)
+        change, slope = (
+            floats[out + 3 * CONTACTS + which],
+            series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h),
+        )
     else:
         push = 1.0 if event > 0 else -1.0
-        change = floats[out + 2] - push * floats[out + 1]
-        slope = series_slope(floats, LIMIT + lane, h) - push * series_slope(floats, HOLD + lane, h)
+        change = floats[out + 3 * contact + 2] - push * floats[out + 3 * contact + 1]
+        slope = series_slope(floats, LIMIT_OF[contact] + lane, h) - push * series_slope(
+            floats, HOLD_OF[contact] + lane, h
+        )
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
         rate = series_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, h)
         floats[STATE + (BASE + i) * LANES + lane] += rate * delay
-    if event == 1 and VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        floats[STATE + (BASE + CONTACT_STATE) * LANES + lane] = 0.0  # to rounding
+    state = STATE_OF[contact]
+    if event == 1 and velocity == SERIES + state * (ORDER + 1) * LANES:
+        floats[STATE + (BASE + state) * LANES + lane] = 0.0  # to rounding
     floats[DELAY + lane] = delay
     ints[PENDING + lane] = 1
 
@@ -65,8 +72,9 @@ def enter_piece(floats, ints, lane):
     for i in range(BASE):
         rate = floats[SERIES + (i * (ORDER + 1) + 1) * LANES + lane]
         floats[STATE + (BASE + i) * LANES + lane] -= rate * floats[DELAY + lane]
-    if SET_VALUED and floats[SIDE + lane] == 0.0:
-        floats[STATE + (BASE + CONTACT_STATE) * LANES + lane] -= floats[guards_along(floats, lane)]
+    for c in range(CONTACTS):
+        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+            floats[STATE + (BASE + STATE_OF[c]) * LANES + lane] -= floats[guards_along(floats, lane) + 3 * c]
     floats[DELAY + lane] = 0.0
     ints[PENDING + lane] = 0
 

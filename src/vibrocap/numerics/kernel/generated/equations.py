@@ -6,11 +6,11 @@ def jet(floats):
     raise NotImplementedError
 
 
-def guard_simd(floats, side, stuck, push, one, two, h) -> tuple:
+def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) -> tuple:
     """Of all lanes at once (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
-    The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
-    in the lanes `stuck`, limit - push * holding force.
+    velocity, hold, limit: first coefficients of the rows of one contact. The guard is side * velocity without its first
+    coefficients that vanish (in the lanes `one` and `two`, so many), or, in the lanes `stuck`, limit - push * hold.
     Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
     """
     raise NotImplementedError
@@ -49,21 +49,26 @@ def jacobian(floats, t, point, side, lane, out):
     raise NotImplementedError
 
 
-def holding_force(floats, t, point, lane):
-    """Force that would hold the contact of one lane, over the middle of what it can hold, at the state from `point` on.
+def contact_velocity(floats, t, point, contact, lane):
+    """Velocity of a contact (0: the first) of one lane at the state floats[point:point + STATES]."""
+    raise NotImplementedError
 
-    Only of laws that can stick.
+
+def contact_rows(floats, t, point, side, lane, out):
+    """The problem of several contacts at the state floats[point:point + STATES], see `events/decision.py`.
+
+    From `out` on: b [n], A [n n], n [n], C [n n] (1 and 0 of constant loads); then seven numbers of each contact: force
+    while it slides, what pushes it then, what pushes it at rest, least and most that it can hold, least and most once
+    it has given way.
     """
     raise NotImplementedError
 
 
-def holding_limit(floats, t, point, lane):
-    """How far the forces that the contact of one lane can hold reach from their middle, at a state."""
-    raise NotImplementedError
+def holding(floats, t, point, side, lane, out):
+    """Of each contact the force that would hold it over the middle of what it can hold, and how far that reaches.
 
-
-def contact_velocity(floats, t, point, lane):
-    """Contact velocity of one lane at the state floats[point:point + STATES]."""
+    At the state floats[point:point + STATES]; 2 CONTACTS numbers from `out` on, 0 of a contact that cannot rest.
+    """
     raise NotImplementedError
 
 
@@ -75,8 +80,8 @@ def reaction(floats, t, point, side, lane):
 def evidence(floats, t, point, side, lane, out):
     """What the equations say at the state floats[point:point + STATES], for `observe/evidence.py`.
 
-    From `out` on: the first BASE rates; of each contact that can stick the force that holds it over the middle of what
-    can be held, and its limit; of further contacts the velocity along their side.
+    From `out` on: the first BASE rates; of each contact the force that holds it over the middle of what can be held,
+    its limit (0 of one that cannot rest), and of a further one that has a side its velocity.
     """
     raise NotImplementedError
 
@@ -104,7 +109,7 @@ def integrands(floats, t, point, side, lane, out):
 
 
 def guard_tangents(floats, t, point, side, lane, out):
-    """How the guards grow along the tangent: contact velocity, holding force, its limit, then those of the pieces.
+    """How the guards grow along the tangent: velocity, holding force and limit of each contact, then those of pieces.
 
     Only of equations with a tangent, see `tangents.py`.
     """
@@ -121,8 +126,8 @@ def after_switch(floats, t, point, side, lane, which, out):
     raise NotImplementedError
 
 
-def after_reversal(floats, t, point, side, lane, out):
-    """The states after the contact has turned to the side, written to floats[out:out + STATES]."""
+def after_reversal(floats, t, point, side, lane, contact, out):
+    """The states after a contact (0: the first) has turned to its side, written to floats[out:out + STATES]."""
     raise NotImplementedError
 
 
@@ -132,7 +137,7 @@ def observables(floats, t, point, side, lane, out):
 
 
 def beginning(floats, t, point, side, lane, out):
-    """Room of the states, natural size of every state, period and contact velocity; ROOM + STATES + 2 numbers."""
+    """Room and natural sizes of the states, period, velocity of each contact; ROOM + STATES + 1 + CONTACTS numbers."""
     raise NotImplementedError
 
 

@@ -1,7 +1,7 @@
 """The one step: series, its length, first event, next mode. It serves one recorded motion and many lanes alike.
 
-A lane slides (side +1 or -1) or sticks (side 0). Within a side every expression is analytic, and no step crosses a
-change of side:
+Each contact of a lane slides (side +1 or -1) or sticks (side 0). Within a mode, the sides of all, every expression is
+analytic, and no step crosses a change of side:
 
     sliding    ends where side * velocity falls to zero. A kinked law goes on with the other side; a set-valued law
                comes to rest, and whether it sticks is decided by the force that would hold it.
@@ -13,14 +13,16 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
-from vibrocap.numerics.kernel.events.contact import cross, guard_series, side_holds
-from vibrocap.numerics.kernel.generated.facts import KINKED, SET_VALUED, SEVERAL
+from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
+    GAVE_WAY,
     IDLE,
     IMPLICIT_STEPS,
     PERIOD,
     PERIOD_COUNT,
+    SCALE,
     SIDE,
     STATE,
     STATUS,
@@ -32,8 +34,8 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import (
     at_corner,
     begin_drive_period,
@@ -41,7 +43,6 @@ from vibrocap.numerics.kernel.interface import (
     chosen_step,
     enter_piece,
     first_switch,
-    further_sides_hold,
     leave_implicit,
     on_event,
     on_period,
@@ -53,27 +54,27 @@ from vibrocap.numerics.kernel.interface import (
     watch_load,
     within_bounds,
 )
-from vibrocap.numerics.kernel.step.resolved import resolved
+from vibrocap.numerics.kernel.step.resolved import excursion, resolved
 from vibrocap.numerics.kernel.step.taylor import move_to
 
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
 APPROACHES = 8  # times that an implicit step is made shorter before the event that it would end with
-MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
+MOST_IDLE = 12  # decisions in a row without advance, per contact, before one counts as undecided
 
 
 def step(floats, ints, trace, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if ints[IDLE + lane] > MOST_IDLE:
+    if ints[IDLE + lane] > MOST_IDLE * CONTACTS:
         ints[STATUS + lane] = UNDECIDED
         return
-    if not within_bounds(floats, ints, trace, lane):
+    if not SEVERAL and not within_bounds(floats, ints, trace, lane):
         return
-    if SEVERAL and not further_sides_hold(floats, ints, trace, lane):
-        return
-    if (KINKED or SET_VALUED) and not side_holds(floats, ints, trace, lane):
-        return  # the series must be made anew for the other side
+    if not sides_hold(floats, ints, trace, lane):
+        return  # the series must be made anew for other sides
+    if SEVERAL and not within_bounds(floats, ints, trace, lane):
+        return  # of the mode that was decided: one that was only tried may have no loads
     if not branch_holds(floats, ints, trace, lane):
         return
     if tangent_waits(ints, lane):
@@ -95,20 +96,20 @@ def step(floats, ints, trace, lane):
     while ints[STIFF + lane] == 0 and not resolved(floats, lane, h):
         h *= 0.5
     longest = h
-    event, h, touch = first_event(floats, ints, lane, h)
+    event, c, h, touch = first_event(floats, ints, lane, h)
     if SEVERAL and ints[STIFF + lane] == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
                 return  # so near an event steps are explicit, and its series finds it
-            event, h, touch = first_event(floats, ints, lane, h)
+            event, c, h, touch = first_event(floats, ints, lane, h)
             if event == 0 and touch < 0.0:
                 break
         if event != 0 or touch >= 0.0:
             leave_implicit(ints, lane)
             return
     if 0.0 <= touch < h:
-        on_event(floats, ints, trace, lane, GRAZE, touch)
+        on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
     if event == 1:
@@ -122,14 +123,19 @@ def step(floats, ints, trace, lane):
     else:
         ints[IMPLICIT_STEPS + lane] += 1
     move_to(floats, ints, lane, h)
+    if SHARED:
+        pin(floats, lane)
     for i in range(STATES):
         if not (abs(floats[STATE + i * LANES + lane]) <= 1e300):
             ints[STATUS + lane] = NOT_FINITE
             return
-    ints[ZEROS + lane] = 0
+    for i in range(CONTACTS):
+        ints[ZEROS + i * LANES + lane] = 0
+        if SEVERAL:
+            ints[GAVE_WAY + i * LANES + lane] = 0
     ints[IDLE + lane] = 0
     if event != 0:
-        cross(floats, ints, trace, lane, event, h)
+        cross(floats, ints, trace, lane, event, c, h)
         if ints[STATUS + lane] != RUNNING:
             return
     if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
@@ -157,36 +163,56 @@ def turn_period(floats, ints, trace, lane):
 
 
 def first_event(floats, ints, lane, h):
-    """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
+    """First event within the step, its contact, its time, and where a guard only touched zero (-1: nowhere).
 
     Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side, from FIRST_SWITCH on: a guard of the
     law's pieces or of the equations' bounds.
     """
-    if not SET_VALUED and not KINKED:
-        event, h = first_switch(floats, lane, 0, h)
-        return event, h, -1.0
-    side = floats[SIDE + lane]
-    if side != 0.0:
-        root, touch = first_root(floats, VELOCITY + lane, ORDER, side, ints[ZEROS + lane], h)
-        event, h = (0, h) if root < 0.0 else (1, root)
-        event, h = first_switch(floats, lane, event, h)
-        return event, h, touch
-    event, h, touch = first_release(floats, lane, h)
+    event = 0
+    contact = 0
+    touch = -1.0
+    for c in range(CONTACTS):
+        if STICKS[c] + KINKS[c] > 0:
+            side = floats[SIDE + c * LANES + lane]
+            if side == 0.0:
+                found, length, touched = first_release(floats, lane, c, h)
+            else:
+                found, length, touched = first_rest(floats, ints, lane, c, side, h)
+            if found != 0:
+                event, contact, h = found, c, length
+            if touched >= 0.0 and (touch < 0.0 or touched < touch):
+                touch = touched
+                if found == 0 and event == 0:
+                    contact = c
     event, h = first_switch(floats, lane, event, h)
-    return event, h, touch
+    return event, contact, h, touch
 
 
-def first_release(floats, lane, h):
-    """As `first_event`, of a contact that sticks: where its hold gives way."""
+def first_rest(floats, ints, lane, c, side, h):
+    """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
+    row, zeros = VELOCITY_OF[c] + lane, ints[ZEROS + c * LANES + lane]
+    if SEVERAL and STICKS[c] == 0 and zeros == 0:
+        scale = floats[SCALE + STATE_OF[c] * LANES + lane]
+        if abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * scale:
+            return 0, h, -1.0  # at rest to rounding, as the middle one of three that are alike
+    root, touch = first_root(floats, row, ORDER, side, zeros, h)
+    if root < 0.0:
+        return 0, h, touch
+    return 1, root, touch
+
+
+def first_release(floats, lane, c, h):
+    """(event, time, touch) of a contact that sticks: where its hold gives way."""
+    hold, limit = HOLD_OF[c] + lane, LIMIT_OF[c] + lane
     event = 0
     earliest = -1.0
     growth = 0.0
     for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
-        growth = growth * h + (abs(floats[HOLD + k * LANES + lane]) + abs(floats[LIMIT + k * LANES + lane]))
-    if abs(floats[HOLD + lane]) + growth * h < floats[LIMIT + lane]:
+        growth = growth * h + (abs(floats[hold + k * LANES]) + abs(floats[limit + k * LANES]))
+    if abs(floats[hold]) + growth * h < floats[limit]:
         return 0, h, -1.0
     for direction in range(-1, 2, 2):
-        zeros = guard_series(floats, lane, direction, h)
+        zeros = guard_series(floats, lane, c, direction, h)
         if zeros > ORDER - 2 or floats[GUARD + zeros * LANES + lane] < 0.0:
             continue  # `decide` has settled this start
         root, touch = first_root(floats, GUARD + lane, ORDER - 1, 1.0, zeros, h)

@@ -20,12 +20,13 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     START_STATE,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.facts import SET_VALUED
+from vibrocap.numerics.kernel.generated.facts import STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENTS,
+    GAVE_WAY,
     HOLD_RATE,
     IDLE,
     IMPLICIT_STEPS,
@@ -45,6 +46,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.sizes import (
+    CONTACTS,
     LANES,
     MEASURED_COUNT,
     ORDER,
@@ -100,20 +102,23 @@ def begin_run(floats, ints, trace, lane, run):
     floats[TIME + lane] = trace[place]
     floats[PERIOD + lane] = trace[place + 1]
     floats[HOLD_RATE + lane] = hold_rate(trace[place + 1], ORDER)
-    floats[SIDE + lane] = trace[place + 2]
     forget(floats, lane)
-    floats[CAME_FROM + lane] = 0.0
     begin_drive(floats, ints, trace, lane, run)
     floats[REMAINING + lane] = 0.0
     floats[CONTACT_RESIDUAL + lane] = 0.0
-    ints[ARRIVING + lane] = 0
-    ints[ZEROS + lane] = 0
-    if floats[SIDE + lane] == 0.0:  # at rest
-        if SET_VALUED:
-            ints[ARRIVING + lane] = 1
-        else:
-            floats[SIDE + lane] = 1.0
-            ints[ZEROS + lane] = 1
+    for c in range(CONTACTS):
+        side = trace[place + 2 + c]
+        floats[CAME_FROM + c * LANES + lane] = 0.0
+        ints[ARRIVING + c * LANES + lane] = 0
+        ints[ZEROS + c * LANES + lane] = 0
+        ints[GAVE_WAY + c * LANES + lane] = 0
+        if side == 0.0:  # at rest
+            if STICKS[c] == 1:
+                ints[ARRIVING + c * LANES + lane] = 1
+            else:
+                side = 1.0
+                ints[ZEROS + c * LANES + lane] = 1
+        floats[SIDE + c * LANES + lane] = side
     ints[STATUS + lane] = RUNNING
     ints[RUN + lane] = run
     ints[PERIOD_COUNT + lane] = 0

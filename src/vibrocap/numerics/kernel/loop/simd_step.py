@@ -20,36 +20,34 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross
-from vibrocap.numerics.kernel.generated.branches import (
-    BRANCHES,
-    LOCATED,
-    SIDES_AT_REST,
-    SIDES_COUNT,
-    SWITCH,
-    SWITCHES,
-    TURNING,
-)
-from vibrocap.numerics.kernel.generated.ensemble import LIFTED, STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, STEP, STEP_LIMIT, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
+    KINKS,
     LIMIT_CONSTANT,
     MAYBE_STIFF,
     SET_VALUED,
     SEVERAL,
+    SHARED,
     SHARP,
     SPARSE,
+    STATE_OF,
+    STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
     DAMPED_STEP,
     DECAY_RATE,
+    GAVE_WAY,
     IDLE,
     IMPLICIT_STEPS,
     PATIENCE,
     PERIOD,
+    SCALE,
     SERIES,
     SIDE,
     STATE,
@@ -62,8 +60,8 @@ from vibrocap.numerics.kernel.generated.lane import (
     WORK,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, REACTION, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
@@ -102,27 +100,29 @@ def step_simd(floats, ints, trace, running):
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
-    if KINKED:
-        change = abs(load(floats, VELOCITY + LANES)) * longest
-        moving = running & (0.1 * (abs(start) + change) >= load(floats, TOLERANCE))
+    for c in range(CONTACTS):
+        if KINKS[c] == 1:
+            tolerance, speed = load(floats, TOLERANCE), abs(load(floats, VELOCITY_OF[c]))
+            if SEVERAL:
+                tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
+            moving = moving & (0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance)
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
         gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
+        for c in range(1, CONTACTS):
+            gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
-            moving = moving & (gentle | ~rest_simd(floats, side))
+            moving = moving & (gentle | ~rest_simd(floats))
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
-    plain = plain & ~whole_above(ints, ZEROS, 2) & whole_equal(ints, ARRIVING, 0)
+    for c in range(CONTACTS):
+        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, ARRIVING + c * LANES, 0)
     plain = tangents_wait(ints, plain)
     for i in range(BRANCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES
-        plain = plain & within_piece(floats, row, h)
-        if SEVERAL and TURNING[i] >= 0:
-            change = abs(load(floats, row + LANES)) * longest
-            plain = plain & (0.1 * (abs(load(floats, row)) + change) >= load(floats, TOLERANCE))
+        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
             row = SWITCH + i * (ORDER + 1) * LANES
@@ -131,37 +131,55 @@ def step_simd(floats, ints, trace, running):
                 holds = within_piece(floats, row, h)
             plain = plain & (clear | holds)
     event = plain & ~plain
-    if KINKED or SET_VALUED:
-        one = whole_equal(ints, ZEROS, 1)
-        two = whole_equal(ints, ZEROS, 2)
-        if SPARSE:
-            plain = plain & ~two
-        stuck = event
-        push = side
-        if SET_VALUED:
-            stuck = side == 0.0
-            push, sure = hold_simd(floats, stuck, two, longest, h)
-            plain = plain & sure
-        ahead, change = ahead_simd(floats, side, stuck, one, two, h)
-        if SHARP:
-            plain = plain & resolved_simd(floats, side, start, change, h, plain)
-        clear = ~plain | ahead
-        if bits(~clear) != 0:
-            leading, last, changes = guard_simd(floats, side, stuck, push, one, two, h)
-            plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
-            event = plain & ~clear & (changes == 1.0)
-            if bits(event) != 0:
-                root = root_simd(floats, leading, last, event)
-                early = event & stuck & (root > NEAR)  # as in `one_step.step`: the last stretch is a step of its own
-                h = where(event, h * root, h)
-                h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-                event = event & ~early
-    elif SHARP:
+    which = 0.0 * h  # number of the contact of the event
+    if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
+    for c in range(CONTACTS):
+        if STICKS[c] + KINKS[c] > 0:
+            own = load(floats, SIDE + c * LANES)
+            one = whole_equal(ints, ZEROS + c * LANES, 1)
+            two = whole_equal(ints, ZEROS + c * LANES, 2)
+            if SPARSE:
+                plain = plain & ~two
+            stuck = plain & ~plain
+            push = own
+            if STICKS[c] == 1:
+                stuck = own == 0.0
+                push, sure = hold_simd(floats, c, stuck, two, longest, h)
+                plain = plain & sure
+            ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
+            if SHARP and c == 0:
+                plain = plain & resolved_simd(floats, side, start, change, h, plain)
+            clear = ~plain | ahead
+            if bits(~clear) != 0:
+                leading, last, changes = guard_simd(
+                    floats, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h
+                )
+                plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
+                found = plain & ~clear & (changes == 1.0)
+                if bits(found) != 0:
+                    root = root_simd(floats, leading, last, found)
+                    early = (
+                        found & stuck & (root > NEAR)
+                    )  # as in `one_step.step`: the last stretch is a step of its own
+                    h = where(found, h * root, h)
+                    h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+                    if SEVERAL:
+                        which = where(found, 1.0 * c, which)
+                        event = (event & ~found) | (found & ~early)
+                    else:
+                        event = found & ~early
     end = series_values(floats, VELOCITY, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     move_simd(floats, ints, trace, plain, h, end)
+    if SEVERAL:
+        store(floats, EVENT_CONTACT, which)
+    if SHARED:
+        moved = bits(plain)
+        for lane in range(LANES):
+            if (moved >> lane) & 1:
+                pin(floats, lane)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)
 
@@ -173,37 +191,37 @@ def within_piece(floats, row, h):
     all others, which is largest at the end of the step.
     """
     others = abs(load(floats, row + (ORDER - 1) * LANES))
-    if SEVERAL:  # the last coefficient is one of velocities only, but for a slope that makes the bound no smaller
-        others = others + abs(load(floats, row + ORDER * LANES)) * h
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
 
 
-def rest_simd(floats, side):
+def rest_simd(floats):
     """Where a contact sticks, of several."""
-    rests = side == 0.0
-    for i in range(SIDES_COUNT):
-        rests = rests | (load(floats, STATE + SIDES_AT_REST[i] * LANES) == 0.0)
+    rests = load(floats, SIDE) != load(floats, SIDE)
+    for c in range(CONTACTS):
+        if STICKS[c] == 1:
+            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
     return rests
 
 
-def ahead_simd(floats, side, stuck, one, two, h):
-    """(where a slide lasts the step beyond doubt, bound of how far its velocity goes).
+def ahead_simd(floats, c, side, stuck, one, two, h):
+    """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
 
     It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
     four are a bound from below, see `roots.py`.
     """
-    others = abs(load(floats, VELOCITY + ORDER * LANES))
+    velocity = VELOCITY_OF[c]
+    others = abs(load(floats, velocity + ORDER * LANES))
     for k in range(ORDER - 1, 5, -1):
-        others = others * h + abs(load(floats, VELOCITY + k * LANES))
-    v1, v2, v3 = load(floats, VELOCITY + LANES), load(floats, VELOCITY + 2 * LANES), load(floats, VELOCITY + 3 * LANES)
-    v4, v5 = load(floats, VELOCITY + 4 * LANES), load(floats, VELOCITY + 5 * LANES)
+        others = others * h + abs(load(floats, velocity + k * LANES))
+    v1, v2, v3 = load(floats, velocity + LANES), load(floats, velocity + 2 * LANES), load(floats, velocity + 3 * LANES)
+    v4, v5 = load(floats, velocity + 4 * LANES), load(floats, velocity + 5 * LANES)
     after_five = others * h + abs(v5)
     after_four = after_five * h + abs(v4)
     change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
     others = where(two, others, where(one, after_five, after_four))
-    first = side * where(two, v2, where(one, v1, load(floats, VELOCITY)))
+    first = side * where(two, v2, where(one, v1, load(floats, velocity)))
     second = side * where(two, v3, where(one, v2, v1)) * h
     third = side * where(two, v4, where(one, v3, v2)) * h * h
     fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
@@ -214,24 +232,24 @@ def ahead_simd(floats, side, stuck, one, two, h):
     return (least > 0.0) & ~stuck, change
 
 
-def hold_simd(floats, stuck, two, longest, h):
+def hold_simd(floats, c, stuck, two, longest, h):
     """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
-    limit = load(floats, LIMIT)
-    hold = load(floats, HOLD)
+    limit = load(floats, LIMIT_OF[c])
+    hold = load(floats, HOLD_OF[c])
     growth = 0.0 * h
     change = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
-        force = load(floats, HOLD + k * LANES)
+        force = load(floats, HOLD_OF[c] + k * LANES)
         term = abs(force)
         if not LIMIT_CONSTANT:
-            term = term + abs(load(floats, LIMIT + k * LANES))
+            term = term + abs(load(floats, LIMIT_OF[c] + k * LANES))
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
     sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(floats, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
-    steady = ~two | (abs(load(floats, VELOCITY + LANES)) <= JUMP * threshold)
+    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
+    steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
 
 
@@ -289,7 +307,10 @@ def move_simd(floats, ints, trace, plain, h, end):
     time = load(floats, TIME)
     store(floats, TIME, where(plain, time + h, time))
     whole_set(ints, STATUS, NOT_FINITE, plain & ~finite)
-    whole_set(ints, ZEROS, 0, plain)
+    for c in range(CONTACTS):
+        whole_set(ints, ZEROS + c * LANES, 0, plain)
+        if SEVERAL:
+            whole_set(ints, GAVE_WAY + c * LANES, 0, plain)
     whole_set(ints, IDLE, 0, plain)
     whole_add(ints, TAYLOR_STEPS, 1, plain)
     if MAYBE_STIFF:
@@ -305,8 +326,9 @@ def finish_simd(floats, ints, trace, events, turns):
         if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
             if (events >> lane) & 1:
                 event = 1
-                if floats[SIDE + lane] == 0.0:
-                    event = 2 if series_value(floats, HOLD + lane, floats[STEP + lane]) > 0.0 else -2
-                cross(floats, ints, trace, lane, event, floats[STEP + lane])
+                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL else 0
+                if floats[SIDE + c * LANES + lane] == 0.0:
+                    event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
+                cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
             if (turns >> lane) & 1:
                 turn(floats, ints, trace, lane)

@@ -15,17 +15,10 @@ every eighth of the others. `motion/evidence.py` asks the same of all pieces of 
 
 from vibrocap.numerics.kernel.generated.ensemble import DEFECT, HOLD_SHARE, INVERSE_SCALE, LEAST_VELOCITY, STEP
 from vibrocap.numerics.kernel.generated.equations import evidence
-from vibrocap.numerics.kernel.generated.facts import (
-    FURTHER_SLIDES,
-    HOLD_SIDES,
-    HOLDS,
-    KINKED,
-    MAYBE_STIFF,
-    SET_VALUED,
-)
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STATE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.facts import KINKED, KINKS, MAYBE_STIFF, SET_VALUED, STICKS
+from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.interface import fit_to_slopes
 from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -113,16 +106,17 @@ def ask(floats, ints, lane, s, h):
     if not (left <= MOST):
         left = MOST
     floats[DEFECT + lane] = max(floats[DEFECT + lane], left)
-    for i in range(HOLDS):
-        rests = side if HOLD_SIDES[i] < 0 else floats[STATE + HOLD_SIDES[i] * LANES + lane]
-        force, limit = abs(floats[FOUND + BASE + 2 * i]), floats[FOUND + BASE + 2 * i + 1]
-        if rests == 0.0 and force > floats[HOLD_SHARE + lane] * limit:
-            floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
+    for c in range(CONTACTS):
+        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+            force, limit = abs(floats[FOUND + BASE + 3 * c]), floats[FOUND + BASE + 3 * c + 1]
+            if force > floats[HOLD_SHARE + lane] * limit:
+                floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
     if (SET_VALUED or KINKED) and side != 0.0:
         v0, v1, v2 = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane], floats[VELOCITY + 2 * LANES + lane]
         terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
         along = side * series_value(floats, VELOCITY + lane, s) / terms
         floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
-    for i in range(FURTHER_SLIDES):
-        along = floats[FOUND + BASE + 2 * HOLDS + i]
-        floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
+    for c in range(1, CONTACTS):
+        if STICKS[c] + KINKS[c] > 0:
+            along = floats[SIDE + c * LANES + lane] * floats[FOUND + BASE + 3 * c + 2]
+            floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)

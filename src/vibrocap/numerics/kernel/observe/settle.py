@@ -1,16 +1,17 @@
-"""Whether a motion has settled: the decision, from its stroboscopic states modulo the cyclic coordinate.
+"""Whether a motion has settled: the decision, from its stroboscopic states modulo the cyclic coordinate and turns.
 
 The criterion and the reasons for it stand in `measures.settling`, which calls these functions with the marks of a
 stored motion; a kernel calls them at every mark of a run. Mark k, the state at the start of period k over its natural
-size with 0 for the cyclic coordinate, stands in a ring, in the place of mark k - MARK_COUNT.
+size with 0 for the cyclic coordinate, stands in a ring, in the place of mark k - MARK_COUNT. A coordinate that turns
+is the point of its circle, whose ordinate stands behind the states (`motion.section`).
 """
 
 import math
 
 from vibrocap.numerics.kernel.generated.ensemble import MARKS
-from vibrocap.numerics.kernel.generated.facts import CYCLIC
+from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
-from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, STATES
+from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
 
 LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
@@ -24,10 +25,15 @@ FARTHEST = 1e6  # natural sizes by which no two stroboscopic states differ that 
 
 def remember(floats, lane, mark):
     """Keep the stroboscopic state of the period that begins."""
-    place = MARKS + mark % MARK_COUNT * STATES * LANES + lane
+    place = MARKS + mark % MARK_COUNT * MARK_SIZE * LANES + lane
     for i in range(STATES):
         size = 0.0 if i == CYCLIC else floats[STATE + i * LANES + lane] / floats[SCALE + i * LANES + lane]
         floats[place + i * LANES] = size
+    for k in range(TURN_COUNT):
+        state = TURN_STATES[k] * LANES + lane
+        angle, radius = floats[STATE + state] / TURN_RADII[k], TURN_RADII[k] / floats[SCALE + state]
+        floats[place + TURN_STATES[k] * LANES] = radius * math.cos(angle)
+        floats[place + (STATES + k) * LANES] = radius * math.sin(angle)
 
 
 def settled_response(floats, lane, mark, threshold, tolerance):
@@ -131,10 +137,10 @@ def settled_since(floats, lane, mark, n, distance):
 
 def difference(floats, lane, j, k):
     """Largest difference over the states between marks j and k."""
-    a = MARKS + j % MARK_COUNT * STATES * LANES + lane
-    b = MARKS + k % MARK_COUNT * STATES * LANES + lane
+    a = MARKS + j % MARK_COUNT * MARK_SIZE * LANES + lane
+    b = MARKS + k % MARK_COUNT * MARK_SIZE * LANES + lane
     largest = 0.0
-    for i in range(STATES):
+    for i in range(MARK_SIZE):
         largest = max(largest, abs(floats[a + i * LANES] - floats[b + i * LANES]))
     return largest
 
@@ -152,10 +158,10 @@ def spread(floats, lane, mark, n):
     count = 3 * max(n, 3) // n + 1
     largest = 0.0
     for phase in range(n):
-        for i in range(STATES):
+        for i in range(MARK_SIZE):
             low, high = math.inf, -math.inf
             for k in range(count):
-                value = floats[MARKS + ((mark - phase - k * n) % MARK_COUNT * STATES + i) * LANES + lane]
+                value = floats[MARKS + ((mark - phase - k * n) % MARK_COUNT * MARK_SIZE + i) * LANES + lane]
                 low, high = min(low, value), max(high, value)
             largest = max(largest, high - low)
     return largest

@@ -13,14 +13,13 @@ farther than h [f(y) - y'], disturbances grow instead of decaying, and the state
 
 import math
 
-from vibrocap.numerics.kernel.generated.branches import SWITCHES, TURNING
 from vibrocap.numerics.kernel.generated.ensemble import STEP
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates, switches
-from vibrocap.numerics.kernel.generated.facts import KINKED, SEVERAL
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates
+from vibrocap.numerics.kernel.generated.facts import KINKS
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STIFF, TIME
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
-from vibrocap.numerics.kernel.step.implicit import GUARDS, JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
+from vibrocap.numerics.kernel.step.implicit import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
@@ -44,15 +43,13 @@ def fit_to_slopes(floats, lane, s, point):
             return 0.0
         if i == 0:
             reach = left
-        if KINKED:
-            before = floats[SIDE + lane] * contact_velocity(floats, time, point, lane)
-            after = floats[SIDE + lane] * contact_velocity(floats, time, POINT, lane)
-            if after < 0.0:
-                keep_share(floats, point, share_to_rest(before, after))
-        if SEVERAL and SWITCHES > 0:
-            kept = share_to_turn(floats, lane, time, point)
-            if kept < 1.0:
-                keep_share(floats, point, kept)
+        for c in range(CONTACTS):
+            if KINKS[c] == 1:
+                side = floats[SIDE + c * LANES + lane]
+                before = side * contact_velocity(floats, time, point, c, lane)
+                after = side * contact_velocity(floats, time, POINT, c, lane)
+                if after < 0.0:
+                    keep_share(floats, point, share_to_rest(before, after))
     for i in range(STATES):
         way = max(way, abs(floats[POINT + i] - floats[point + i]) / floats[SCALE + i * LANES + lane])
     if not (way <= reach):
@@ -71,17 +68,6 @@ def keep_share(floats, point, share):
     """Go only so much of the way from floats[point:point + STATES] to POINT."""
     for i in range(STATES):
         floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
-
-
-def share_to_turn(floats, lane, time, point):
-    """Share of that way at which no further contact has turned."""
-    switches(floats, time, point, floats[SIDE + lane], lane, GUARDS)
-    switches(floats, time, POINT, floats[SIDE + lane], lane, GUARDS + SWITCHES)
-    share = 1.0
-    for i in range(SWITCHES):
-        if TURNING[i] >= 0 and floats[GUARDS + SWITCHES + i] < 0.0:
-            share = min(share, share_to_rest(floats[GUARDS + i], floats[GUARDS + SWITCHES + i]))
-    return share
 
 
 def newton_step(floats, lane, s, time, inverse, point):

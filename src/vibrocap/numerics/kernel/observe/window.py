@@ -4,6 +4,8 @@ A run is followed without measuring until its window begins: when its stroboscop
 response period, or else for the last periods of its budget. Of what can be measured only the groups asked for are.
 """
 
+import math
+
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, ASK_SYMMETRY, ASK_WORD
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.ensemble import (
@@ -23,7 +25,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     WINDOW,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR
+from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.lane import (
     PERIOD,
     PERIOD_COUNT,
@@ -73,7 +75,7 @@ def on_piece(floats, ints, trace, lane, h):
             )
 
 
-def on_event(floats, ints, trace, lane, kind, s):
+def on_event(floats, ints, trace, lane, kind, contact, s):
     """Events are not recorded."""
 
 
@@ -128,5 +130,8 @@ def asymmetry(floats, lane, s):
         if i != CYCLIC:
             state = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
             away = abs(state - MIRROR[i] * floats[START_STATE + i * LANES + lane])
+            for k in range(TURN_COUNT):
+                if i == TURN_STATES[k]:  # the chord between both on its circle
+                    away = 2.0 * TURN_RADII[k] * abs(math.sin(0.5 * away / TURN_RADII[k]))
             largest = max(largest, away / floats[SCALE + i * LANES + lane])
     return largest

@@ -11,15 +11,14 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.branches import SWITCH, SWITCHES, TURNING
-from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates, shifts
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SEVERAL, STICKS
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEP, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
-from vibrocap.numerics.kernel.generated.rows import IMPOSED, SHIFT, SHIFTS, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, EVENT_WORK, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five, through_points
 
 STAGES = 8
 GAMMA = 0.21193756319429014
@@ -84,7 +83,6 @@ STAGE = MATRIX + STATES * STATES
 POINT = STAGE + STAGES * ROWS
 RATE = POINT + ROWS
 REFERENCE = RATE + ROWS  # of velocities at imposed distances: number of the one that is followed, then all of them
-GUARDS = REFERENCE + 1 + 3 * SHIFTS  # at two states
 
 
 def factorise(floats):
@@ -208,7 +206,7 @@ def velocity_at(floats, ints, lane, s):
         for k in range(3, -1, -1):
             result = result * s + floats[SERIES + (start + k) * LANES + lane]
         floats[POINT + i] = result
-    return contact_velocity(floats, floats[TIME + lane] + s, POINT, lane)
+    return contact_velocity(floats, floats[TIME + lane] + s, POINT, 0, lane)
 
 
 def dense_output(floats, ints, lane, h):
@@ -219,6 +217,25 @@ def dense_output(floats, ints, lane, h):
         implicit_series(floats, ints, lane, h)
         velocity_series(floats, ints, lane, h)
     interpolated_guards(floats, lane, h)
+    if SEVERAL:
+        holding_series(floats, lane, h)
+
+
+def holding_series(floats, lane, h):
+    """The forces that hold several contacts, and their limits, along a step: through five points of its dense output.
+
+    Those of a contact at rest beside stiff ones decide.
+    """
+    out = WORK + STATES
+    for point in range(5):
+        s = 0.25 * point * h
+        for i in range(STATES):
+            floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+        holding(floats, floats[TIME + lane] + s, WORK, floats[SIDE + lane], lane, out + 2 * CONTACTS * point)
+    for c in range(CONTACTS):
+        if STICKS[c] == 1:
+            through_points(floats, HOLD_OF[c] + lane, out + 2 * c, 2 * CONTACTS, h)
+            through_points(floats, LIMIT_OF[c] + lane, out + 2 * c + 1, 2 * CONTACTS, h)
 
 
 def moving_series(floats, ints, lane, h):
@@ -234,12 +251,7 @@ def moving_series(floats, ints, lane, h):
     for i in range(SHIFTS):
         for k in range(1, ORDER + 1):
             shift = floats[SHIFT + (i * (ORDER + 1) + k) * LANES + lane]
-            floats[velocity_row(i) + k * LANES + lane] = floats[state + k * LANES] + shift
-
-
-def velocity_row(number):
-    """Where the series of a contact velocity begins, 0: that of the first contact."""
-    return VELOCITY if number == 0 else IMPOSED + (number - 1) * (ORDER + 1) * LANES
+            floats[VELOCITY_OF[i] + k * LANES + lane] = floats[state + k * LANES] + shift
 
 
 def choose_reference(floats, lane):
@@ -249,7 +261,7 @@ def choose_reference(floats, lane):
     """
     slowest, found = math.inf, 0.0
     for i in range(SHIFTS):
-        speed = abs(floats[velocity_row(i) + lane])
+        speed = abs(floats[VELOCITY_OF[i] + lane])
         if STICKS[i] == 0 and speed < slowest:
             slowest, found = speed, float(i)
     floats[REFERENCE] = found
@@ -268,25 +280,21 @@ def doubt_of_signs(floats, lane, h):
     Of a contact that creeps, more slowly than the tolerance, the sign counts still: see `taylor.taylor_step`.
     """
     doubt = 0.0
-    if KINKED:
-        start, end = floats[VELOCITY + lane], series_value(floats, VELOCITY + lane, h)
-        doubt = doubt_of_sign(floats, CONTACT_STATE, lane, 1.0, start, end)
-    for i in range(SWITCHES):
-        if TURNING[i] >= 0:
-            row = SWITCH + i * (ORDER + 1) * LANES + lane
-            scale, start, end = floats[SCALE + TURNING[i] * LANES + lane], floats[row], series_value(floats, row, h)
-            doubt = max(doubt, doubt_of_sign(floats, TURNING[i], lane, scale, start, end))
-            if not (start > 0.0) and end < -NO_SPEED:
+    for c in range(CONTACTS):
+        if KINKS[c] == 1:
+            row, side = VELOCITY_OF[c] + lane, floats[SIDE + c * LANES + lane]
+            start, end = floats[row], series_value(floats, row, h)
+            doubt = max(doubt, doubt_of_sign(floats, STATE_OF[c], lane, start, end))
+            none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane]
+            if c > 0 and not (side * start > 0.0) and side * end < -none:
                 doubt = BEYOND_DOUBT  # it turned where the step starts, which rounding hid: explicit steps tell
     return doubt
 
 
-def doubt_of_sign(floats, state, lane, unit, start, end):
-    """The same of one, from `start` to `end` in this unit, which moves as the state does."""
+def doubt_of_sign(floats, state, lane, start, end):
+    """The same of one, from `start` to `end`, which moves as the state does."""
     error = abs(floats[STAGE + (STAGES - 1) * ROWS + state])
-    return error / (
-        SURE * unit * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane]
-    )
+    return error / (SURE * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane])
 
 
 def implicit_step(floats, ints, lane, longest):

@@ -3,21 +3,20 @@
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.generated.branches import SWITCH, SWITCHES, TURNING
-from vibrocap.numerics.kernel.generated.facts import SEVERAL
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,
     IMPLICIT_STEPS,
     PATIENCE,
+    SCALE,
     SIDE,
     STIFF,
     TAYLOR_STEPS,
     TIME,
-    ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
     dense_output,
@@ -27,7 +26,7 @@ from vibrocap.numerics.kernel.step.implicit import (
     spectral_radius,
     velocity_series,
 )
-from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step
+from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step, starts_from_rest
 from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
@@ -46,7 +45,7 @@ def chosen_step(floats, ints, lane, remaining):
     longer by more than it costs. A start from rest is a Taylor step: |v| = 0 is never stiff. The eigenvalues of the
     Jacobian are looked at now and then, and only where its trace or the last terms say so, see `series_step`.
     """
-    if ints[ZEROS + lane] > 0:
+    if starts_from_rest(ints, lane):
         ints[STIFF + lane] = 0
     ints[PATIENCE + lane] -= 1
     if ints[STIFF + lane] == 0:
@@ -101,10 +100,10 @@ def time_to_rest(floats, lane):
     """
     v, slope = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane]
     found = -v / slope if v * slope < 0.0 else math.inf
-    for i in range(SWITCHES):
-        if SEVERAL and TURNING[i] >= 0:
-            row = SWITCH + i * (ORDER + 1) * LANES + lane
-            if floats[row] > NO_SPEED and floats[row + LANES] < 0.0:
+    for c in range(1, CONTACTS):
+        if KINKS[c] == 1:
+            row, none = VELOCITY_OF[c] + lane, NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane]
+            if abs(floats[row]) > none and floats[row] * floats[row + LANES] < 0.0:
                 found = min(found, -floats[row] / floats[row + LANES])
     return found
 

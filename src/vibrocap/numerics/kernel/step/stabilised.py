@@ -17,16 +17,8 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.branches import (
-    BRANCHES,
-    LOCATED,
-    SIDES_AT_REST,
-    SIDES_COUNT,
-    SWITCH,
-    SWITCHES,
-    TURNING,
-)
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, MAYBE_STIFF, SET_VALUED, SEVERAL
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.facts import KINKED, KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     DAMPED_STEP,
     DECAY_RATE,
@@ -34,12 +26,11 @@ from vibrocap.numerics.kernel.generated.lane import (
     SCALE,
     SERIES,
     SIDE,
-    STATE,
     TOLERANCE,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import IMPOSED, IMPOSED_COUNT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
@@ -74,7 +65,7 @@ def series_step(floats, ints, lane, remaining):
     if floats[DAMPED_STEP + lane] > 0.0:
         return floats[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
     longest = taylor_step(floats, ints, lane)
-    if ints[ZEROS + lane] > 0 or not (longest < remaining):
+    if not (longest < remaining) or starts_from_rest(ints, lane):
         return longest, True
     stretch = floats[DECAY_RATE + lane] * longest
     last, before = last_terms(floats, lane)
@@ -90,21 +81,29 @@ def series_step(floats, ints, lane, remaining):
     return stabilised_step(floats, lane, longest), False
 
 
+def starts_from_rest(ints, lane):
+    """Whether a contact leaves rest, or turns, where the step starts."""
+    zeros = 0
+    for c in range(CONTACTS):
+        zeros += ints[ZEROS + c * LANES + lane]
+    return zeros > 0
+
+
 def near_turning(floats, lane, h):
     """Whether within a step of length h a further contact is so close to rest that the sign of its velocity counts."""
-    for i in range(SWITCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
+    for c in range(1, CONTACTS):
+        row = VELOCITY_OF[c] + lane
         reach = abs(floats[row]) + abs(floats[row + LANES]) * h
-        if TURNING[i] >= 0 and 0.1 * reach < floats[TOLERANCE + lane]:
+        if KINKS[c] == 1 and 0.1 * reach < floats[TOLERANCE + lane] * floats[SCALE + STATE_OF[c] * LANES + lane]:
             return True
     return False
 
 
 def one_rests(floats, lane):
     """Whether a contact sticks, of several."""
-    rests = SET_VALUED and floats[SIDE + lane] == 0.0
-    for i in range(SIDES_COUNT):
-        rests = rests or floats[STATE + SIDES_AT_REST[i] * LANES + lane] == 0.0
+    rests = False
+    for c in range(CONTACTS):
+        rests = rests or (STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0)
     return rests
 
 
@@ -152,12 +151,11 @@ def damp_series(floats, lane):
     """Damp the last terms of all that the step moves: states, integrals, contact velocity and guards of pieces."""
     for i in range(ROWS):
         damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane)
-    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        damp_row(floats, VELOCITY + lane)
+    for c in range(CONTACTS):
+        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+            damp_row(floats, VELOCITY_OF[c] + lane)
     for i in range(SWITCHES):
         damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane)
-    for i in range(IMPOSED_COUNT):
-        damp_row(floats, IMPOSED + i * (ORDER + 1) * LANES + lane)
 
 
 def damp_row(floats, row):

@@ -3,10 +3,10 @@
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.facts import STATE_OF
 from vibrocap.numerics.kernel.generated.lane import SERIES, TOLERANCE
-from vibrocap.numerics.kernel.generated.rows import IMPOSED, IMPOSED_COUNT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.step.stabilised import (
     DAMPED_REACH,
     DAMPING,
@@ -61,12 +61,11 @@ def damp_simd(floats, damped):
     """`stabilised.damp_series` of the lanes `damped`."""
     for i in range(ROWS):
         damp_rows(floats, SERIES + i * (ORDER + 1) * LANES, damped)
-    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        damp_rows(floats, VELOCITY, damped)
+    for c in range(CONTACTS):
+        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+            damp_rows(floats, VELOCITY_OF[c], damped)
     for i in range(SWITCHES):
         damp_rows(floats, SWITCH + i * (ORDER + 1) * LANES, damped)
-    for i in range(IMPOSED_COUNT):
-        damp_rows(floats, IMPOSED + i * (ORDER + 1) * LANES, damped)
 
 
 def damp_rows(floats, row, damped):

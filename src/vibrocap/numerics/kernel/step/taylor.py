@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES, TURNING
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SET_VALUED, SEVERAL, SPARSE
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SPARSE, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     HOLD_RATE,
     PERIOD,
@@ -17,8 +17,8 @@ from vibrocap.numerics.kernel.generated.lane import (
     TOLERANCE,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
@@ -40,12 +40,16 @@ def taylor_step(floats, ints, lane):
     last, before = last_terms(floats, lane)
     if not (last <= 1e300):
         return math.nan
-    if SET_VALUED and floats[SIDE + lane] == 0.0 and floats[LIMIT + lane] > 0.0:
-        # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides. Near the
-        # crests of the drive every other term of it vanishes; where the states do not move, no other term tells of it.
-        inverse = 1.0 / floats[LIMIT + lane]
-        before = max(before, abs(floats[HOLD + (ORDER - 1) * LANES + lane]) * inverse)
-        last = max(last, abs(floats[HOLD + (ORDER - 2) * LANES + lane]) * inverse * floats[HOLD_RATE + lane])
+    for c in range(CONTACTS):
+        limit = floats[LIMIT_OF[c] + lane]
+        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0 and limit > 0.0:
+            # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides. Near
+            # the crests of the drive every other term of it vanishes; where the states do not move, no other term tells
+            # of it.
+            inverse = 1.0 / limit
+            row = HOLD_OF[c] + lane
+            before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
+            last = max(last, abs(floats[row + (ORDER - 2) * LANES]) * inverse * floats[HOLD_RATE + lane])
     earlier = 0.0
     for i in range(BRANCHES):  # the guards of the branches decide too; they are known to one order less
         row = SWITCH + i * (ORDER + 1) * LANES + lane
@@ -62,16 +66,14 @@ def taylor_step(floats, ints, lane):
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
             h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))
-    if KINKED:
-        # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
-        speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
-        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, VELOCITY + lane, h, 0.0):
-            h *= 0.5
-    for i in range(SWITCHES):
-        if SEVERAL and TURNING[i] >= 0:
-            row = SWITCH + i * (ORDER + 1) * LANES + lane
-            speed, slope = abs(floats[row]), abs(floats[row + LANES])
-            while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, row, h, NO_SPEED):
+    for c in range(CONTACTS):
+        if KINKS[c] == 1:
+            # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
+            row, scale = VELOCITY_OF[c] + lane, 1.0
+            if SEVERAL:
+                scale = floats[SCALE + STATE_OF[c] * LANES + lane]
+            speed, slope, none = abs(floats[row]), abs(floats[row + LANES]), NO_SPEED * scale if SEVERAL else 0.0
+            while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, row, h, none):
                 h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
         row = SWITCH + i * (ORDER + 1) * LANES + lane
@@ -125,11 +127,12 @@ def last_terms(floats, lane):
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
         if not (abs(floats[row + ORDER * LANES]) <= 1e300):
             return math.inf, before
-    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        # With an imposed part of the contact velocity, that is another series; its zeros are what ends a mode.
-        inverse = 1.0 / floats[SCALE + CONTACT_STATE * LANES + lane]
-        last = max(last, abs(floats[VELOCITY + ORDER * LANES + lane]) * inverse)
-        before = max(before, abs(floats[VELOCITY + (ORDER - 1) * LANES + lane]) * inverse)
+    for c in range(CONTACTS):
+        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+            # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
+            inverse = 1.0 / floats[SCALE + STATE_OF[c] * LANES + lane]
+            last = max(last, abs(floats[VELOCITY_OF[c] + ORDER * LANES + lane]) * inverse)
+            before = max(before, abs(floats[VELOCITY_OF[c] + (ORDER - 1) * LANES + lane]) * inverse)
     return last, before
 
 

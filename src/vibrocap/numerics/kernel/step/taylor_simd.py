@@ -7,10 +7,10 @@ on what is left of disturbances that have decayed, and a cycle is one whether it
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, load, mantissa, power_of_two, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, SET_VALUED
-from vibrocap.numerics.kernel.generated.lane import HOLD_RATE, PERIOD, SERIES, TOLERANCE
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.lane import HOLD_RATE, PERIOD, SERIES, SIDE, TOLERANCE
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.taylor import NEAREST, OMITTED, SAFETY
 
 
@@ -35,18 +35,20 @@ def taylor_steps(floats, side):
         inverse = load(floats, INVERSE_SCALE + i * LANES)
         last = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
         before = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
-    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        inverse = load(floats, INVERSE_SCALE + CONTACT_STATE * LANES)
-        last = greater(abs(load(floats, VELOCITY + ORDER * LANES)) * inverse, last)
-        before = greater(abs(load(floats, VELOCITY + (ORDER - 1) * LANES)) * inverse, before)
-    if SET_VALUED:
-        limit = load(floats, LIMIT)
-        holding = (side == 0.0) & (limit > 0.0)
-        inverse = 1.0 / where(holding, limit, 1.0)
-        share = abs(load(floats, HOLD + (ORDER - 1) * LANES)) * inverse
-        before = where(holding, greater(share, before), before)
-        share = abs(load(floats, HOLD + (ORDER - 2) * LANES)) * inverse * load(floats, HOLD_RATE)
-        last = where(holding, greater(share, last), last)
+    for c in range(CONTACTS):
+        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+            inverse = load(floats, INVERSE_SCALE + STATE_OF[c] * LANES)
+            last = greater(abs(load(floats, VELOCITY_OF[c] + ORDER * LANES)) * inverse, last)
+            before = greater(abs(load(floats, VELOCITY_OF[c] + (ORDER - 1) * LANES)) * inverse, before)
+    for c in range(CONTACTS):
+        if STICKS[c] == 1:
+            limit = load(floats, LIMIT_OF[c])
+            holding = (load(floats, SIDE + c * LANES) == 0.0) & (limit > 0.0)
+            inverse = 1.0 / where(holding, limit, 1.0)
+            share = abs(load(floats, HOLD_OF[c] + (ORDER - 1) * LANES)) * inverse
+            before = where(holding, greater(share, before), before)
+            share = abs(load(floats, HOLD_OF[c] + (ORDER - 2) * LANES)) * inverse * load(floats, HOLD_RATE)
+            last = where(holding, greater(share, last), last)
     decisive, earlier = before, 0.0 * side
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES

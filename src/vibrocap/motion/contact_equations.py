@@ -1,0 +1,150 @@
+"""What recorded equations say of each contact, and of all together where there are several."""
+
+import dataclasses
+from typing import Any
+
+from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
+from vibrocap.physics.flow import Flow
+from vibrocap.physics.states import actuator_states
+from vibrocap.physics.system import System
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ContactEquations:
+    """Recorded equations of one contact.
+
+    velocity: of sliding; state: number of the state that moves one to one with it; kind: "set-valued" (it can rest),
+    "kinked" or "smooth"; hold: the force that would hold it in the present modes of all others, over the middle of what
+    it can hold; limit: how far that reaches (both None where it cannot rest); internal: numbers of the states of its
+    law, without those that change at events only; after_reversal: all states after it has turned to its side
+    """
+
+    velocity: Expression
+    state: int
+    kind: str
+    hold: Expression | None
+    limit: Expression | None
+    internal: tuple[int, ...]
+    after_reversal: tuple[Expression, ...]
+
+    @property
+    def sticks(self) -> bool:
+        """Whether it can rest."""
+        return self.hold is not None
+
+    @property
+    def is_state(self) -> bool:
+        """Whether its velocity is one of the states, whose series is then its own."""
+        return self.velocity.index == self.velocity.graph.node("state", self.state).index
+
+    def moved(self, move: Any, reset: Any) -> "ContactEquations":
+        """The same on another graph; reset: what an event makes of all states."""
+        return dataclasses.replace(
+            self,
+            velocity=move(self.velocity),
+            hold=None if self.hold is None else move(self.hold),
+            limit=None if self.limit is None else move(self.limit),
+            after_reversal=reset(self.after_reversal),
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class DecisionRows:
+    """The problem of several contacts at rest, recorded: see `physics/contacts.py`, and what each may take.
+
+    b [n], response [n n], loads [n], load_response [n n] (none of constant loads); of each contact, as taken by the
+    machine: force while it slides (per load), what pushes it then and at rest, least and most that it can hold, and
+    least and most once it has given way (per load; None where it cannot rest)
+    """
+
+    b: tuple[Expression, ...]
+    response: tuple[tuple[Expression, ...], ...]
+    loads: tuple[Expression, ...]
+    load_response: tuple[tuple[Expression, ...], ...]
+    forces: tuple[Expression, ...]
+    pushes: tuple[tuple[Expression, Expression], ...]
+    bounds: tuple[tuple[Expression, ...] | None, ...]
+
+    def moved(self, move: Any) -> "DecisionRows":
+        """The same on another graph."""
+        fields = {field.name: _moved(getattr(self, field.name), move) for field in dataclasses.fields(self)}
+        return dataclasses.replace(self, **fields)
+
+
+def _moved(value: Any, move: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_moved(each, move) for each in value)
+    return None if value is None else move(value)
+
+
+def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:
+    """The recorded contacts; the drag of an environment has a kink at rest."""
+    surrounded, laws = system.environment is not None, (system.friction, *system.further_laws)
+    holds = [
+        (None, None) if flow.holding_limit is None else (flow.holding_force - flow.holding_middle, flow.holding_limit)
+    ]
+    holds += [(each.hold, each.limit) for each in flow.further]
+    velocities = flow.contact_velocity, *(each.contact.velocity for each in flow.further)
+    found, states = [], system.state_names
+    for i, (law, velocity, (hold, limit)) in enumerate(zip(laws, velocities, holds, strict=True)):
+        name = system.machine.contact_state if i == 0 else system.machine.contacts[i - 1]
+        if name not in states:
+            name = system.machine.contact_state  # that all share
+        ending = "" if i == 0 else f"_{i + 1}"
+        internal = (states.index(each + ending) for each in law.internal if each not in law.switched)
+        found.append(
+            ContactEquations(
+                velocity=expression(velocity),
+                state=states.index(name),
+                kind="kinked" if law.kind == "smooth" and surrounded else law.kind,
+                hold=None if hold is None else expression(hold),
+                limit=None if limit is None else expression(limit),
+                internal=tuple(internal),
+                after_reversal=tuple(map(expression, flow.after_reversal[i])),
+            )
+        )
+    return tuple(found)
+
+
+def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
+    def tuples(values: Any) -> tuple[Expression, ...]:
+        return tuple(map(expression, values))
+
+    given, bounds = flow.rows, []
+    assert given is not None
+    for each in flow.contacts:
+        both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
+        bounds.append(None if both is None else tuples(both))
+    return DecisionRows(
+        b=tuples(given.b),
+        response=tuple(map(tuples, given.A)),
+        loads=tuples(given.n),
+        load_response=tuple(map(tuples, given.C)),
+        forces=tuples(each.force for each in flow.contacts),
+        pushes=tuple(tuples((each.push, each.push_at_rest)) for each in flow.contacts),
+        bounds=tuple(bounds),
+    )
+
+
+def states_at_contacts(system: System) -> tuple[int, ...]:
+    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
+    velocities = [name for name in system.machine.contacts if name in system.machine.states]
+    own = (*velocities, *system.state_names[len(system.machine.states) :])
+    aside = (*system.switched, *actuator_states(system.actuator))
+    return tuple(system.state_names.index(name) for name in own if name not in aside)
+
+
+def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
+    """At imposed distances, the velocity of each contact where the state that all share vanishes."""
+    machine = system.machine
+    if machine.coupled != "distances":
+        return ()
+    own = list(mechanical)
+    own[machine.states.index(machine.contact_state)] = 0.0
+    time = graph.node("time")
+    velocities = placed.contact_velocity(time, tuple(own)), *placed.further_velocities(time, tuple(own))
+    found = tuple(map(graph.expression, velocities))
+    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
+        what = f"should be functions of time, but for the state {machine.contact_state} that is added to each"
+        raise ValueError(f"the {machine.name}: at imposed distances contact_velocity and further_velocities {what}")
+    return found

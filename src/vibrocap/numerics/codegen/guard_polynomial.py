@@ -1,0 +1,48 @@
+"""Writes, for all lanes at once, the guard of a contact as a polynomial over the step, and its signs."""
+
+import math
+
+
+def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
+    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
+    body = [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
+    for k in range(order + 1):
+        one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
+        guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
+        if sticks:
+            hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("hold", "limit"))
+            held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
+            guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
+        body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
+        body.append(f"store(floats, WORK + {k} * LANES, a{k})")
+        body.append("p = h" if k == 0 else "p = p * h")
+    body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
+    body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
+    body.append("changes = where((b0 > 0.0) ^ (b1 > 0.0), 1.0, 0.0)")
+    for k in range(2, order + 1):
+        body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
+    body.append(f"return a0, b{order}, changes")
+    guard = [
+        "def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h):",
+        *(f"    {line}" for line in body),
+        "",
+    ]
+    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
+    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
+    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
+    return "\n".join([*guard, "def guard_at(floats, x):", *(f"    {line}" for line in body), ""])
+
+
+def _paired(coefficients: list[str], name: str) -> list[str]:
+    """Lines that evaluate a polynomial of x by pairs (Estrin), a chain of few dependent operations."""
+    lines, power, level = [], "x", 0
+    while len(coefficients) > 1:
+        paired = []
+        for i in range(0, len(coefficients) - 1, 2):
+            paired.append(f"{name}{level}_{i // 2}")
+            lines.append(f"{paired[-1]} = {coefficients[i]} + {coefficients[i + 1]} * {power}")
+        coefficients = paired + coefficients[len(coefficients) - len(coefficients) % 2 :]
+        if len(coefficients) > 1:
+            lines.append(f"{name}x{level} = {power} * {power}")
+            power, level = f"{name}x{level}", level + 1
+    return [*lines, f"{name} = {coefficients[0]}"]

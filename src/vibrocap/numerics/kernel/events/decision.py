@@ -1,0 +1,335 @@
+"""Several contacts at rest at one instant: which of them stay, and which slide to which side? One decision for all.
+
+Friction accelerates the contacts and, where loads follow the motion, changes the loads (`physics/contacts.py`):
+
+    a = b - A R,     N = n - C R
+
+A contact at rest stays (a = 0, R within what it can hold) or slides to the side of its acceleration with the largest
+force of that side: a linear complementarity problem with bounds (Pfeiffer and Glocker 1996; Acary and Brogliato 2008,
+ch. 8). A is positive semidefinite, so that with constant loads a solution exists and the accelerations are unique; it
+is found by pivoting on the contact of least number that does not fit (Murty 1974), from all at rest. Under loads that
+friction makes there may be several solutions or none: all modes are tried.
+
+A contact gives way at the largest force that it can hold; only then does friction fall to that of the slowest slide. So
+the problem is solved again for those that gave way, with what they can hold then, until no other one does; where some
+pass through rest and others were there before, those that pass give way first.
+
+Contacts at imposed distances answer alike (rows of A are the same): they rest together only if their accelerations free
+of friction are the same, and then hold one force in equal shares of their limits. While pivoting, a little more on the
+diagonal keeps them apart.
+
+What is too near a limit to be decided by forces alone is left at rest, with ARRIVING = 2: then the series of the force
+that holds it decides, see `contact.decide`.
+"""
+
+from vibrocap.numerics.kernel.codes import AMBIGUOUS_CONTACTS, BEYOND_BOUND, UNDECIDED
+from vibrocap.numerics.kernel.generated.equations import contact_rows
+from vibrocap.numerics.kernel.generated.facts import DYNAMIC, ROW_LIKE, SHARED, STICKS
+from vibrocap.numerics.kernel.generated.lane import (
+    ARRIVING,
+    CAME_FROM,
+    GAVE_WAY,
+    SIDE,
+    STATE,
+    STATUS,
+    TIME,
+    WORK,
+    ZEROS,
+)
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, STATES
+
+UNDECIDED_SHARE = 1e-9  # of forces and of accelerations: what is nearer to a limit, or to none, is left to the series
+FITTING = 1e-11  # of them: what is within while pivoting
+SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivoting, for contacts at imposed distances
+MOST_TRIED = 6  # contacts at rest of which all modes are tried
+MOST_PIVOTS = 20  # per contact
+NONE_FITS, ONE_FITS, SEVERAL_FIT = 0, 1, 2
+
+# Places in the work space: a state; b, A, n, C and seven numbers of each contact, as `contact_rows` writes them.
+FREE_ROWS = WORK + STATES
+SLOWING = FREE_ROWS + CONTACTS
+LOAD_ROWS = SLOWING + CONTACTS * CONTACTS
+RAISED_ROWS = LOAD_ROWS + CONTACTS
+HELD_LEVELS = RAISED_ROWS + CONTACTS * CONTACTS
+LEVELS_EACH = 7
+SLIDING, PUSHED, PUSHED_AT_REST, LEAST_HELD, MOST_HELD, LEAST_KINETIC, MOST_KINETIC = 0, 1, 2, 3, 4, 5, 6
+MATRIX_ROWS = HELD_LEVELS + LEVELS_EACH * CONTACTS  # with the right-hand side
+TAKEN = MATRIX_ROWS + CONTACTS * (CONTACTS + 1)
+ACCELERATIONS = TAKEN + CONTACTS
+NORMALS = ACCELERATIONS + CONTACTS
+TRIED = NORMALS + CONTACTS  # side of each contact in the mode that is tried
+AT_REST = TRIED + CONTACTS  # 1: it is asked
+GAVE = AT_REST + CONTACTS  # 1: it has given way
+TIED = GAVE + CONTACTS  # 1: the forces alone do not decide
+FOUND_SIDE = TIED + CONTACTS
+FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
+
+
+def decide_together(floats, ints, lane):
+    """Decide the sides of all contacts that rest or have come to rest, at the lane's present state."""
+    for i in range(STATES):
+        floats[WORK + i] = floats[STATE + i * LANES + lane]
+    contact_rows(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, FREE_ROWS)
+    for c in range(CONTACTS):
+        floats[TRIED + c] = floats[SIDE + c * LANES + lane]
+        floats[AT_REST + c] = 1.0 if STICKS[c] == 1 and floats[TRIED + c] == 0.0 else 0.0
+        floats[GAVE + c] = float(ints[GAVE_WAY + c * LANES + lane])
+    for _ in range(CONTACTS + 1):
+        fits = solve_modes(floats)
+        if fits != ONE_FITS:
+            ints[STATUS + lane] = BEYOND_BOUND + AMBIGUOUS_CONTACTS if DYNAMIC else UNDECIDED
+            return
+        passing = 0.0
+        giving = 0.0
+        for c in range(CONTACTS):
+            if floats[AT_REST + c] == 1.0 and floats[GAVE + c] == 0.0 and floats[TRIED + c] != 0.0:
+                giving += 1.0
+                if floats[CAME_FROM + c * LANES + lane] != 0.0:
+                    passing += 1.0
+        if giving == 0.0:
+            break
+        for c in range(CONTACTS):
+            first = passing == 0.0 or floats[CAME_FROM + c * LANES + lane] != 0.0
+            if floats[AT_REST + c] == 1.0 and floats[TRIED + c] != 0.0 and first:
+                floats[GAVE + c] = 1.0
+    for c in range(CONTACTS):
+        if floats[AT_REST + c] == 1.0:
+            ints[ARRIVING + c * LANES + lane] = 2 if floats[TIED + c] == 1.0 else 0
+            if floats[TRIED + c] != 0.0:
+                floats[SIDE + c * LANES + lane] = floats[TRIED + c]
+                floats[CAME_FROM + c * LANES + lane] = 0.0
+                ints[ZEROS + c * LANES + lane] = 1
+                ints[GAVE_WAY + c * LANES + lane] = 1
+            elif floats[TIED + c] == 0.0:
+                floats[CAME_FROM + c * LANES + lane] = 0.0
+
+
+def solve_modes(floats):
+    """Find the mode for those that have given way so far, and which of its sides the forces decide; how many fit."""
+    if not DYNAMIC and pivot(floats):
+        find_forces(floats, False)
+        fits = ONE_FITS
+    else:
+        fits = try_all(floats)
+    if fits != ONE_FITS:
+        return fits
+    faint = UNDECIDED_SHARE * acceleration_size(floats)
+    for c in range(CONTACTS):
+        floats[TIED + c] = 0.0
+        if floats[AT_REST + c] == 1.0:
+            if floats[TRIED + c] != 0.0:
+                if abs(floats[ACCELERATIONS + c]) <= faint:
+                    floats[TIED + c] = 1.0
+                    floats[TRIED + c] = 0.0
+            else:
+                least, most = held_between(floats, c)
+                size = UNDECIDED_SHARE * (abs(least) + abs(most) + abs(floats[TAKEN + c]))
+                if most - floats[TAKEN + c] <= size or floats[TAKEN + c] - least <= size:
+                    floats[TIED + c] = 1.0
+    return fits
+
+
+def pivot(floats):
+    """Find the mode of constant loads, from all at rest: the first contact that does not fit is changed; did it end?"""
+    for c in range(CONTACTS):
+        if floats[AT_REST + c] == 1.0:
+            floats[TRIED + c] = 0.0
+    for _ in range(MOST_PIVOTS * CONTACTS):
+        find_forces(floats, SHARED)
+        misfit = first_misfit(floats)
+        if misfit < 0:
+            return True
+        if floats[TRIED + misfit] != 0.0:
+            floats[TRIED + misfit] = 0.0
+        else:
+            most = held_between(floats, misfit)[1]
+            floats[TRIED + misfit] = 1.0 if floats[TAKEN + misfit] > most else -1.0
+    return False
+
+
+def first_misfit(floats):
+    """The least number of a contact at rest that does not fit the mode that is tried; -1: all do."""
+    faint = FITTING * acceleration_size(floats)
+    for c in range(CONTACTS):
+        if floats[AT_REST + c] == 1.0:
+            if floats[TRIED + c] != 0.0:
+                if floats[TRIED + c] * floats[ACCELERATIONS + c] < -faint:
+                    return c
+            else:
+                least, most = held_between(floats, c)
+                size = FITTING * (abs(least) + abs(most) + abs(floats[TAKEN + c]))
+                if floats[TAKEN + c] > most + size or floats[TAKEN + c] < least - size:
+                    return c
+    return -1
+
+
+def try_all(floats):
+    """Find the mode by trying all: NONE_FITS, ONE_FITS, or SEVERAL_FIT with other accelerations.
+
+    One under which a load would be negative counts only where no other fits: the machine lifts off there.
+    """
+    count = 1
+    resting = 0
+    for c in range(CONTACTS):
+        if floats[AT_REST + c] == 1.0:
+            resting += 1
+            count *= 3
+    if resting > MOST_TRIED:
+        return NONE_FITS
+    for lifting in range(2):
+        found = 0
+        for number in range(count):
+            rest = number
+            for c in range(CONTACTS):
+                if floats[AT_REST + c] == 1.0:
+                    floats[TRIED + c] = float(rest % 3)
+                    if rest % 3 == 2:
+                        floats[TRIED + c] = -1.0
+                    rest = rest // 3
+            find_forces(floats, False)
+            if first_misfit(floats) >= 0 or (lifting == 0 and not presses(floats)):
+                continue
+            if found == 0:
+                found = 1
+                for c in range(CONTACTS):
+                    floats[FOUND_SIDE + c] = floats[TRIED + c]
+                    floats[FOUND_ACCELERATION + c] = floats[ACCELERATIONS + c]
+            elif differs(floats):
+                return SEVERAL_FIT
+        if found == 1:
+            for c in range(CONTACTS):
+                floats[TRIED + c] = floats[FOUND_SIDE + c]
+            find_forces(floats, False)
+            return ONE_FITS
+    return NONE_FITS
+
+
+def presses(floats):
+    """Whether all loads of the mode that is tried are positive."""
+    least = floats[NORMALS]
+    for c in range(1, CONTACTS):
+        least = min(least, floats[NORMALS + c])
+    return least > 0.0
+
+
+def differs(floats):
+    """Whether the mode that is tried accelerates the contacts otherwise than the one that was found."""
+    largest = 0.0
+    for c in range(CONTACTS):
+        largest = max(largest, abs(floats[ACCELERATIONS + c] - floats[FOUND_ACCELERATION + c]))
+    return largest > UNDECIDED_SHARE * acceleration_size(floats)
+
+
+def acceleration_size(floats):
+    """Largest sum of the sizes of what accelerates a contact: its rounding is a share of that."""
+    largest = 0.0
+    for c in range(CONTACTS):
+        size = abs(floats[FREE_ROWS + c])
+        for j in range(CONTACTS):
+            size += abs(floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j])
+        largest = max(largest, size)
+    return largest
+
+
+def held_between(floats, c):
+    """(least, most) that a contact at rest may take, under the load of the mode that is tried."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    least, most = floats[levels + LEAST_HELD], floats[levels + MOST_HELD]
+    if floats[GAVE + c] == 1.0:
+        least, most = floats[levels + LEAST_KINETIC], floats[levels + MOST_KINETIC]
+    pushed = floats[levels + PUSHED_AT_REST]
+    return least * floats[NORMALS + c] - pushed, most * floats[NORMALS + c] - pushed
+
+
+def find_forces(floats, soft):
+    """The forces, accelerations and loads of the mode that is tried.
+
+    soft: with a little more on the diagonal of A, so that contacts at imposed distances differ; else those that rest
+    together have equal shares of what they can hold
+    """
+    largest = 0.0
+    widest = 0.0
+    for c in range(CONTACTS):
+        largest = max(largest, abs(floats[SLOWING + c * CONTACTS + c]))
+        widest = max(widest, half_width(floats, c))
+    for c in range(CONTACTS):
+        row = MATRIX_ROWS + c * (CONTACTS + 1)
+        levels = HELD_LEVELS + LEVELS_EACH * c
+        if floats[AT_REST + c] == 1.0 and floats[TRIED + c] == 0.0:
+            head = c
+            if not soft:
+                for j in range(c - 1, -1, -1):
+                    if floats[AT_REST + j] == 1.0 and floats[TRIED + j] == 0.0 and ROW_LIKE[j] == ROW_LIKE[c]:
+                        head = j
+            if head != c:
+                for j in range(CONTACTS):
+                    floats[row + j] = 0.0
+                own, other = half_width(floats, c), half_width(floats, head)
+                floats[row + c] = other
+                floats[row + head] = -own
+                floats[row + CONTACTS] = other * middle_taken(floats, c) - own * middle_taken(floats, head)
+            else:
+                for j in range(CONTACTS):
+                    floats[row + j] = floats[SLOWING + c * CONTACTS + j]
+                if soft:
+                    floats[row + c] += SOFTNESS * largest * (widest / (half_width(floats, c) + SOFTNESS * widest))
+                floats[row + CONTACTS] = floats[FREE_ROWS + c]
+        else:
+            level, pushed = floats[levels + SLIDING], floats[levels + PUSHED]
+            if floats[AT_REST + c] == 1.0:
+                least, most = floats[levels + LEAST_HELD], floats[levels + MOST_HELD]
+                if floats[GAVE + c] == 1.0:
+                    least, most = floats[levels + LEAST_KINETIC], floats[levels + MOST_KINETIC]
+                level = most if floats[TRIED + c] > 0.0 else least
+                pushed = floats[levels + PUSHED_AT_REST]
+            for j in range(CONTACTS):
+                floats[row + j] = level * floats[RAISED_ROWS + c * CONTACTS + j] if DYNAMIC else 0.0
+            floats[row + c] += 1.0
+            floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
+    eliminate(floats)
+    for c in range(CONTACTS):
+        acceleration = floats[FREE_ROWS + c]
+        normal = floats[LOAD_ROWS + c]
+        for j in range(CONTACTS):
+            acceleration -= floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+            if DYNAMIC:
+                normal -= floats[RAISED_ROWS + c * CONTACTS + j] * floats[TAKEN + j]
+        floats[ACCELERATIONS + c] = acceleration
+        floats[NORMALS + c] = normal
+
+
+def half_width(floats, c):
+    """Of the forces that a contact can hold, with a little more so that one which holds nothing has a share."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    return 0.5 * (floats[levels + MOST_HELD] - floats[levels + LEAST_HELD]) + 1e-150
+
+
+def middle_taken(floats, c):
+    """Middle of what a contact takes at rest."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    return 0.5 * (floats[levels + MOST_HELD] + floats[levels + LEAST_HELD]) - floats[levels + PUSHED_AT_REST]
+
+
+def eliminate(floats):
+    """Solve the linear problem in the work space for TAKEN, by elimination with the largest pivot of each column."""
+    width = CONTACTS + 1
+    for i in range(CONTACTS):
+        best = i
+        for j in range(i + 1, CONTACTS):
+            if abs(floats[MATRIX_ROWS + j * width + i]) > abs(floats[MATRIX_ROWS + best * width + i]):
+                best = j
+        if best != i:
+            for k in range(width):
+                kept = floats[MATRIX_ROWS + i * width + k]
+                floats[MATRIX_ROWS + i * width + k] = floats[MATRIX_ROWS + best * width + k]
+                floats[MATRIX_ROWS + best * width + k] = kept
+        for j in range(i + 1, CONTACTS):
+            factor = floats[MATRIX_ROWS + j * width + i] / floats[MATRIX_ROWS + i * width + i]
+            if factor != 0.0:
+                for k in range(i, width):
+                    floats[MATRIX_ROWS + j * width + k] -= factor * floats[MATRIX_ROWS + i * width + k]
+    for i in range(CONTACTS - 1, -1, -1):
+        value = floats[MATRIX_ROWS + i * width + CONTACTS]
+        for k in range(i + 1, CONTACTS):
+            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + k]
+        floats[TAKEN + i] = value / floats[MATRIX_ROWS + i * width + i]

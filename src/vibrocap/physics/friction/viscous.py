@@ -1,0 +1,61 @@
+"""Viscous friction beside any law: a part that grows with the speed, and one with its square."""
+
+import functools
+from typing import Any, ClassVar
+
+from vibrocap.physics.friction.law import Law, NonNegative, inner_law, parameter, wrapped_class
+
+
+@functools.cache
+def viscous(law: type[Law]) -> Any:
+    """The class of a law with viscous friction beside it: its fields, and a coefficient for speed and speed squared.
+
+    The film between the bodies, a seal, a fluid that is pushed aside: what they take depends on the speed and not on
+    the load, beside the dry friction of the law,
+
+        R = R_law(v, z) + c_1 v + c_2 |v| v
+
+    (Armstrong-Helouvry, Dupont and Canudas de Wit 1994 for c_1; the square is that of a turbulent flow). It vanishes at
+    rest: what a contact holds there, and the states of the law, are the law's. Its loss is one of sliding.
+
+    law: a set-valued or kinked law that is not viscous yet
+    Returns the class, the same one each time: `viscous(Coulomb)(linear_viscosity=1.0, quadratic_viscosity=0.1)`.
+    Raises ValueError for a smooth law, whose |v| would have a kink, and for one with backlash: put the backlash
+    around, as a joint with play takes the whole of a contact.
+    """
+    if viscous in law.wrappers:
+        raise ValueError(f"the {law.name} law is viscous already")
+    if "engaged" in law.internal:
+        raise ValueError(f"put the backlash around, not into it: backlash(viscous(...)), got the {law.name} law")
+    if law.kind == "smooth":
+        raise ValueError(f"only a set-valued or kinked law can be viscous, got the {law.name} law, which is smooth")
+
+    class Viscous(law):
+        linear_viscosity: NonNegative = parameter(
+            0.0, "c_1", "friction beside the law, over the speed", "viscous damping"
+        )
+        quadratic_viscosity: NonNegative = parameter(
+            0.0, "c_2", "friction beside the law, over the square of the speed", "quadratic damping"
+        )
+
+        special_cases: ClassVar = {law.name: {"linear_viscosity": 0.0, "quadratic_viscosity": 0.0}}
+
+        def _viscous(self, speed):
+            """c_1 + c_2 |v|, over which the velocity is multiplied."""
+            return self.linear_viscosity + self.quadratic_viscosity * speed
+
+        def steady_force(self, speed, load, *side):
+            """Friction force at a constant speed > 0 (to `side`, of a law whose directions differ)."""
+            return inner_law(law, self).steady_force(speed, load, *side) + self._viscous(speed) * speed
+
+        def force(self, velocity, internal, side, load):
+            """Friction force R with the viscous part, and the rates of the law."""
+            force, rates = inner_law(law, self).force(velocity, internal, side, load)
+            return force + self._viscous(side * velocity) * velocity, rates
+
+        def losses(self, velocity, internal, side, load):
+            """Losses of the law; that of the viscous part is one of sliding."""
+            sliding, bristles = inner_law(law, self).losses(velocity, internal, side, load)
+            return sliding + self._viscous(side * velocity) * velocity * velocity, bristles
+
+    return wrapped_class(viscous, Viscous, law)

@@ -1,0 +1,315 @@
+"""The rotor capsule: a motion that has turned by whole turns is where it was, in everything that asks whether it is."""
+
+import dataclasses
+import json
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import vibrocap as vc
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK
+from vibrocap.measures.settling import settling, stroboscopic_states
+from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.numerics.linker.link import kernel_source
+from vibrocap.orbits.closing.periodic_solution import state_vector
+from vibrocap.orbits.continuation.branch_diagram import branch_distance
+from vibrocap.physics.parameters import parameters
+from vibrocap.studies.branch_datasets import branch_dataset
+
+TURN = 2.0 * math.pi
+LAW = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.15)
+# One turn of a rotor (lambda 4, nu 0.75) under the torque 1.5: period and drift, computed beforehand by DOP853.
+PUBLISHED = {"weight": (3.41235843634, -0.32074253582), "dynamic": (3.42870348816, 0.51782778013)}
+START = {"angle": 0.1}
+
+
+def rotor(load="weight", drive=None, **parameters):
+    machine = vc.RotorCapsule(**({"mass_ratio": 4.0, "damping": 0.75, "normal_load": load} | parameters))
+    return vc.System(machine, LAW, drive or vc.Constant(force=1.5))
+
+
+def pulsed(**parameters):
+    """A motor under two levels of torque in turn: two steady motions, of one turn and of two a period."""
+    return rotor(drive=vc.Square(**({"amplitude": 1.6, "frequency": 0.7, "duty": 0.8} | parameters)))
+
+
+class Independent:
+    """The rotor by its two balances, M q'' = f solved as a matrix, and DOP853 from event to event.
+
+    Pivot at X, bob at (X - sin(theta), cos(theta)): lambda X'' + x_b'' = -R and, about the pivot, the torque T - nu
+    theta' on the bob; N = lambda + 1 + y_b''. Unknown are X'', theta'' and N.
+    """
+
+    def __init__(self, load, torque=1.5, ratio=4.0, slope=0.75, kinetic=0.1, static=0.15):
+        self.load, self.torque, self.ratio, self.slope = load, torque, ratio, slope
+        self.kinetic, self.static = kinetic, static
+
+    def accelerations(self, y, side):
+        """(X'', theta'', N, R) sliding to a side, or at rest (0)."""
+        th, w = y[0], y[1]
+        s, c = math.sin(th), math.cos(th)
+        dynamic = self.load == "dynamic"
+        # unknowns X'', theta'', N, R
+        rows = [
+            [self.ratio + 1.0, -c, 0.0, 1.0],
+            [-c, 1.0, 0.0, 0.0],
+            [0.0, s if dynamic else 0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0, 0.0] if side == 0 else [0.0, 0.0, -self.kinetic * side, 1.0],
+        ]
+        lifted = -c * w * w if dynamic else 0.0
+        right = [-s * w * w, self.torque + s - self.slope * w, self.ratio + 1.0 + lifted, 0.0]
+        return np.linalg.solve(rows, right)
+
+    def rates(self, y, side):
+        ax, ath, _, _ = self.accelerations(y, side)
+        return [y[1], ath, 0.0 if side == 0 else y[3], 0.0 if side == 0 else ax]
+
+    def excess(self, y):
+        """What the force at rest lacks of its limit."""
+        _, _, load, force = self.accelerations(y, 0)
+        return self.static * load - abs(force)
+
+    def motion(self, end):
+        """(times, states) of pieces from the start to an end, as solutions of `solve_ivp`."""
+        y, t, pieces = np.array([0.1, 0.0, 0.0, 0.0]), 0.0, []
+        side = 0 if self.excess(y) > 0.0 else int(np.sign(self.accelerations(y, 0)[3]))
+        while t < end:
+            guard = (lambda t, y: self.excess(y)) if side == 0 else (lambda t, y: y[3])
+            guard.terminal, guard.direction = True, -1 if side == 0 else -side
+            found = solve_ivp(
+                lambda t, y, side=side: self.rates(y, side), (t, end), y, method="DOP853", rtol=3e-14, atol=1e-14,
+                events=guard, dense_output=True,
+            )  # fmt: skip
+            pieces.append(found)
+            t, y = float(found.t[-1]), found.y[:, -1].copy()
+            if found.status == 0:
+                break
+            y[3] = 0.0
+            pushed = float(np.sign(self.accelerations(y, 0)[3]))
+            side = int(pushed) if side == 0 or self.excess(y) <= 0.0 else 0
+        return pieces
+
+    def turn(self, end=200.0):
+        """(period, drift) of the last whole turn, from one angle to the same one."""
+        pieces = self.motion(end)
+
+        def at(t):
+            return next(piece.sol(t) for piece in pieces if t <= piece.t[-1])
+
+        last = at(end)
+        before = brentq(lambda t: at(t)[0] - last[0] + TURN, end - 6.0, end - 1.0, xtol=1e-13)
+        return end - before, last[2] - at(before)[2]
+
+
+@pytest.mark.parametrize("load", PUBLISHED)
+def test_a_turn_is_that_of_an_independent_solver(load):
+    expected = Independent(load).turn()
+    assert expected == pytest.approx(PUBLISHED[load], abs=2e-10)
+    found = vc.orbit(rotor(load), initial=START, settle_periods=100)
+    assert found.closes
+    assert found.stable
+    assert found.winding == {"angle": 1}
+    assert (found.period, found.drift) == pytest.approx(PUBLISHED[load], abs=1e-11)
+    motion = found.motion()
+    gained = np.array([motion.state[name] - found.state[name] for name in motion.state_names])
+    assert gained[[0, 2]] == pytest.approx([TURN, found.drift], abs=1e-10)
+    assert "1 turn(s) of angle" in str(found)
+
+
+def test_the_two_loads_travel_opposite_ways():
+    drifts = [vc.orbit(rotor(load), initial=START, settle_periods=100).drift for load in PUBLISHED]
+    assert drifts[0] < 0.0 < drifts[1]
+
+
+def test_a_rotor_without_turns_is_a_pendulum_without_spring():
+    """The same equations: the motion of a pendulum capsule with rho = 0, whose angle is no angle of a circle."""
+    pendulum = vc.PendulumCapsule(mass_ratio=4.0, stiffness=0.0, damping=0.75, normal_load="dynamic")
+    system = rotor("dynamic")
+    one, other = (
+        vc.simulate(each, periods=20, initial=START, tolerance=1e-12)
+        for each in (system, dataclasses.replace(system, machine=pendulum))
+    )
+    assert one.state == pytest.approx(other.state, abs=1e-11)
+
+
+def test_what_turns_by_whole_turns_has_settled():
+    """One whose angle grows by 2 pi a period has settled as one that rests has; one that creeps has not."""
+    motion = vc.simulate(pulsed(), periods=60, initial=START)
+    found = settling(motion)
+    assert found.settled
+    assert found.period == 1
+    assert vc.winding(motion) == pytest.approx({"angle": 2.0}, abs=1e-9)
+    assert motion.state["angle"] > 100 * TURN
+    # A planted fault: the same marks without the turns taken off never repeat.
+    plain = dataclasses.replace(pulsed(), machine=Unturned(mass_ratio=4.0, damping=0.75))
+    assert not settling(vc.simulate(plain, periods=60, initial=START)).settled
+    marks = stroboscopic_states(motion)
+    sections = motion.sections.copy()
+    sections[:, 0] += TURN * np.arange(len(sections)) ** 2
+    moved = stroboscopic_states(dataclasses.replace(motion, sections=sections))
+    assert moved == pytest.approx(marks, abs=1e-10)
+    assert np.hypot(marks[:, 0], marks[:, -1]) == pytest.approx(1.0, abs=1e-15)
+
+
+@parameters
+class Unturned(vc.RotorCapsule):
+    """The same machine, which does not say that its angle turns."""
+
+    name: ClassVar[str] = "unturned"
+    turns: ClassVar = {}
+
+
+def test_runs_in_company_settle_as_stored_ones_and_tell_their_winding():
+    amplitudes = [0.8, 1.2, 1.6, 2.4]
+    found = vc.ensemble(
+        pulsed(), {"drive.amplitude": amplitudes}, measures=("winding_angle", "drift"), periods=300, settle=1e-6,
+        initial=START,
+    )  # fmt: skip
+    for k, amplitude in enumerate(amplitudes):
+        motion = vc.simulate(pulsed(amplitude=amplitude), periods=300, initial=START, tolerance=1e-8)
+        alone = settling(motion, threshold=1e-6)
+        assert (found["settled"][k], found["response_period"][k]) == (alone.settled, alone.period)
+        gained = motion.sections[-1] - motion.sections[-1 - alone.period]
+        assert found["winding_angle"][k] * alone.period == winding(motion.system, gained)["angle"]
+    assert len({*found["winding_angle"]}) >= 3
+
+
+def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
+    one = vc.orbit(pulsed(), initial=START)
+    assert one.closes
+    assert one.stable
+    assert one.winding == {"angle": 2}
+    far = {**one.state, "angle": one.state["angle"] - 5 * TURN}
+    again = vc.shoot(pulsed(), far)
+    assert again.closes
+    assert again.state == pytest.approx(one.state, abs=1e-9)
+    found = vc.branch(pulsed(), "drive.amplitude", (1.57, 1.66), orbit=one, points=60)
+    assert len(found) > 20
+    assert set(found.winding.ravel()) == {2}
+    assert found.certified.all()
+    for point in (0, len(found) // 2, -1):
+        system = pulsed(amplitude=float(found.parameter[point]))
+        start = dict(zip(system.state_names, found.states[point], strict=True))
+        motion = vc.simulate(system, periods=1, initial=start, tolerance=1e-12)
+        gained = np.array(list(motion.state.values())) - found.states[point]
+        assert gained == pytest.approx([2 * TURN, 0.0, found.drift[point], 0.0], abs=1e-9)
+    table = branch_dataset(found)
+    assert set(table["winding_angle"].values) == {2}
+
+
+def test_a_branch_that_goes_round_with_its_angle_is_closed():
+    """An island of orbits of two periods: the rotor's phase goes round once, and after half of it each comes again."""
+    switched = vc.OnOff(amplitude=1.5296, offset=0.2549, frequency=0.5675, duty=0.7)
+    system = rotor(drive=switched, damping=0.3387)
+    found = vc.branch(system, "drive.amplitude", (1.4, 1.7), initial=START, points=900)
+    assert found.ends == (vc.BranchEnd.CLOSED, vc.BranchEnd.CLOSED)
+    assert set(found.winding.ravel()) == {13}
+    assert len(found.kind(vc.SpecialKind.FOLD)) == 4
+    first, last = found.states[[0, -1], 0]
+    assert abs(first - last) == pytest.approx(TURN, abs=0.05)
+    here = found.states[len(found) // 3].copy()
+    here[0] += 3 * TURN
+    assert branch_distance(found, here, float(found.parameter[len(found) // 3])) < 1e-6
+
+
+def test_cycles_of_a_motor_that_is_on_are_followed():
+    start = vc.orbit(rotor(), initial=START, settle_periods=100)
+    found = vc.branch(rotor(), "drive.force", (1.4, 1.6), orbit=start, points=60)
+    assert set(found.winding.ravel()) == {1}
+    assert found.parameter.min() < 1.45 < found.parameter.max()
+    (there,) = found.orbits_at(1.45)
+    expected = Independent("weight", torque=1.45).turn()
+    assert (there.period, there.drift) == pytest.approx(expected, abs=1e-9)
+
+
+def test_starts_lead_to_attractors_of_one_and_two_turns():
+    found = vc.attractors(pulsed(), 60)
+    assert sorted(each.motion.winding["angle"] for each in found.attractors) == [1.0, 2.0]
+    assert found.ranges["angle"] == pytest.approx((-math.pi, math.pi))
+    planes = [
+        vc.basins(pulsed(), {"angle": (low, low + TURN), "angle_rate": (-1.0, 2.0)}, 8) for low in (0.0, 3 * TURN)
+    ]
+    assert len({*planes[0].label.ravel().tolist()}) == 2
+    assert (planes[0].label == planes[1].label).all()  # starts whole turns apart are one start
+    assert planes[0].drift == pytest.approx(planes[1].drift, abs=1e-9)
+
+
+def test_diagrams_keep_the_angle_within_its_circle():
+    found = vc.bifurcation_diagram(pulsed(), "drive.amplitude", (1.58, 1.66), 4, starts=2, initial=START)
+    assert (found.response_period >= 1).all()
+    angles = found.states[..., 0]
+    assert np.nanmax(np.abs(angles)) <= math.pi
+    assert np.isfinite(found.drift).all()
+
+
+def test_a_mirrored_motion_is_one_modulo_turns():
+    """Under an odd drive a motion that swings through the top by half a turn each way is its own mirror image."""
+    system = rotor(drive=vc.Harmonic(amplitude=2.2, frequency=1.0))
+    found = vc.orbit(system, initial=START)
+    assert found.closes
+    assert found.symmetric
+    assert found.drift == 0.0
+    taken = vc.ensemble(
+        system, {"drive.amplitude": [2.2]}, measures=("symmetric", "winding_angle"), periods=200, settle=1e-6,
+        initial={"angle": found.state["angle"] + 3 * TURN},
+    )  # fmt: skip
+    assert (taken["symmetric"][0], taken["winding_angle"][0]) == (1.0, 0.0)
+    unlike = vc.shoot(system, found.mirrored_state)
+    assert unlike.state == pytest.approx(found.state, abs=1e-8)
+
+
+def test_chaos_of_a_rotor_is_told():
+    system = rotor(drive=vc.Harmonic(amplitude=1.2, frequency=0.7), damping=0.2)
+    found = vc.classify(system, START)
+    assert found.kind == "chaotic"
+    assert abs(found.winding["angle"]) < 0.5
+
+
+def test_states_are_brought_back_to_the_first_turn():
+    system = rotor()
+    state = state_vector(system, {"angle": 3 * TURN + 0.2, "position": 5.0, "velocity": 0.1})
+    assert brought_back(system, state) == pytest.approx([0.2, 0.0, 0.0, 0.1], abs=1e-14)
+    other = dataclasses.replace(system, machine=vc.PendulumCapsule())
+    assert brought_back(other, state)[0] == state[0]
+
+
+def test_commands_tell_the_winding(tmp_path, capsys):
+    case = tmp_path / "rotor.toml"
+    case.write_text(
+        '[machine]\nkind = "rotor-capsule"\n[friction]\nlaw = "coulomb"\ncoulomb_coefficient = 0.1\n'
+        'static_coefficient = 0.15\n[drive]\nwaveform = "square"\namplitude = 1.6\nfrequency = 0.7\nduty = 0.8\n'
+        "[initial]\nangle = 0.1\n[run]\nperiods = 60\n"
+    )
+    told = []
+    for command in ("simulate", "orbit"):
+        assert main([command, str(case), "--json"]) == OK
+        told.append(json.loads(capsys.readouterr().out)["winding"])
+        assert main([command, str(case)]) == OK
+        assert {"simulate": "turns of angle", "orbit": "2 turn(s) of angle"}[command] in capsys.readouterr().out
+    assert told[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
+    assert told[1] == {"angle": 2}
+
+
+def test_a_kernel_remembers_both_coordinates_of_an_angle():
+    """The mark of a run is the section of a stored motion, and differs where the angle is the other way round."""
+    system = rotor()
+    scales = np.array([0.5, 1.0, 2.0, 4.0])
+    states = np.array([[0.7, 0.3, 9.0, 0.2], [-0.7, 0.3, 1.0, 0.2], [0.7 + 3 * TURN, 0.3, 2.0, 0.2]])
+    places = {"LANES": 1, "STATES": 4, "MARK_SIZE": 5, "MARK_COUNT": 3, "STATE": 0, "SCALE": 4, "MARKS": 8, "CYCLIC": 2}
+    turning = {"TURN_COUNT": 1, "TURN_STATES": (0,), "TURN_RADII": (1.0,)}
+    kernel = {"math": math, **places, **turning}
+    exec(kernel_source("observe.settle"), kernel)
+    floats = [0.0] * 4 + scales.tolist() + [0.0] * 15
+    for mark, state in enumerate(states):
+        floats[:4] = state.tolist()
+        kernel["remember"](floats, 0, mark)
+    sections = section_states(system, states, scales)
+    kept = np.array(floats[8:]).reshape(3, 5)[:, [0, 1, 3, 4]]
+    assert kept == pytest.approx(sections, abs=1e-14)
+    assert kernel["difference"](floats, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
+    assert kernel["difference"](floats, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)

@@ -1,0 +1,114 @@
+"""Viscous friction beside a law, linear and quadratic, against an independent solver and closed forms."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import vibrocap as vc
+
+BLOCK = vc.Oscillator(mass=1.0, stiffness=0.0, damping=0.0, normal_load=1.0)
+DRIVE = vc.Harmonic(amplitude=25.0, frequency=math.pi / 2)  # from the time 3 on: 25 sin(pi t/2)
+DROP = {"coulomb_coefficient": 5.0, "static_coefficient": 15.0, "decay_rate": 2.0}
+
+
+def pushed_block(linear, quadratic, end):
+    """(position, velocity) of a block of 1 kg under 25 sin(pi t/2) and F(v) = c_1 v + c_2 v^2 + 5 + 10 exp(-2 v).
+
+    DOP853 from one event to the next: it rests until the push exceeds 15, slides until it stops, rests again.
+    """
+
+    def push(t):
+        return 25.0 * math.sin(0.5 * math.pi * t)
+
+    def friction(speed):
+        return linear * speed + quadratic * speed**2 + 5.0 + 10.0 * math.exp(-2.0 * speed)
+
+    t, s, v, side = 0.0, 0.0, 0.0, 0
+    while t < end:
+        if side == 0:
+            if abs(push(t)) <= 15.0:
+                times = np.linspace(t, end, 20_001)
+                beyond = np.flatnonzero([abs(push(time)) > 15.0 for time in times])
+                if not len(beyond):
+                    return s, 0.0
+                t = brentq(lambda time: abs(push(time)) - 15.0, times[beyond[0] - 1], times[beyond[0]], xtol=1e-15)
+            side = 1 if push(t) > 0.0 else -1
+
+        def stops(time, y, side=side):
+            return side * y[1]
+
+        stops.terminal, stops.direction = True, -1
+        found = solve_ivp(
+            lambda time, y, side=side: (y[1], push(time) - side * friction(side * y[1])),
+            (t, end), (s, v), method="DOP853", rtol=3e-14, atol=1e-14, events=stops,
+        )  # fmt: skip
+        t, (s, v) = float(found.t[-1]), found.y[:, -1]
+        if found.status == 0:
+            return s, v
+        v, side = 0.0, 0
+    return s, v
+
+
+@pytest.mark.parametrize(("quadratic", "place"), [(0.0, 1.76851781138), (0.3, None)])
+def test_a_block_under_a_push_is_where_another_solver_has_it(quadratic, place):
+    law = vc.viscous(vc.Exponential)(**DROP, linear_viscosity=1.0, quadratic_viscosity=quadratic)
+    motion = vc.simulate(vc.System(BLOCK, law, DRIVE), periods=1.25, start=3.0, tolerance=1e-12)
+    expected = pushed_block(1.0, quadratic, 5.0)
+    if place is not None:
+        assert expected[0] == pytest.approx(place, abs=1e-11)
+    assert motion.end - motion.start_time == 5.0
+    assert motion.state["position"] == pytest.approx(expected[0], abs=1e-10)
+    assert motion.state["sliding_velocity"] == pytest.approx(expected[1], abs=1e-10)
+    assert motion.certificate.ok
+
+
+def test_the_linear_part_is_that_of_the_stribeck_curve():
+    """v + 5 + 10 exp(-2 v) is a Stribeck curve of exponent 1 with viscous friction, too."""
+    law = vc.Stribeck(5.0, 15.0, stribeck_velocity=0.5, stribeck_exponent=1.0, viscous_damping=1.0)
+    motion = vc.simulate(vc.System(BLOCK, law, DRIVE), periods=1.25, start=3.0, tolerance=1e-12)
+    assert motion.state["position"] == pytest.approx(1.76851781138, abs=1e-11)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_thrown_block_stops_where_the_closed_form_says(side):
+    """m v' = -(F + c v^2): it stops after atan(v_0 w)/(c w) with w = sqrt(c/F), m ln(1 + c v_0^2/F)/(2 c) away."""
+    level, square, speed = 0.3, 0.8, 1.7
+    law = vc.viscous(vc.Coulomb)(level, level, quadratic_viscosity=square)
+    system = vc.System(BLOCK, law, vc.Constant())
+    motion = vc.simulate(system, periods=6, initial={"sliding_velocity": side * speed}, tolerance=1e-12)
+    (event,) = motion.events
+    assert event.kind == "stick"
+    assert event.time == pytest.approx(
+        math.atan(speed * math.sqrt(square / level)) / math.sqrt(square * level), rel=1e-11
+    )
+    away = math.log1p(square * speed**2 / level) / (2.0 * square)
+    assert side * motion.state["position"] == pytest.approx(away, rel=1e-11)
+    lost = vc.energy_balance(motion).contact_sliding
+    assert lost == pytest.approx(-0.5 * speed**2, rel=1e-11)
+
+
+def test_nothing_is_added_with_coefficients_of_zero():
+    for kind in (vc.Coulomb, vc.LuGre):
+        systems = [vc.System(vc.PendulumCapsule(), law, vc.Harmonic()) for law in (kind(), vc.viscous(kind)())]
+        one, other = (vc.simulate(each, periods=10, initial={"angle": 0.4}, tolerance=1e-11) for each in systems)
+        assert one.state == pytest.approx(other.state, abs=1e-9)
+
+
+def test_what_does_not_fit_is_refused_and_names_and_pickles_lead_back():
+    for law, words in (
+        (vc.SmoothedTanh, "which is smooth"),
+        (vc.viscous(vc.Coulomb), "viscous already"),
+        (vc.backlash(vc.LuGre), r"backlash\(viscous\(...\)\)"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            vc.viscous(law)
+    law = vc.anisotropic(vc.viscous(vc.Coulomb))(linear_viscosity=0.2, quadratic_viscosity=0.1, back_ratio=1.4)
+    assert law.name == "anisotropic-viscous-coulomb"
+    assert not law.symmetric
+    assert pickle.loads(pickle.dumps(law)) == law
+    backward = law.force(-2.0, (), -1, 3.0)[0]
+    assert backward == pytest.approx(-(0.15 * 1.4 * 3.0 + 0.4 + 0.4), rel=1e-15)
