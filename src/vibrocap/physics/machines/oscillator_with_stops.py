@@ -90,7 +90,7 @@ class OscillatorWithStops(Oscillator):
         return ElasticStops(self.gap, self.back_gap, self.stop_stiffness, *back)
 
     @property
-    def locked(self):
+    def locked(self):  # type: ignore[override]
         """At a rigid stop it stays where it is."""
         return {"touching": ("position", "sliding_velocity")} if self._rigid else {}
 
