@@ -10,7 +10,7 @@ import xarray as xr
 import cheap_ensemble
 from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.studies.dataset import stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.designs import Design

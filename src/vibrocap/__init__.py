@@ -57,7 +57,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
     from vibrocap.motion.start import Start
-    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
+    from vibrocap.motion.status import Status
+    from vibrocap.motion.trajectory import Event, Phase, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram

@@ -10,7 +10,7 @@ from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.parameters import parameter_table

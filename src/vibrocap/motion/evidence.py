@@ -169,14 +169,13 @@ class FurtherEvidence:
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
-    recording = equations(system)
-    for number, (law, contact) in enumerate(zip(system.further_laws, recording.contacts[1:], strict=True), 2):
+    further = zip(system.further_laws, equations(system).contacts[1:], strict=True)
+    for number, (law, contact) in enumerate(further, 2):
         if contact.kind == "smooth":
             continue
         sides = motion.piece_sides[:, number - 1]
-        velocity, friction = motion.piece_observables(
-            (numbered("contact_velocity", number), numbered("friction", number)), index, s
-        )
+        names = numbered("contact_velocity", number), numbered("friction", number)
+        velocity, friction = motion.piece_observables(names, index, s)
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
             load = system.law_loads[number - 1]

@@ -13,7 +13,8 @@ from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.start import Start, begun, initial_state
-from vibrocap.motion.trajectory import Status, Trajectory
+from vibrocap.motion.status import Status
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.flow import BOUNDS
