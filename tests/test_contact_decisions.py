@@ -23,14 +23,9 @@ def named(name, values):
     return {name if i == 1 else f"{name}_{i}": float(value) for i, value in enumerate(values, start=1)}
 
 
-def on_laws(machine, laws, drive, **given):
+def on_laws(machine, laws, drive):
     """A system with a law for each contact."""
-    return vc.System(machine, laws[0], drive, **named_laws(laws), **given)
-
-
-def named_laws(laws):
-    """Those of the further contacts."""
-    return {f"friction_{i}": law for i, law in enumerate(laws[1:], start=2)}
+    return vc.System(machine, list(laws), drive)
 
 
 # --- the same motion seen otherwise -----------------------------------------------------------------------------------
