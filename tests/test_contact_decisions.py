@@ -306,9 +306,12 @@ def assert_decided_as_by_enumeration(seeds):
     return seen
 
 
+PASSED = (881, 1001)  # seeds in which it matters who slid until now
+
+
 def test_decisions_are_those_of_all_modes_tried():
     """Independent contacts, coupled ones, imposed distances, loads that follow friction; joint rests and drops."""
-    assert set(assert_decided_as_by_enumeration(range(400))) >= {0, 1, 2, 3}
+    assert set(assert_decided_as_by_enumeration([*range(400), *PASSED])) >= {0, 1, 2, 3}
 
 
 @pytest.mark.exhaustive
