@@ -23,14 +23,9 @@ def named(name, values):
     return {name if i == 1 else f"{name}_{i}": float(value) for i, value in enumerate(values, start=1)}
 
 
-def on_laws(machine, laws, drive, **given):
+def on_laws(machine, laws, drive):
     """A system with a law for each contact."""
-    return vc.System(machine, laws[0], drive, **named_laws(laws), **given)
-
-
-def named_laws(laws):
-    """Those of the further contacts."""
-    return {f"friction_{i}": law for i, law in enumerate(laws[1:], start=2)}
+    return vc.System(machine, list(laws), drive)
 
 
 # --- the same motion seen otherwise -----------------------------------------------------------------------------------
@@ -311,9 +306,12 @@ def assert_decided_as_by_enumeration(seeds):
     return seen
 
 
+PASSED = (881, 1001)  # seeds in which it matters who slid until now
+
+
 def test_decisions_are_those_of_all_modes_tried():
     """Independent contacts, coupled ones, imposed distances, loads that follow friction; joint rests and drops."""
-    assert set(assert_decided_as_by_enumeration(range(400))) >= {0, 1, 2, 3}
+    assert set(assert_decided_as_by_enumeration([*range(400), *PASSED])) >= {0, 1, 2, 3}
 
 
 @pytest.mark.exhaustive
