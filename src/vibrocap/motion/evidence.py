@@ -97,9 +97,8 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         bound = errors * tolerance * _natural_size(motion, recording, scales, *observables)
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
-    bound = DEFECT_BOUND * tolerance
-    words = f"the equations are left by {defect:.1e} within a step, where {bound:.1e} is the bound"
-    judge("defect", defect, bound, words)
+    words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
+    judge("defect", defect, DEFECT_BOUND * tolerance, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
     reaction, warnings = _reaction(motion, index, s)
