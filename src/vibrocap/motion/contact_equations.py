@@ -63,7 +63,7 @@ class DecisionRows:
     loads: tuple[Expression, ...]
     load_response: tuple[tuple[Expression, ...], ...]
     forces: tuple[Expression, ...]
-    pushes: tuple[tuple[Expression, Expression], ...]
+    pushes: tuple[tuple[Expression, ...], ...]
     bounds: tuple[tuple[Expression, ...] | None, ...]
 
     def moved(self, move: Any) -> "DecisionRows":

@@ -141,6 +141,6 @@ class CapsuleWithBob(Machine):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
         return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
 
-    def powers(self, t, y, drive, force) -> tuple:
+    def powers(self, t, y, drive, force, *others) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]

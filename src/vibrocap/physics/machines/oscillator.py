@@ -115,7 +115,7 @@ class Oscillator(Machine):
         """p = m x'; p' = drive - k x - c x' - R."""
         return self.mass * (y[1] + self.belt_speed)
 
-    def powers(self, t, y, drive, force) -> tuple:
+    def powers(self, t, y, drive, force, *others) -> tuple:
         """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[1] + self.belt_speed
         return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * force
