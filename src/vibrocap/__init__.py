@@ -104,6 +104,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.friction.viscous import viscous
+    from vibrocap.physics.machines.block_row import ThreeBlockRow, TwoBlockRow, block_row
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
@@ -207,6 +208,7 @@ __all__ += [
 ]
 __all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
+__all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]

@@ -23,12 +23,14 @@ from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.friction.viscous import viscous
+from vibrocap.physics.machines.block_row import BlockRow
 from vibrocap.physics.machines.crawler import Crawler
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.machines.row import row_called
 from vibrocap.physics.machines.worm import Worm
 
 GROUP = "vibrocap.parts"  # of entry points
+ROWS = (Crawler, Worm, BlockRow)  # machines of any number of bodies
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
 CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Law: ("law", "vibrocap.physics.friction", ("kind",), ("force", "steady_force", "passive")),
@@ -95,7 +97,7 @@ def law(name: str) -> Any:
 
 
 class Machines(Mapping[str, type[Machine]]):
-    """The machines, in alphabetical order; asked for by name, it answers for crawlers and worms of more bodies too."""
+    """The machines, in alphabetical order; asked for by name, it answers for rows of more bodies too."""
 
     def __init__(self, listed: Mapping[str, type[Machine]]):
         self._listed = listed
@@ -103,7 +105,7 @@ class Machines(Mapping[str, type[Machine]]):
     def __getitem__(self, name: str) -> type[Machine]:
         if name in self._listed:
             return self._listed[name]
-        return row_called(Worm if str(name).endswith("-worm") else Crawler, name)
+        return row_called(name, ROWS)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._listed)

@@ -59,13 +59,15 @@ def _internal(system: Any, y) -> list[tuple]:
 def _further_contacts(system: Any, t, y, mechanical, sides) -> list[Contact]:
     """The further contacts in their modes."""
     found, velocities = [], system.placed.further_velocities(t, mechanical)
-    loads, internals = system.law_loads[1:], _internal(system, y)[1:]
+    loads, internals, ground = system.law_loads[1:], _internal(system, y)[1:], system.placed.ground_speed()
     for i, (law, load, velocity, own) in enumerate(zip(system.further_laws, loads, velocities, internals, strict=True)):
         side = sides[1 + i]
         force, rates = law.force(velocity, own, side, load)
-        drag = None if system.environment is None else system.environment.drag(velocity, side)
-        push = 0.0 if drag is None else -drag
-        found.append(Contact(2 + i, law, load, velocity, own, side, force, rates, push=push, drag=drag))
+        drag, push, push_at_rest = None, 0.0, 0.0
+        if system.environment is not None:
+            drag = system.environment.drag(velocity + ground, side)
+            push, push_at_rest = -drag, -(system.environment.linear_drag * ground)
+        found.append(Contact(2 + i, law, load, velocity, own, side, force, rates, push, push_at_rest, drag))
     return found
 
 
@@ -82,7 +84,8 @@ def flow_of(system: Any, t, y, side) -> Flow:
     drive = system.drive.value(t)
     velocity = machine.contact_velocity(t, mechanical)
     others = _further_contacts(system, t, y, mechanical, sides) if several else []
-    lost = sum((-each.drag * each.velocity for each in others if each.drag is not None), 0.0)
+    ground = machine.ground_speed()
+    lost = sum((-each.drag * (each.velocity + ground) for each in others if each.drag is not None), 0.0)
     outside = None
     if system.environment is not None:
         outside = system.environment.outside(machine, t, mechanical, side, lost if others else None)

@@ -48,12 +48,17 @@ STATES = {
     "angle_rate": ("theta'", "its rate"),
     "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),
-    "position": ("X", "position of the capsule, or of the rearmost body; nothing depends on it"),
+    "position": ("X", "position of the capsule, or of body 1; nothing depends on it but springs to a wall"),
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
     **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers, linkage)") for i in (2, 3)},
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    **{
+        f"{name}_{i}": (f"{symbol}_{i}", f"{meaning} of block {i} (rows of blocks)")
+        for i in (2, 3)
+        for name, symbol, meaning in (("position", "x", "position"), ("sliding_velocity", "v", "sliding velocity"))
+    },
     "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
     "approach_rate": ("y'", "its rate"),
     "touching": ("s", "stop that the inner mass, the pendulum or the block touches: 1 in front, -1 behind, 0 none"),
@@ -89,6 +94,10 @@ MECHANICAL = (
     "velocity_3",
     "centre_velocity",
     "sliding_velocity",
+    "position_2",
+    "sliding_velocity_2",
+    "position_3",
+    "sliding_velocity_3",
     "approach",
     "approach_rate",
     "touching",
@@ -107,7 +116,10 @@ QUANTITIES = {
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
-    "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator, environment)"),
+    "outer_force": (
+        "F",
+        "force from outside along the line of sliding, other than friction (of wall springs, of the environment)",
+    ),
     "actuator_force": (
         "F_a",
         "force between body and inner mass that an imposed motion takes (two-mass crawler), or in gap 1 (worms)",
@@ -125,7 +137,7 @@ QUANTITIES = {
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
-    "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
+    "belt_work": ("W_belt", "work of the belt since the start (oscillator, rows of blocks)"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),
     "gravity_work": ("W_gravity", "work of gravity along the slope since the start (environment)"),
@@ -137,7 +149,7 @@ QUANTITIES = {
         f"{name}_{i}{ending}": (symbol.format(i), meaning.format(i))
         for i in (2, 3)
         for name, ending, symbol, meaning in (
-            ("friction", "", "R_{}", "friction force at contact {} (crawlers; so for all that belongs to it)"),
+            ("friction", "", "R_{}", "friction force at contact {} (crawlers, rows; so for all that belongs to it)"),
             ("contact_velocity", "", "v_{}", "its sliding velocity"),
             ("contact_sliding", "_work", "W_slide{}", "work lost by sliding there"),
             ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),

@@ -24,6 +24,7 @@ class Crawler(Row):
     Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
     """
 
+    called: ClassVar = ("body", "crawler")
     summary: ClassVar = "bodies in a row, all of them rubbing."
     contact_state: ClassVar = "velocity"
     row_parameters: ClassVar = (

@@ -27,10 +27,13 @@ def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tupl
 
 
 class Numbered(NamedTuple):
-    """A parameter that every body or gap has; the first one's may be of another type than the others'."""
+    """A parameter of every body or gap, or of the whole row; that of the first may be of another type than the others.
+
+    meaning: {} stands for the number of the body or gap
+    """
 
     name: str
-    of: Literal["body", "gap"]
+    of: Literal["body", "gap", "row"]
     first: Any
     others: Any
     default: float
@@ -42,6 +45,7 @@ class Numbered(NamedTuple):
 class Row(Machine):
     """Bodies 1, 2, ... in a row, each with a contact of its own; `row_of` makes the class of each number of them."""
 
+    called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"
     bodies: ClassVar[int]
     summary: ClassVar[str]  # of the class of a number of bodies
     row_parameters: ClassVar[tuple[Numbered, ...]]  # its parameters
@@ -71,36 +75,38 @@ class Row(Machine):
 
 @functools.cache
 def row_of(kind: type[Row], bodies: int) -> Any:
-    """The class of a row of two to twenty bodies, "two-body-crawler" and so on."""
+    """The class of a row of two to twenty bodies, "two-body-crawler" and so on; ValueError for another number."""
     if bodies not in NUMBERS:
         raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
     fields: dict[str, Any] = {}
     types: dict[str, Any] = {}
+    counts = {"body": bodies, "gap": bodies - 1, "row": 1}
     for each in kind.row_parameters:
-        for i in range(1, bodies + (each.of == "body")):
-            name = numbered(each.name, i)
-            fields[name] = parameter(each.default, f"{each.symbol}_{i}", each.meaning.format(i), each.role)
+        for i in range(1, counts[each.of] + 1):
+            name, symbol = numbered(each.name, i), each.symbol if each.of == "row" else f"{each.symbol}_{i}"
+            fields[name] = parameter(each.default, symbol, each.meaning.format(i), each.role)
             types[name] = each.first if i == 1 else each.others
-    word, what = NUMBERS[bodies], kind.__name__
+    words = (NUMBERS[bodies], *kind.called)
+    class_name = "".join(word.title() for word in words)
     space = {
         **fields,
         "__annotations__": types,
         "__module__": kind.__module__,
-        "__qualname__": f"{word.title()}Body{what}",
-        "__doc__": f"{word.title()} {kind.summary}\n\n    {kind.__doc__}",
+        "__qualname__": class_name,
+        "__doc__": f"{words[0].title()} {kind.summary}\n\n    {kind.__doc__}",
         "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
-        "name": f"{word}-body-{what.lower()}",
+        "name": "-".join(words),
         "bodies": bodies,
         "contacts": tuple(numbered("velocity", i) for i in range(2, bodies + 1)),
         **kind.of_bodies(bodies),
     }
-    return parameters(type(f"{word.title()}Body{what}", (kind,), space))
+    return parameters(type(class_name, (kind,), space))
 
 
-def row_called(kind: type[Row], name: str) -> Any:
-    """The class of a row by its name; KeyError for what is none."""
-    bodies = {f"{word}-body-{kind.__name__.lower()}": number for number, word in NUMBERS.items()}
-    return row_of(kind, bodies[name])
+def row_called(name: str, kinds: Sequence[type[Row]]) -> Any:
+    """The class of a row of one of these kinds by its name, such as "five-body-worm"; KeyError for what is none."""
+    known = {"-".join((word, *kind.called)): (kind, number) for kind in kinds for number, word in NUMBERS.items()}
+    return row_of(*known[name])
 
 
 def _made(kind: type[Row], bodies: int, values: dict[str, Any]) -> Any:

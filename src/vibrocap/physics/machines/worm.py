@@ -30,6 +30,7 @@ class Worm(Row, Imposed):
     Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
     """
 
+    called: ClassVar = ("body", "worm")
     summary: ClassVar = "bodies in a row at imposed distances, all of them rubbing."
     contact_state: ClassVar = "centre_velocity"
     row_parameters: ClassVar = (

@@ -1,0 +1,125 @@
+"""Rows of blocks on a belt: values of the literature, SciPy with events, and what a row is made of."""
+
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.physics.catalogue import machines
+from vibrocap.physics.numbering import numbered
+
+STILL = vc.Constant(force=0.0, duration=10.0)
+
+
+def galvanetto_bishop(belt):
+    """Unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
+    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
+    return vc.System(vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt), laws, STILL)
+
+
+def test_two_masses_of_siconos():
+    """Mass 1 does not rub and feels cos(0.3 t); its digits are those of the example and of an independent solver."""
+    row = vc.TwoBlockRow(stiffness_2=0.0, normal_load=0.0, actuation_2=0.0)
+    system = vc.System(row, vc.Coulomb(0.5, 0.5), vc.Harmonic(amplitude=1.0, frequency=0.3))
+    motion = vc.simulate(system, initial={"position": 1.0}, periods=500.0 / system.drive.period, tolerance=1e-12)
+    assert motion.certificate.ok
+    assert list(motion.state.values()) == pytest.approx([0.2362539, 0.3776140, -0.2589723, 0.0], abs=6e-8)
+    assert motion.state["sliding_velocity_2"] == 0.0
+
+
+@pytest.mark.parametrize(("belt", "period"), [(0.15, 12.3929518), (0.2, 11.8962162), (0.3, 10.0706235)])
+def test_periods_of_galvanetto_and_bishop(belt, period):
+    """Digits of an independent event-driven solver; block 1 sticks twice in a turn."""
+    start = {"position": 1.0, "position_2": 1.0}
+    motion = vc.simulate(galvanetto_bishop(belt), initial=start, periods=120, tolerance=1e-12)
+    assert motion.certificate.ok
+    sticks = np.array([event.time for event in motion.events if event.kind == "stick"])[-5:]
+    assert sticks[2:] - sticks[:-2] == pytest.approx([period] * 3, abs=1e-7)
+    assert abs(sticks[-1] - sticks[-2] - period / 2.0) > 0.1
+
+
+def test_a_slipping_row_moves_as_scipy_says():
+    """All terms count; the belt is so fast that every block slides back all the time."""
+    masses, walls, held, shares = (1.3, 0.7, 1.1), (0.9, 0.0, 1.7), (0.1, 0.3, 0.2), (0.5, -0.8, 1.2)
+    loads, coupling, between = (0.6, 1.4, 0.0), (1.5, 0.8), (0.25, 0.15)
+    lists = {"mass": masses, "stiffness": walls, "damping": held, "actuation": shares, "normal_load": loads}
+    lists |= {"coupling_stiffness": coupling, "coupling_damping": between}
+    given = {numbered(name, i): value for name, values in lists.items() for i, value in enumerate(values, start=1)}
+    row = vc.ThreeBlockRow(**given, belt_speed=30.0)
+    system = vc.System(row, vc.Coulomb(0.3, 0.4), vc.Harmonic(amplitude=0.9, frequency=1.1))
+    start = (0.4, -29.0, 0.1, -30.5, -0.3, -31.0)
+    motion = vc.simulate(system, initial=dict(zip(row.states, start, strict=True)), periods=3, tolerance=1e-12)
+
+    def joined(own, between):
+        a, b = between
+        return np.diag(own) + np.array([[a, -a, 0.0], [-a, a + b, -b], [0.0, -b, b]])
+
+    stiffness, damping = joined(walls, coupling), joined(held, between)
+
+    def rates(t, y):
+        x, v = y[:3], y[3:]
+        force = np.array(shares) * 0.9 * np.cos(1.1 * t) - stiffness @ x - damping @ v + 0.3 * np.array(loads)
+        return [*v, *(force / masses)]
+
+    y0 = [*start[::2], *(v + 30.0 for v in start[1::2])]
+    found = solve_ivp(rates, (0.0, motion.end), y0, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert motion.certificate.ok
+    assert [motion.state[name] for name in row.states[::2]] == pytest.approx(found[:3], abs=1e-8)
+    assert [motion.state[name] + 30.0 for name in row.states[1::2]] == pytest.approx(found[3:], abs=1e-8)
+
+
+def test_a_row_without_joints_is_as_many_oscillators():
+    """To rounding, with sticks and slips of their own; here the contacts know nothing of one another."""
+    row = vc.TwoBlockRow(coupling_stiffness=0.0, belt_speed=0.1, stiffness=2.0, mass_2=0.5, damping_2=0.1)
+    drive, law = vc.Harmonic(amplitude=0.7, frequency=0.9), vc.Coulomb(0.3, 0.45)
+    both = vc.simulate(vc.System(row, law, drive), periods=6, tolerance=1e-12)
+    for number, given in ((1, {"stiffness": 2.0}), (2, {"mass": 0.5, "damping": 0.1})):
+        alone = vc.simulate(vc.System(vc.Oscillator(belt_speed=0.1, **given), law, drive), periods=6, tolerance=1e-12)
+        ending = "" if number == 1 else "_2"
+        for name, value in alone.state.items():
+            assert both.state[name + ending] == pytest.approx(value, abs=1e-9)
+        assert any(event.kind.startswith("stick") for event in alone.events)
+
+
+def test_a_long_row_is_certified():
+    """Ten blocks of Burridge and Knopoff from unequal places: each sticks and slips, all balances close."""
+    row = vc.block_row(10)(belt_speed=0.05, coupling_stiffness=4.0)
+    laws = [vc.HyperbolicStribeck(0.0, 1.0 + 0.02 * i, 1.0) for i in range(10)]
+    start = {name: 0.1 * (i % 3) for i, name in enumerate(row.states[::2])}
+    motion = vc.simulate(vc.System(row, laws, STILL), initial=start, periods=10)
+    assert motion.certificate.ok
+    assert {f"stick_{i}" for i in range(2, 11)} | {"stick"} <= set(motion.event_kinds)
+    balance = vc.energy_balance(motion)
+    assert balance.belt > 0.0
+    assert abs(balance.residual) < 1e-7
+
+
+@pytest.mark.parametrize("belt", [0.0, 0.2])
+def test_drag_acts_on_every_block_at_its_velocity_over_the_ground(belt):
+    """So it is a damper from each block to the ground."""
+    drive, law = vc.Harmonic(amplitude=0.9, frequency=0.9), vc.Coulomb(0.2, 0.3)
+    dragged = vc.System(vc.TwoBlockRow(belt_speed=belt), law, drive, environment=vc.Environment(linear_drag=0.3))
+    damped = vc.System(vc.TwoBlockRow(belt_speed=belt, damping=0.3, damping_2=0.3), law, drive)
+    start, found = {"position_2": 0.7}, []
+    for system in (dragged, damped):
+        found.append(vc.simulate(system, initial=start, periods=5, tolerance=1e-12))
+        assert found[-1].certificate.ok
+    assert list(found[0].state.values()) == pytest.approx(list(found[1].state.values()), abs=1e-9)
+
+
+def test_rows_have_names_and_refuse_what_is_none():
+    row = vc.block_row(5)
+    assert machines()["five-block-row"] is row
+    assert pickle.loads(pickle.dumps(row(belt_speed=0.3))) == row(belt_speed=0.3)
+    assert list(itertools.islice(row.contacts, 2)) == ["sliding_velocity_2", "sliding_velocity_3"]
+    assert "five-block-crawler" not in machines()
+    with pytest.raises(ValueError, match="bodies should be a whole number from 2 to 20, got 21"):
+        vc.block_row(21)
+    with pytest.raises(ValueError, match="normal_load: should be > 0 of one block at least, got 0 for all 2"):
+        vc.TwoBlockRow(normal_load=0.0, normal_load_2=0.0)
+    with pytest.raises(ArgumentError, match=r"normal_load_2: should be > 0 with the lugre law, got 0"):
+        vc.System(vc.TwoBlockRow(normal_load_2=0.0), vc.LuGre(), STILL)
