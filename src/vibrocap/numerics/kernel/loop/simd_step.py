@@ -20,7 +20,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, STEP, STEP_LIMIT, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
@@ -105,7 +105,10 @@ def step_simd(floats, ints, trace, running):
             tolerance, speed = load(floats, TOLERANCE), abs(load(floats, VELOCITY_OF[c]))
             if SEVERAL:
                 tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
-            moving = moving & (0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance)
+            counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
+            if SEVERAL and bits(moving & ~counts) != 0:
+                counts = counts | still_simd(floats, ints, c, lesser(longest, remaining))
+            moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
@@ -148,6 +151,8 @@ def step_simd(floats, ints, trace, running):
                 push, sure = hold_simd(floats, c, stuck, two, longest, h)
                 plain = plain & sure
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
+            if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
+                ahead = ahead | still_simd(floats, ints, c, h)
             if SHARP and c == 0:
                 plain = plain & resolved_simd(floats, side, start, change, h, plain)
             clear = ~plain | ahead
@@ -194,6 +199,16 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
+
+
+def still_simd(floats, ints, c, h):
+    """Where one of several contacts is at rest to rounding over the step, as the middle one of three that are alike.
+
+    As `one_step.first_rest`: it does not turn.
+    """
+    row = VELOCITY_OF[c]
+    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
+    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
 
 
 def rest_simd(floats):
