@@ -83,10 +83,11 @@ def series_step(floats, ints, lane, remaining):
 
 def starts_from_rest(ints, lane):
     """Whether a contact leaves rest, or turns, where the step starts."""
-    zeros = 0
+    starts = 0
     for c in range(CONTACTS):
-        zeros += ints[ZEROS + c * LANES + lane]
-    return zeros > 0
+        if 0 < ints[ZEROS + c * LANES + lane] and (not SEVERAL or ints[ZEROS + c * LANES + lane] < ORDER):
+            starts += 1  # of several, one that rests for good leaves nothing
+    return starts > 0
 
 
 def near_turning(floats, lane, h):
