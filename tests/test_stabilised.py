@@ -146,7 +146,7 @@ def test_bristles_of_two_contacts_do_not_add_their_rates():
     """The fastest decay is that of one contact: of two that slide alike, the trace would be twice as much."""
     system = vc.System(vc.TwoBodyCrawler(), vc.LuGre(), vc.Harmonic())
     recorded, parameters = equations(system), parameter_values(system)
-    moving = {"velocity": 2.0, "velocity_2": -1.5, "side_2": -1.0, "bristle": 0.0015, "bristle_2": -0.0015}
+    moving = {"velocity": 2.0, "velocity_2": -1.5, "bristle": 0.0015, "bristle_2": -0.0015}
     states = [moving.get(name, 0.1) for name in system.state_names]
     slopes = [derivative(rate, i) for rate in recorded.rates for i in range(len(states))]
     jacobian = np.reshape([float(value) for value in evaluate(slopes, 0.0, states, 1.0, parameters)], (len(states), -1))

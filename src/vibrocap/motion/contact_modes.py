@@ -1,7 +1,6 @@
 """Every way in which the contacts of a machine can go on from a state: found by trying all, for tests and for looking.
 
-The motion itself decides with guards and one linear problem (`physics/contacts/coupled_contacts.py`); nothing of that
-is used here.
+The motion itself decides by pivoting (`numerics/kernel/events/decision.py`); nothing of that is used here.
 """
 
 import dataclasses
@@ -56,7 +55,7 @@ def contact_modes(
     All 3^n modes are tried. A contact that moves keeps its side; one that does not rests (a = 0, with the friction
     within what it can hold), or starts to slide to the side s of its acceleration (s a > 0) with the largest friction
     that it can hold, at which a contact gives way. All loads must be positive. Whether there is exactly one set for all
-    forces is a property of the matrices (P-matrices, see `physics/contacts/coupled_contacts.py`); where there are two
+    forces is a property of the matrices (P-matrices, see `physics/contacts.py`); where there are two
     or more, or none, a run would end as "ambiguous contacts".
 
     state: by name, what is not named is 0; time: of the drive; still: speed below which a contact counts as at rest

@@ -179,7 +179,7 @@ def page() -> str:
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
         "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit. Laws of",
         "further contacts stand under `friction_2`, `friction_3` and so on, and their states end in that number too:",
-        "`bristle_2`, and `side_2` for the direction of sliding.",
+        "`bristle_2`; `side_2` is the direction in which the second one slides.",
         "",
     ]
     for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):

@@ -38,7 +38,7 @@ class LinkageCrawler(Machine):
 
     A rod that stands steeper than the cone of friction cannot slide its foot away, however hard it is pressed: there
     friction and load raise one another, and for some forces there are several ways to go on, or none. A run that comes
-    there ends as "ambiguous contacts" (see `coupled_contacts.py`). It ends, too, where the bodies meet, at w = 0.3, and
+    there ends as "ambiguous contacts" (see `contacts.py`). It ends, too, where the bodies meet, at w = 0.3, and
     where the mass comes down on them, at h = 0.2.
     """
 

@@ -21,7 +21,7 @@ class Worm(Row, Imposed):
     back. Body i at rest holds R_i = M u_i z'' less the friction of all others.
 
     Two bodies rest together only while their distance does not change. How they share the force that is then held is
-    open, though the motion is not (hyperstatic, see `imposed_distances.py`): shown are equal shares of their limits.
+    open, though the motion is not (hyperstatic, see `contacts.py`): shown are equal shares of their limits.
 
     The energy is that of the common centre, M p^2/2, and the work of the drive what reaches it, the sum of u_i z' R_i.
     What a gap takes is `actuator_force` (of gap i: `actuator_force_i`), the push between the bodies behind and ahead,

@@ -85,7 +85,8 @@ def starts_from_rest(ints, lane):
     """Whether a contact leaves rest, or turns, where the step starts."""
     starts = 0
     for c in range(CONTACTS):
-        if 0 < ints[ZEROS + c * LANES + lane] and (not SEVERAL or ints[ZEROS + c * LANES + lane] < ORDER):
+        zeros = ints[ZEROS + c * LANES + lane]
+        if zeros > 0 and (not SEVERAL or zeros < ORDER):
             starts += 1  # of several, one that rests for good leaves nothing
     return starts > 0
 
