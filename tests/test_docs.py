@@ -392,12 +392,12 @@ def test_page_of_case_files_has_every_key_with_its_default():
     assert set(rows) == known | set(RUN_DEFAULTS)
 
 
-# --- the three new files of CONTRIBUTING.md --------------------------------------------------------------------------
+# --- the new files of CONTRIBUTING.md --------------------------------------------------------------------------------
 
 
-def test_contributing_has_a_law_a_machine_and_a_drive():
-    folders = {Path(fence.words[1]).parent.name for fence in NEW_FILES}
-    assert folders == {"friction", "machines", "drives"}
+def test_contributing_has_a_law_two_machines_and_a_drive():
+    folders = sorted(Path(fence.words[1]).parent.name for fence in NEW_FILES)
+    assert folders == ["drives", "friction", "machines", "machines"]
 
 
 def write_new_files(folder: Path) -> None:
@@ -465,6 +465,33 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
 
 
 @pytest.mark.slow
+def test_the_new_machine_with_two_contacts_is_found_compiled_and_certified(new_parts, workplace, capsys):
+    """It moves as the row of two blocks does that has its parameters, under a law for each contact."""
+    machine = catalogue.machines()["tandem"]()
+    row = vc.TwoBlockRow(
+        mass_2=machine.mass_ratio,
+        stiffness_2=0.0,
+        actuation_2=0.0,
+        coupling_stiffness=machine.coupling_stiffness,
+        belt_speed=machine.belt_speed,
+    )
+    laws, drive, ends = [vc.Coulomb(0.3, 0.5), vc.Stribeck()], vc.Harmonic(amplitude=0.6, frequency=0.8), []
+    for each in (machine, row):
+        motion = vc.simulate(vc.System(each, laws, drive), periods=20, tolerance=1e-12)
+        assert motion.certificate.ok
+        assert {"stick", "stick_2", "slip_back", "slip_back_2"} <= set(motion.event_kinds)
+        assert vc.energy_balance(motion).belt > 0.0
+        ends.append(motion.state)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    text = case_text(vc.Case(vc.System(machine, laws, drive), periods=20))
+    assert "[friction_2]" in text
+    Path("case.toml").write_text(text, encoding="utf-8")
+    run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
+    run_command("vibrocap simulate run.nc")
+    run_command("vibrocap check tandem")
+
+
+@pytest.mark.slow
 def test_new_parts_keep_their_contracts(tmp_path):
     """tests/test_contracts.py, in a process of its own in which the new files stand in the package."""
     write_new_files(tmp_path)
@@ -477,7 +504,7 @@ def test_new_parts_keep_their_contracts(tmp_path):
         )
         names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', fence.text, re.MULTILINE)
     (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
-    assert len(names) == 3
+    assert len(names) == len(NEW_FILES)
     # The page of symbols is not written anew here, and compiling is the test above.
     chosen = f"({' or '.join(names)} or every_file) and not page_of_symbols and not random_starts"
     command = [sys.executable, "-m", "pytest", "-q", "-p", "new_files", "-p", "no:cacheprovider", "-k", chosen]
@@ -492,7 +519,7 @@ def test_new_parts_keep_their_contracts(tmp_path):
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
     passed = re.search(r"(\d+) passed", done.stdout)
     assert passed is not None
-    assert int(passed.group(1)) >= 20  # of three parts: the clauses of each in one test, and of systems with them
+    assert int(passed.group(1)) >= 40  # of four parts: the clauses of each in one test, and of systems with them
 
 
 @pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in NEW_FILES])
