@@ -1,14 +1,12 @@
-"""Contacts that act on one another: an independent solver, closed forms, and all ways in which they can go on."""
+"""Contacts that act on one another: closed forms, all ways in which they can go on, and what is made of them."""
 
 import itertools
-import math
 import pickle
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
-from coupled_motions import LinkageMotion, WormMotion
 from plain_kernels import kernel_of
 from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
@@ -28,67 +26,6 @@ def sides_after(motion, time):
     """Modes of all contacts in the piece that holds after a time."""
     piece = int(np.searchsorted(motion.piece_start, time, side="right")) - 1
     return tuple(int(side) for side in motion.piece_sides[piece])
-
-
-def agree(motion, theirs, names):
-    """States at the end to 1e-9, and after every event the same modes at the same instants."""
-    y, history = theirs
-    for name, value in zip(names, y, strict=True):
-        assert motion.state[name] == pytest.approx(value, abs=1e-9)
-    ours = sorted({event.time for event in motion.events if event.kind != "graze"})
-    assert ours == pytest.approx([time for time, _ in history[1:]], abs=1e-9)
-    assert [sides_after(motion, time) for time in ours] == [modes for _, modes in history[1:]]
-    assert motion.certificate.ok
-    assert motion.certificate.energy_residual < 100 * motion.tolerance
-    assert motion.certificate.momentum_residual < 100 * motion.tolerance
-    return {modes for _, modes in history}
-
-
-@pytest.mark.slow  # the independent solver
-def test_a_worm_against_an_independent_solver():
-    amplitude, frequency = 0.5, 0.9
-    motion = vc.simulate(worm(vc.Harmonic(amplitude=amplitude, frequency=frequency)), periods=3, tolerance=1e-13)
-
-    def drive(t):
-        s, c = math.sin(frequency * t), math.cos(frequency * t)
-        return -amplitude * frequency * s, -amplitude * frequency * frequency * c
-
-    theirs = WormMotion((1.0, 1.5), (1.0,), (0.1, 0.12), (0.2, 0.24), drive).motion((0.0, 0.0), motion.end)
-    assert {(1, -1), (-1, 1), (1, 1), (1, 0)} <= agree(motion, theirs, ("position", "centre_velocity"))
-
-
-@pytest.mark.slow  # the independent solver
-def test_a_worm_of_three_whose_distances_jump_and_dwell_against_an_independent_solver():
-    """Slopes that jump at corners, and bodies that rest together while nothing moves between them."""
-    trapezoid = vc.Trapezoid(amplitude=0.4, rise=0.2, hold=0.3, fall=0.2)
-    machine = vc.ThreeBodyWorm(mass_2=1.5, normal_load_2=1.2, normal_load_3=0.8, actuation_2=-0.6)
-    motion = vc.simulate(vc.System(machine, UNEVEN, trapezoid), periods=2, tolerance=1e-13)
-    corners = [trapezoid.period * (k + share) for k in range(2) for share in (0.0, 0.2, 0.5, 0.7)]
-    levels = 0.1 * np.array([1.0, 1.2, 0.8])
-
-    def drive(t):
-        return trapezoid.slope(t), trapezoid.curvature(t)
-
-    # the sides at the corners, where the slope is that of the next segment
-    theirs = WormMotion((1.0, 1.5, 1.0), (1.0, -0.6), levels, 2.0 * levels, drive, tuple(corners))
-    y, history = theirs.motion((0.0, 0.0), motion.end)
-    for name, value in zip(("position", "centre_velocity"), y, strict=True):
-        assert motion.state[name] == pytest.approx(value, abs=1e-9)
-    for (time, modes), (following, _) in itertools.pairwise([*history, (motion.end, ())]):
-        if following - time > 1e-6:
-            assert sides_after(motion, 0.5 * (time + following)) == modes
-    assert (0, 0, 0) in {modes for _, modes in history}
-    assert motion.certificate.ok
-    assert "contacts rest together" in motion.certificate.warnings[0]
-
-
-@pytest.mark.slow
-def test_a_linkage_against_an_independent_solver():
-    """Newton's law for three masses and two rods, of whose forces the loads are made."""
-    motion = vc.simulate(LINKAGE, periods=2, tolerance=1e-13)
-    theirs = LinkageMotion((1.0, 1.7), 4.0, 0.5, 1.2, (0.1, 0.1), LINKAGE_DRIVE.value).motion([0.0] * 4, motion.end)
-    modes = agree(motion, theirs, ("displacement", "velocity_2", "position", "velocity"))
-    assert {(0, 0), (-1, 0), (1, 0), (-1, 1), (-1, -1), (1, 1), (1, -1)} <= modes | {(1, 1)}
 
 
 @pytest.mark.parametrize(

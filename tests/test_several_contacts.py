@@ -45,6 +45,13 @@ SYSTEMS = {
     "worm that dwells and drops": (THREE, DROPPING, DWELLING, {"centre_velocity": 0.2}, {}),
     "worm on bristles": (vc.TwoBodyWorm(mass_2=0.5, actuation=-1.0), BRISTLES, JAGGED, {"centre_velocity": 0.1}, {}),
     "worm on bristles that dwells": (vc.TwoBodyWorm(mass_2=0.5), BRISTLES, DWELLING, {}, {}),
+    "worm on three kinds of bristles": (
+        vc.ThreeBodyWorm(mass_2=0.6, actuation_2=-0.7),
+        BRISTLES,
+        DWELLING,
+        {"centre_velocity": 0.2},
+        {"others": (vc.Dahl(), vc.BoucWen())},
+    ),
     "worm on springs": (TWO, vc.Dahl(), JAGGED, {"centre_velocity": 0.1}, {"others": (SPRINGS,)}),
     "worm on a slope": (THREE, vc.Coulomb(0.1, 0.15), JAGGED, {}, {"environment": AROUND, "others": (BRISTLES,)}),
     "five bodies": (vc.worm(5)(mass_2=0.7, normal_load_4=1.3, actuation_3=-1.2), DROPPING, DWELLING, {}, {}),
