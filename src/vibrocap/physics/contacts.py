@@ -234,7 +234,7 @@ class Contacts:
             if self.machine.coupled == "motion":
                 taken = held = solved[j - 1]
             else:
-                held = self.holding[j - 1] if given is None else self._shared(j)
+                held = self.holding[j - 1] if not self.machine.coupled else self._shared(j)
                 taken = held + each.slips * (slides - held) if each.sticks else slides
             if follows:
                 row, forces = given.load_response[j], (taken_first, *solved)
