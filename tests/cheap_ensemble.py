@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vibrocap.measures.measure import Measure
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 
 
 def ensemble(

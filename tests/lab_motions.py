@@ -19,9 +19,15 @@ from vibrocap.physics.catalogue import laws, machines
 STORE = Path(__file__).with_name("lab_motions.json")
 # The kernels of machines of one row have the same statements besides the equations of each.
 KINDS = {
-    "one contact": ("mode-coupling-block", "oscillator", "pendulum-capsule", "two-mass-capsule"),
+    "one contact": ("mode-coupling-block", "oscillator", "pendulum-capsule", "rotor-capsule", "two-mass-capsule"),
     "stops": ("oscillator-with-stops", "pendulum-capsule-with-stops", "rigid-stop-capsule", "vibro-impact-capsule"),
-    "several contacts": ("linkage-crawler", "three-block-row", "three-body-crawler", "two-block-row", "two-body-crawler"),
+    "several contacts": (
+        "linkage-crawler",
+        "three-block-row",
+        "three-body-crawler",
+        "two-block-row",
+        "two-body-crawler",
+    ),
     "imposed motion": ("pendulum-crawler", "three-body-worm", "two-body-worm", "two-mass-crawler"),
 }
 

@@ -12,7 +12,7 @@ import vibrocap as vc
 from driven_laws import Chain, Chatter, Held, Play, on_plain_python, uneven, wandering
 from thinned import slow_but
 from vibrocap.laboratory.driven import driven_force, driven_forces
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 
 PAPER = vc.LuGre()
 FLAT = {"coulomb_coefficient": 0.3, "static_coefficient": 0.3}  # g is constant

@@ -12,7 +12,7 @@ from matplotlib.patches import PathPatch
 
 from thinned import slow_but
 from vibrocap.case.case import case_text, read_case
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.plotting.studies.cells import Cell, categories, cells, limits
 from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
 from vibrocap.plotting.studies.view import ViewError, study_view

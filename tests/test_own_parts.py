@@ -98,6 +98,58 @@ def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
     assert main(["measures", "case.toml", *own]) == OK
 
 
+MAGNET = """
+from typing import ClassVar
+
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.machine import parameters
+
+
+@parameters
+class Harvester(Oscillator):
+    \"\"\"A block whose damper is a coil around a magnet; there is no other.\"\"\"
+
+    name: ClassVar[str] = "harvester"
+    channels: ClassVar = ("drive", "coil", "belt")
+"""
+HARVESTER = """
+[machine]
+kind = "harvester"
+damping = 0.2
+[friction]
+law = "coulomb"
+[drive]
+waveform = "harmonic"
+[run]
+periods = 10
+"""
+
+
+def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
+    Path("magnet.py").write_text(MAGNET, encoding="utf-8")
+    Path("case.toml").write_text(HARVESTER, encoding="utf-8")
+    assert main(["check", "harvester", "--parts", "magnet.py"]) == OK
+    capsys.readouterr()
+    plot = ["--plot", "run.png"]
+    assert main(["simulate", "case.toml", "--parts", "magnet.py", "--json", *plot]) == OK
+    energy = json.loads(capsys.readouterr().out)["energy"]
+    (made,) = load_parts("magnet.py")
+    alike = vc.System(vc.Oscillator(damping=0.2), vc.Coulomb(), vc.Harmonic())
+    expected = vc.energy_balance(vc.simulate(alike, periods=10, tolerance=1e-9))
+    assert energy["coil"] == pytest.approx(expected.damper)
+    assert (energy["damper"], "own" in energy) == (0.0, False)
+    assert abs(energy["residual"]) < 1e-8
+    assert main(["simulate", "case.toml", "--parts", "magnet.py"]) == OK
+    assert "work of coil" in capsys.readouterr().out
+    system = vc.System(made(damping=0.2), vc.Coulomb(), vc.Harmonic())
+    found = vc.energy_balance(vc.simulate(system, periods=10), periods=2)
+    assert found.per_period.own == {"coil": pytest.approx(0.5 * found.own["coil"])}
+    assert "coil_work" in vc.measure_table(system)
+    vc.plot(vc.simulate(system, periods=2))
+    sweep = ["sweep", "case.toml", "--over", "drive.amplitude=1:2:2", "--measure", "coil_work", "--out", "s"]
+    assert main([*sweep, "--parts", "magnet.py"]) == OK
+
+
 def test_a_case_alone_makes_no_code_run(folder, capsys):
     (folder / "mylaws.py").write_text("raise SystemExit('ran')\n")
     assert main(["simulate", "case.toml"]) == WRONG_INPUT

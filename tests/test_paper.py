@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
 from vibrocap.paper.claims.chapters import CHAPTERS, chapters
 from vibrocap.paper.claims.claim import CLAIMS, Outcome, judged, printed

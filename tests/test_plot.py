@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import vibrocap as vc
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
 from vibrocap.plotting.motion import hides_lift_off

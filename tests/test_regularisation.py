@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws

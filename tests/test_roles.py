@@ -16,7 +16,7 @@ from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import (
     COEFFICIENT,

@@ -17,6 +17,7 @@ from vibrocap.measures.settling import settling, stroboscopic_states
 from vibrocap.motion.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
+from vibrocap.orbits.continuation.branch_diagram import branch_distance
 from vibrocap.physics.parameters import parameters
 from vibrocap.studies.branch_datasets import branch_dataset
 
@@ -201,6 +202,21 @@ def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
     assert set(table["winding_angle"].values) == {2}
 
 
+def test_a_branch_that_goes_round_with_its_angle_is_closed():
+    """An island of orbits of two periods: the rotor's phase goes round once, and after half of it each comes again."""
+    switched = vc.OnOff(amplitude=1.5296, offset=0.2549, frequency=0.5675, duty=0.7)
+    system = rotor(drive=switched, damping=0.3387)
+    found = vc.branch(system, "drive.amplitude", (1.4, 1.7), initial=START, points=900)
+    assert found.ends == (vc.BranchEnd.CLOSED, vc.BranchEnd.CLOSED)
+    assert set(found.winding.ravel()) == {13}
+    assert len(found.kind(vc.SpecialKind.FOLD)) == 4
+    first, last = found.states[[0, -1], 0]
+    assert abs(first - last) == pytest.approx(TURN, abs=0.05)
+    here = found.states[len(found) // 3].copy()
+    here[0] += 3 * TURN
+    assert branch_distance(found, here, float(found.parameter[len(found) // 3])) < 1e-6
+
+
 def test_cycles_of_a_motor_that_is_on_are_followed():
     start = vc.orbit(rotor(), initial=START, settle_periods=100)
     found = vc.branch(rotor(), "drive.force", (1.4, 1.6), orbit=start, points=60)
@@ -274,7 +290,7 @@ def test_commands_tell_the_winding(tmp_path, capsys):
         assert main([command, str(case), "--json"]) == OK
         told.append(json.loads(capsys.readouterr().out)["winding"])
         assert main([command, str(case)]) == OK
-        assert "turns of angle" in capsys.readouterr().out
+        assert {"simulate": "turns of angle", "orbit": "2 turn(s) of angle"}[command] in capsys.readouterr().out
     assert told[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
     assert told[1] == {"angle": 2}
 

@@ -10,7 +10,7 @@ import xarray as xr
 import cheap_ensemble
 from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.studies.dataset import stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.designs import Design
@@ -37,7 +37,7 @@ def test_the_dataset_is_labelled(cheap):
     assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
     assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
     assert found["machine.mass_ratio"].attrs["units"] == "1"
-    assert found["initial.angle"].attrs["long_name"] == "initial angle of the pendulum from upright"
+    assert found["initial.angle"].attrs["long_name"] == "initial angle of the pendulum or the rotor from upright"
     assert all(found[name].attrs["long_name"] for name in found.variables)
     flags = found.status.attrs
     names = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import vibrocap as vc
 from torture.outcome import Outcome
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 
 RANGES = {
     "machine.mass_ratio": (0.05, 8.0),

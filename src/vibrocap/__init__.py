@@ -57,7 +57,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
     from vibrocap.motion.start import Start
-    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
+    from vibrocap.motion.status import Status
+    from vibrocap.motion.trajectory import Event, Phase, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
@@ -104,12 +105,13 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.friction.viscous import viscous
     from vibrocap.physics.machines.block_row import ThreeBlockRow, TwoBlockRow, block_row
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.oscillator_with_stops import OscillatorWithStops
-    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule

@@ -7,7 +7,7 @@ from typing import Any
 from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import Drive

@@ -10,7 +10,7 @@ from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.parameters import parameter_table
@@ -28,7 +28,18 @@ PLACES = (
     *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "ARRIVING", "ZEROS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT"),
     *("PIECES", "PIECE_LIMIT", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT", "PIECE_START", "RECORDED_EVENT_START"),
     *("RUN", "STEP_LIMIT", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
-    *("TIME", "PERIOD", "HOLD_RATE", "TAIL", "SIDE", "TOLERANCE", "UNSAFE_SPEED", "FAR_SPEED", "CONTACT_RESIDUAL"),
+    *(
+        "TIME",
+        "PERIOD",
+        "HOLD_RATE",
+        "TAIL",
+        "SIDE",
+        "SIDE_TOLD",
+        "TOLERANCE",
+        "UNSAFE_SPEED",
+        "FAR_SPEED",
+        "CONTACT_RESIDUAL",
+    ),
     *("SEGMENT", "SEGMENT_COUNT", "TABLE", "TABLE_START", "TABLE_STRIDE", "UNTIL"),
     *("STATE", "PARAMETER", "SCALE", "THRESHOLD", "MARKS", "WORK"),
 )
@@ -81,6 +92,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
         "sticks": recording.hold is not None,
+        "rests": [each.sticks for each in recording.contacts],
         "channels": list(system.channels),
         "observed": list(observed),
         "parameters": list(paths),

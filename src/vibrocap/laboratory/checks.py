@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_positive
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.physics.friction.law import Law
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number, suggestion
 from vibrocap.motion.equations import is_recorded
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics.api import DrivenEquations, codes, driven_runs, sharpness
 from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.friction.law import Law

@@ -10,7 +10,7 @@ from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.motion.simulate import period_marks
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.oscillator import Oscillator

@@ -11,7 +11,7 @@ from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import simulate
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System

@@ -17,7 +17,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.start import check_room
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.conversion import values_without_units

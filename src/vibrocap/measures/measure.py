@@ -108,9 +108,9 @@ class Instant:
 
     `m.angle`, `m.velocity`, ... are the states, `m.friction`, `m.holding_force`, `m.drive`, `m.contact_velocity`, ...
     the observables, `m.drive_power`, ... the power of each channel, `m.time` the time since the start of the period,
-    `m.side` the side of the contact (1, -1; 0: stuck), `m.side_2` that of the second. `m["machine.mass_ratio"]` is a parameter. They are recorded: the
-    function is called once and should be a formula of them, with `vibrocap.physics.elementary` for sin, cos, exp and
-    powers.
+    `m.side` the side of the contact (1, -1; 0: stuck), `m.side_2` that of the second. `m["machine.mass_ratio"]` is a
+    parameter. They are recorded: the function is called once and should be a formula of them, with
+    `vibrocap.physics.elementary` for sin, cos, exp and powers.
     """
 
     def __init__(self, equations: Equations, graph: Graph):

@@ -9,7 +9,6 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
-from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
@@ -137,8 +136,7 @@ STICKING = (
 
 def _has_side(system: System, number: int) -> bool:
     """Whether a system has a further contact of this number, whose side is known."""
-    contacts = equations(system).contacts
-    return number <= len(contacts) and contacts[number - 1].kind != "smooth"
+    return number <= len(system.laws) and system.contact_kinds[number - 1] != "smooth"
 
 
 @functools.cache  # one and the same, by whichever table it is found
@@ -146,7 +144,7 @@ def _stick_fraction(number: int) -> Measure:
     """Of a further contact."""
 
     def resting(now):
-        side = getattr(now, f"side_{number}")
+        side = getattr(now, numbered("side", number))
         return 1.0 - side * side
 
     return Measure.mean(

@@ -114,9 +114,9 @@ class Stretch:
         return self.motion.piece_states(piece, t - self.motion.piece_start[piece])
 
     def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
-        side = np.full(len(t), float(self.side))
+        sides = (np.full(len(t), float(self.side)), *self.motion.sides(piece)[1:])
         drive = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
-        return self.motion.observe((name,), t, self._states(t, piece), side, drive)[0]
+        return self.motion.observe((name,), t, self._states(t, piece), sides, drive)[0]
 
 
 def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:

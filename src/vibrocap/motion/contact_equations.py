@@ -5,6 +5,7 @@ from typing import Any
 
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
 from vibrocap.physics.flow import Flow
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.states import actuator_states
 from vibrocap.physics.system import System
 
@@ -62,7 +63,7 @@ class DecisionRows:
     loads: tuple[Expression, ...]
     load_response: tuple[tuple[Expression, ...], ...]
     forces: tuple[Expression, ...]
-    pushes: tuple[tuple[Expression, Expression], ...]
+    pushes: tuple[tuple[Expression, ...], ...]
     bounds: tuple[tuple[Expression, ...] | None, ...]
 
     def moved(self, move: Any) -> "DecisionRows":
@@ -78,25 +79,23 @@ def _moved(value: Any, move: Any) -> Any:
 
 
 def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:
-    """The recorded contacts; the drag of an environment has a kink at rest."""
-    surrounded, laws = system.environment is not None, (system.friction, *system.further_laws)
+    """The recorded contacts."""
     holds = [
         (None, None) if flow.holding_limit is None else (flow.holding_force - flow.holding_middle, flow.holding_limit)
     ]
     holds += [(each.hold, each.limit) for each in flow.further]
     velocities = flow.contact_velocity, *(each.contact.velocity for each in flow.further)
     found, states = [], system.state_names
-    for i, (law, velocity, (hold, limit)) in enumerate(zip(laws, velocities, holds, strict=True)):
+    for i, (law, velocity, (hold, limit)) in enumerate(zip(system.laws, velocities, holds, strict=True)):
         name = system.machine.contact_state if i == 0 else system.machine.contacts[i - 1]
         if name not in states:
             name = system.machine.contact_state  # that all share
-        ending = "" if i == 0 else f"_{i + 1}"
-        internal = (states.index(each + ending) for each in law.internal if each not in law.switched)
+        internal = (states.index(numbered(each, i + 1)) for each in law.internal if each not in law.switched)
         found.append(
             ContactEquations(
                 velocity=expression(velocity),
                 state=states.index(name),
-                kind="kinked" if law.kind == "smooth" and surrounded else law.kind,
+                kind=system.contact_kinds[i],
                 hold=None if hold is None else expression(hold),
                 limit=None if limit is None else expression(limit),
                 internal=tuple(internal),

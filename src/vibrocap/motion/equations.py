@@ -21,6 +21,7 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_o
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.flow import LOCATED, Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import System
@@ -228,13 +229,12 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
     for each in flow.further:
-        number = each.contact.number
-        observables |= {f"friction_{number}": each.friction, f"contact_velocity_{number}": each.contact.velocity}
+        own = {"friction": each.friction, "contact_velocity": each.contact.velocity}
         if system.machine.follows_load:
-            observables[f"reaction_{number}"] = each.normal
+            own["reaction"] = each.normal
             if each.contact.sticks:
-                observables[f"holding_limit_{number}"] = each.limit
-                observables[f"holding_middle_{number}"] = each.contact.middle * each.normal
+                own |= {"holding_limit": each.limit, "holding_middle": each.contact.middle * each.normal}
+        observables |= {numbered(name, each.contact.number): value for name, value in own.items()}
     contact = system.state_names.index(system.machine.contact_state)
     side = graph.node("side")
     balance = Balance(
@@ -285,7 +285,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         bound_kinds=flow.bound_kinds,
         located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
-        maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
+        maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
         observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.

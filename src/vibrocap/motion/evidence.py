@@ -13,6 +13,7 @@ from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
+from vibrocap.physics.numbering import numbered
 
 ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
@@ -96,9 +97,8 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         bound = errors * tolerance * _natural_size(motion, recording, scales, *observables)
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
-    bound = DEFECT_BOUND * tolerance
-    words = f"the equations are left by {defect:.1e} within a step, where {bound:.1e} is the bound"
-    judge("defect", defect, bound, words)
+    words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
+    judge("defect", defect, DEFECT_BOUND * tolerance, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
     reaction, warnings = _reaction(motion, index, s)
@@ -139,7 +139,7 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
     names = ("contact_velocity", "holding_force")
     velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
     shares = motion.piece_side[starts] * _shares_held(motion, force, starts, np.zeros(len(starts)))
-    shares = shares[(np.abs(velocity) <= still) & np.isfinite(shares)]  # without friction nothing was missing
+    shares = shares[np.abs(velocity) <= still]
     return float(np.max(1.0 - shares, initial=0.0)) if len(shares) else None
 
 
@@ -168,18 +168,19 @@ class FurtherEvidence:
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
-    recording = equations(system)
-    for number, (law, contact) in enumerate(zip(system.further_laws, recording.contacts[1:], strict=True), 2):
+    further = zip(system.further_laws, equations(system).contacts[1:], strict=True)
+    for number, (law, contact) in enumerate(further, 2):
         if contact.kind == "smooth":
             continue
         sides = motion.piece_sides[:, number - 1]
-        velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
+        names = numbered("contact_velocity", number), numbered("friction", number)
+        velocity, friction = motion.piece_observables(names, index, s)
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
             load = system.law_loads[number - 1]
             limit, middle = law.holding_limit(load), law.holding_middle(load)
             if system.machine.follows_load:
-                names = f"holding_limit_{number}", f"holding_middle_{number}"
+                names = numbered("holding_limit", number), numbered("holding_middle", number)
                 limit, middle = motion.piece_observables(names, index[stuck], s[stuck])
             force = np.abs(friction[stuck] - middle)
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -13,10 +13,12 @@ from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.start import Start, begun, initial_state
-from vibrocap.motion.trajectory import Status, Trajectory
+from vibrocap.motion.status import Status
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import TooMuchMemory, in_words
@@ -206,7 +208,7 @@ def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:
     if not system.machine.contacts:
         return kinds
     pairs = zip(kinds, recorded.event_contacts, strict=True)
-    return np.array([f"{kind}_{number}" if number > 1 else str(kind) for kind, number in pairs], dtype=str)
+    return np.array([numbered(str(kind), max(1, int(number))) for kind, number in pairs], dtype=str)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What a motion is: its pieces, its events, how it ended, and the certificate of how exact it is."""
+"""What a motion is: its pieces, its events, and the certificate of how exact it is."""
 
 import collections
 import dataclasses
@@ -12,77 +12,15 @@ from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.in_si import MotionInSI
 from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
-from vibrocap.results import Advised, Result, Rows
+from vibrocap.motion.status import Status
+from vibrocap.physics.numbering import numbered
+from vibrocap.results import Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 12, 14 or 65 points
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
-
-
-class Status(Advised):
-    """How a run ended; `text` says what to do where it could not be completed."""
-
-    FINISHED = "finished", "The run went to its end."
-    STEP_UNDERFLOW = (
-        "step underflow",
-        "The step became smaller than the spacing of numbers: the equations are singular here, or stiffer than the "
-        "tolerance allows. Try a larger tolerance, or less extreme parameters.",
-    )
-    NOT_FINITE = (
-        "not finite",
-        "A state grew beyond all numbers. Check the parameters: a negative effective stiffness or an enormous drive "
-        "lets the pendulum run away.",
-    )
-    TOO_MANY_EVENTS = (
-        "too many events",
-        "The contact changed between sticking and sliding more often than allowed in one period. Raise "
-        "max_events_per_period if that is real; otherwise look at the motion so far.",
-    )
-    UNDECIDED_CONTACT = (
-        "undecided contact",
-        "At one instant neither sticking nor sliding to either side is consistent to rounding level (a degenerate "
-        "contact). Perturb the initial state or a parameter slightly.",
-    )
-    TOO_MANY_STEPS = "too many steps", "The run needed more steps than allowed. Raise max_steps, or the tolerance."
-    NOT_CERTIFIED = (
-        "not certified",
-        "The run went to its end, but its certificate says that it is not the motion of the equations (see "
-        "certificate.failures). Try a smaller tolerance; if that does not help, please report the case.",
-    )
-    LIFT_OFF = (
-        "lift off",
-        "The ground would have to pull from here on: the machine lifts off, and its equations end. Drive it less, or "
-        "make the body on the ground heavier.",
-    )
-    PARADOX = (
-        "paradox",
-        "Friction and normal load raise one another without end: here the equations of rigid bodies have no answer, "
-        "or two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is "
-        "below 2 sqrt(lambda (lambda + 1)), lambda its mass ratio.",
-    )
-    STOP_REACHED = (
-        "stop reached",
-        "The machine has reached a stop at which a run ends. Drive it less, or give the stop a coefficient of "
-        "restitution where it takes one.",
-    )
-    AMBIGUOUS_CONTACTS = (
-        "ambiguous contacts",
-        "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "
-        "friction and loads of the contacts raise one another (contact_modes lists the ways). Lower the friction "
-        "coefficients, or keep the machine away from this shape.",
-    )
-
-    @property
-    def ok(self) -> bool:
-        """Whether the run went to its end."""
-        return self is Status.FINISHED
-
-    @property
-    def text(self) -> str:
-        """What happened and what to try."""
-        return self.advice
 
 
 @dataclasses.dataclass(frozen=True)
@@ -207,8 +145,9 @@ class Trajectory(Result):
         if self.piece_drive_time is not None:
             start = self.piece_drive_time[index]
             return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
-        local = self.piece_start[index] + s - (self.start_time - self.start_phase * self.period)
-        return local - self.period * np.floor(local / self.period), parameter_values(self.system)
+        start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
+        begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
+        return start - begun + s, parameter_values(self.system)
 
     @property
     def piece_side(self) -> np.ndarray:
@@ -257,7 +196,7 @@ class Trajectory(Result):
     @property
     def side_names(self) -> tuple[str, ...]:
         """Names of the sides of all contacts, "side" of the first."""
-        return ("side", *(f"side_{number}" for number in range(2, 1 + self.piece_sides.shape[1])))
+        return tuple(numbered("side", i) for i in range(1, 1 + self.piece_sides.shape[1]))
 
     def side_of(self, name: str) -> np.ndarray:
         """A side by its name: array [pieces]."""

@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from vibrocap.measures.sticking import stick_fraction
-from vibrocap.motion.trajectory import Status, Trajectory
+from vibrocap.motion.status import Status
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.averages import period_length
 from vibrocap.paper.claims.claim import RUN_ERROR
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load

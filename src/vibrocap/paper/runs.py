@@ -8,7 +8,8 @@ import numpy as np
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.travel import mean_velocity
 from vibrocap.motion.simulate import simulate
-from vibrocap.motion.trajectory import STUCK, Status, Trajectory
+from vibrocap.motion.status import Status
+from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.orbits.crossings.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start, with_load
 from vibrocap.physics.system import System

@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.measures.ensemble import ensemble
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
 from vibrocap.paper.presets import MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, start, with_load
 

@@ -144,7 +144,7 @@ class Contacts:
 
     def __init__(self, machine: Any, contacts: Sequence[Contact], t: Any, y: tuple, drive: Any):
         self.machine, self.first, self.others = machine, contacts[0], tuple(contacts[1:])
-        self.coupling = machine.coupling(t, y, drive) if machine.coupled else None
+        self.coupling: Any = machine.coupling(t, y, drive) if machine.coupled else None
         self.holding = () if machine.coupled else machine.further_holding_forces(t, y, drive)
         self._own_hold = None if machine.coupled else machine.holding_force(t, y, drive)
         self.quotients: tuple = ()
@@ -223,6 +223,7 @@ class Contacts:
 
     def forces(self, taken_first: Any) -> tuple[ContactForce, ...]:
         """Of the others, given what the machine takes for the first."""
+        given: Any = self.coupling
         found, follows = [], self.machine.follows_load
         solved = []
         if self.machine.coupled == "motion":
@@ -233,11 +234,11 @@ class Contacts:
             if self.machine.coupled == "motion":
                 taken = held = solved[j - 1]
             else:
-                held = self.holding[j - 1] if self.coupling is None else self._shared(j)
+                held = self.holding[j - 1] if given is None else self._shared(j)
                 taken = held + each.slips * (slides - held) if each.sticks else slides
             if follows:
-                row, forces = self.coupling.load_response[j], (taken_first, *solved)
-                normal = self.coupling.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
+                row, forces = given.load_response[j], (taken_first, *solved)
+                normal = given.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
             push = each.push
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)

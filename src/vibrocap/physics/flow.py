@@ -199,9 +199,7 @@ def _still(system: Any, rates: tuple, sides: tuple) -> tuple:
     """Rates that are exactly zero of the velocities of contacts at rest, whose forces follow from one problem."""
     names = (system.machine.contact_state, *system.machine.contacts)
     moves = {
-        name: side * side
-        for name, side, law in zip(names, sides, (system.friction, *system.further_laws), strict=True)
-        if law.kind == "set-valued"
+        name: side * side for name, side, law in zip(names, sides, system.laws, strict=True) if law.kind == "set-valued"
     }
     return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
@@ -240,7 +238,7 @@ def _switches(system: Any, t, y, sides, velocity, others, forces) -> tuple[tuple
 def _after_reversals(system: Any, y, sides) -> tuple:
     """Of each contact, all states after it has turned to its side."""
     parts, mechanical = _internal(system, y), tuple(y[: len(system.placed.states)])
-    laws = zip((system.friction, *system.further_laws), system.law_loads, sides, strict=True)
+    laws = zip(system.laws, system.law_loads, sides, strict=True)
     return tuple(
         _with_internal(system, mechanical, parts, i, law.after_reversal(parts[i], side, load))
         for i, (law, load, side) in enumerate(laws)

@@ -186,6 +186,12 @@ class System:
         return (self.friction, *self.further_laws)
 
     @property
+    def contact_kinds(self) -> tuple[str, ...]:
+        """The kind of each contact: that of its law, which the drag of an environment gives a kink at rest."""
+        surrounded = self.environment is not None
+        return tuple("kinked" if law.kind == "smooth" and surrounded else law.kind for law in self.laws)
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
         if not self.machine.contacts and self.actuator is None:  # at once: every run asks
@@ -202,8 +208,9 @@ class System:
         outside = () if self.environment is None else self.environment.channels(self.machine)
         further, stored = [], []
         for i, law in enumerate(self.further_laws, start=2):
-            further += [f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())]
-            stored += [f"contact_storage_{i}"] if law.internal and self.machine.follows_load else []
+            sliding, bristles, storage = (numbered(channel, i) for channel in CONTACT_CHANNELS)
+            further += [sliding, bristles] if law.internal else [sliding]
+            stored += [storage] if law.internal and self.machine.follows_load else []
         own = CONTACT_CHANNELS[: 3 if self.stores_under_load else 2]
         return (*self.placed.channels, *further, *stored, *outside, *own)
 
@@ -234,7 +241,7 @@ class System:
     @property
     def switched(self) -> tuple[str, ...]:
         """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
-        further = (f"{name}_{i}" for i, law in enumerate(self.further_laws, start=2) for name in law.switched)
+        further = (numbered(name, i) for i, law in enumerate(self.further_laws, start=2) for name in law.switched)
         return (*self.placed.switched, *further, *self.friction.switched)
 
     def scales(self) -> tuple:

@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from vibrocap.motion.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
@@ -48,7 +47,7 @@ def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
     """Which way every contact slides, or that it sticks, over time in drive periods: a strip for each."""
     period, contacts = motion.period, contacts_of(motion)
     for contact in contacts:
-        if contact > 1 and equations(motion.system).contacts[contact - 1].kind == "smooth":
+        if contact > 1 and motion.system.contact_kinds[contact - 1] == "smooth":
             continue  # a smooth law, of which nobody notes the side
         for phase in motion.phases_of(contact):
             low, high = max(phase.start, start) / period, min(phase.end, motion.end) / period

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.files import replacing
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
 from vibrocap.plotting import style as plots

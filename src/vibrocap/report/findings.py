@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.paper.claims.claim import Outcome, Verdict
 from vibrocap.paper.errata import ERRATA, Erratum
 from vibrocap.paper.figures.figure import Figure

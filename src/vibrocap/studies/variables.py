@@ -8,7 +8,7 @@ import numpy as np
 from vibrocap.case.case import case_text
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.measures.during_run import known_measure
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.conversion import INITIAL, path_in_si
 from vibrocap.physics.environment import Environment

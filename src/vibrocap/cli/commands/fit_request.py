@@ -9,7 +9,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.options import pairs, split
 
 if TYPE_CHECKING:
-    from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.records.record import Record
 
 # a field that a fit or a reader complains of: the option that sets it
@@ -132,7 +132,7 @@ def units_of_case(
     texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
 ) -> "PendulumScales | None":
     """The units of the case that a law is written for, if it is to be in such."""
-    from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 
     if not texts:
         return None

@@ -145,7 +145,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("period", said(record["period"], second, 12) + periods),
         ("drift", "none" if record["drift"] is None else f"{said(record['drift'], length, 12)} per period"),
         ("mean velocity", "none" if record["mean_velocity"] is None else said(record["mean_velocity"], speed, 12)),
-        *((f"turns of {name}", str(turns)) for name, turns in record.get("winding", {}).items()),
+        *(("winding", f"{turns} turn(s) of {name} per period") for name, turns in record.get("winding", {}).items()),
         ("stable", record["stability"]),
         ("multipliers", sizes),
         *([("continuum", "neighbours are steady too: the drift is not determined")] if record["continuum"] else []),

@@ -5,7 +5,7 @@ from typing import Any
 
 from vibrocap.identification.problem.parametrisation import with_values
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
 
 IN_SI = """\

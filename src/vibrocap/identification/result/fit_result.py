@@ -20,7 +20,7 @@ from vibrocap.identification.result.case_section import case_section, dimensionl
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.results import Result
 
 

@@ -140,6 +140,12 @@ class Lab {
     this.moment();
   }
 
+  // What happens at an event, by the number that the worker gives it (`Dense.events`).
+  eventWords(number) {
+    const contact = Math.floor(number / 1000);
+    return wordy(this.shown.form.events[number % 1000]) + (contact ? ` of contact ${contact}` : "");
+  }
+
   // Everything that moves with time.
   moment() {
     const { shown, theme } = this;
@@ -147,7 +153,7 @@ class Lab {
     const { time } = this.clock, row = shown.at(time), state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
     const position = state ? shown.of(row, state) : 0;
     const [ahead, reach] = this.spread, camera = state ? this.camera(position, time) + ahead : 0;
-    const sides = [row[1], ...shown.form.states.filter((name) => /^side_\d+$/.test(name)).map((name) => shown.of(row, name))];
+    const sides = shown.sides(row);
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
       sides, friction: shown.of(row, "friction"), load: shown.of(row, "load"),
       perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
@@ -222,7 +228,7 @@ class Lab {
     clock.time = next ?? (way > 0 ? shown.end : shown.from);
     this.moment();
     const at = shown.events.indexOf(next);
-    this.notice(at >= 0 ? `Event at period ${(next / shown.period).toFixed(4)}: ${wordy(shown.form.events[shown.events[at + 1]])}` : "No further event on show.");
+    this.notice(at >= 0 ? `Event at period ${(next / shown.period).toFixed(4)}: ${this.eventWords(shown.events[at + 1])}` : "No further event on show.");
   }
 
   mode(name) {

@@ -48,9 +48,16 @@ class Shown {
     const next = Math.min(low + 1, times.length - 1), span = times[next] - times[low];
     const share = span > 0 ? Math.min(1, (time - times[low]) / span) : 0, row = new Float64Array(width);
     for (let j = 0; j < width; j++) row[j] = data[low * width + j] + share * (data[next * width + j] - data[low * width + j]);
-    row[1] = data[(share > 0 && span > 0 ? next : low) * width + 1];
+    const whole = (share > 0 && span > 0 ? next : low) * width;
+    for (const j of [1, ...this.furtherSides(width)]) row[j] = data[whole + j];
     return row;
   }
+
+  // Where the sides of further contacts stand in a row: last.
+  furtherSides(width) { return this.form.rests.slice(1).map((_, i, all) => width - all.length + i); }
+
+  // The sides of all contacts in such a row.
+  sides(row) { return [row[1], ...this.furtherSides(row.length).map((j) => row[j])]; }
 
   // The value of a name in such a row.
   of(row, name) { return row[this.names.indexOf(name)]; }

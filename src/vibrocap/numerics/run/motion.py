@@ -105,7 +105,7 @@ def has_branches(equations: Any) -> bool:
     return bool(equations.guards)
 
 
-def sizes(equations: Any) -> dict[str, int]:
+def sizes(equations: Any) -> dict[str, Any]:
     """Of the memory: guards, coefficients of a segment, and what further contacts take."""
     corners = equations.corners
     return {

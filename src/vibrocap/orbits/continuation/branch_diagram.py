@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.section import whole_turns
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
@@ -249,7 +250,10 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
     if not len(apart):
         return float("inf")
-    starts, ways, lengths = corners[apart], ways[apart], lengths[apart]
+    turned = np.zeros_like(corners)  # whole turns, so that each chord begins as near as can be
+    unknown = closure.unknowns
+    turned[:, : len(unknown)] = whole_turns(branch.system, branch.states - state)[:, unknown] / closure.sizes[unknown]
+    starts, ways, lengths = (corners - turned)[apart], ways[apart], lengths[apart]
     shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
     feet = starts + shares[:, None] * ways
     off = np.linalg.norm(feet - x, axis=1)

@@ -37,7 +37,7 @@ def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, 
         return None
     near = float(np.linalg.norm(last.x - first.x)) + slack
     twin = np.append(last.x[:-1] + coarser.attempt(last.x, last.closing).mismatch, last.x[-1])
-    if not np.linalg.norm(twin - first.x) <= TWIN * near:
+    if not np.linalg.norm(first.closing.away(twin)) <= TWIN * near:
         return None
     segment = _coarser_segment(coarser, first, last, TWIN * near)
     if segment is None:

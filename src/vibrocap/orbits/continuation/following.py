@@ -219,13 +219,14 @@ def _at_bound(point: BranchPoint) -> bool:
 
 
 def _closes(points: list[BranchPoint]) -> bool:
-    """Whether the last step has come back to the first point."""
+    """Whether the last step has come back to the first point, modulo whole turns."""
     if len(points) < 10:
         return False
     first, before, last = points[0], points[-2], points[-1]
     way = last.x - before.x
-    share = float(np.clip((first.x - before.x) @ way / max(float(way @ way), 1e-300), 0.0, 1.0))
-    off = np.linalg.norm(before.x + share * way - first.x)
+    back = before.closing.away(first.x)
+    share = float(np.clip(back @ way / max(float(way @ way), 1e-300), 0.0, 1.0))
+    off = np.linalg.norm(share * way - back)
     return bool(off <= 0.05 * np.linalg.norm(way) and first.tangent @ last.tangent > STRAIGHT)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
-from vibrocap.motion.section import whole_turns, winding
+from vibrocap.motion.section import turning_states, whole_turns, winding
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
@@ -27,6 +27,7 @@ class Closing:
     at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
     word: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole turns of each
         coordinate that turns
+    turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
@@ -42,12 +43,22 @@ class Closing:
     drift: float
     image: np.ndarray
     winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
+    turns: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
         return same_cycle(self.word, other.word) and self.impacts == other.impacts
+
+    def away(self, x: np.ndarray) -> np.ndarray:
+        """Points [..., m + 1] less this one, modulo whole turns."""
+        gained = x - self.x
+        if self.turns is None:
+            return gained
+        turning = np.isfinite(self.turns)
+        gained[..., turning] -= self.turns[turning] * np.round(gained[..., turning] / self.turns[turning])
+        return gained
 
     @property
     def residual(self) -> float:
@@ -125,6 +136,8 @@ class ClosingMap:
         self.unknowns = self.map.smooth_states
         self.switched = np.array([i for i, name in enumerate(names) if name in system.switched], dtype=int)
         self.mirror = self.map.mirror if half else np.ones(len(names))
+        turning = {place: period for place, period in turning_states(system) if place in self.unknowns}
+        self.turns = np.array([turning.get(i, np.inf) for i in self.unknowns.tolist()]) / self.sizes[self.unknowns]
 
     def parameter(self, x: np.ndarray) -> float:
         low, high = self.between
@@ -223,6 +236,7 @@ class ClosingMap:
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
             winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
+            turns=np.append(self.turns, np.inf),
             impacts=impacts[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )

@@ -123,6 +123,7 @@ class CycleMap(ClosingMap):
             image=ends[0, :n],
             bordered=np.vstack((above, section)),
             winding=tuple(winding(self.system, turned).values()),
+            turns=np.append(self.turns, (np.inf, np.inf)),
             impacts=self.impacts_of(ended)[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )

@@ -177,7 +177,7 @@ class LinkageCrawler(Machine):
         """p = lambda_1 v_1 + lambda_2 v_2 + (v_1 + v_2)/2; its rate is minus the sum of the friction forces."""
         return (self.mass_ratio + 0.5) * y[3] + (self.mass_ratio_2 + 0.5) * y[1]
 
-    def powers(self, t, y, drive, force, other_force=0.0):
+    def powers(self, t, y, drive, force, *others):
         """Power of the drive, drive z', and of the damper, -nu z'^2."""
         rate = y[1] - y[3]
         return drive * rate, -self.damping * rate * rate

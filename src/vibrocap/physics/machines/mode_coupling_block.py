@@ -108,7 +108,7 @@ class ModeCouplingBlock(Machine):
         """p = m x'; p' = drive - k11 x - k12 y - c x' - R."""
         return self.mass * (y[3] + self.belt_speed)
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Power of the drive, drive x', of both dampers, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[3] + self.belt_speed
         return (

@@ -64,7 +64,7 @@ class Oscillator(Machine):
         """Only on a belt at rest."""
         return self.belt_speed == 0.0
 
-    def scales(self, time=1.0):
+    def scales(self, time=1.0) -> tuple:
         """Amplitude and speed that a force of the size of the load makes: N/|k + m omega^2| and omega times as much.
 
         omega^2 is that of the free vibration, k/m, plus that of the drive, so that no parameter but the mass need be
@@ -102,7 +102,7 @@ class Oscillator(Machine):
         """R that keeps v' = 0: all other forces."""
         return self.outer_force(t, y, drive)
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, force) -> tuple:
         """y' = (x', v')."""
         return y[1] + self.belt_speed, (self.holding_force(t, y, drive) - force) / self.mass
 
@@ -115,7 +115,7 @@ class Oscillator(Machine):
         """p = m x'; p' = drive - k x - c x' - R."""
         return self.mass * (y[1] + self.belt_speed)
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others) -> tuple:
         """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[1] + self.belt_speed
         return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * force

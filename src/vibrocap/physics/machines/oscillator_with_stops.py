@@ -90,7 +90,7 @@ class OscillatorWithStops(Oscillator):
         return ElasticStops(self.gap, self.back_gap, self.stop_stiffness, *back)
 
     @property
-    def locked(self):
+    def locked(self):  # type: ignore[override]
         """At a rigid stop it stays where it is."""
         return {"touching": ("position", "sliding_velocity")} if self._rigid else {}
 
@@ -133,13 +133,13 @@ class OscillatorWithStops(Oscillator):
         own = super().energy(t, y)
         return own if self._rigid else own + self._stops.energy(y[0], y[2])
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Powers of drive, damper, with that of an elastic stop, and belt; impacts take their energy at one instant."""
         drives, damper, belt = super().powers(t, y, drive, force)
         taken = None if self._rigid else self._stops.damper_power(y[1] + self.belt_speed, y[2])
         return drives, damper if taken is None else damper + taken, belt, 0.0
 
-    def switches(self, t, y, drive, force):
+    def switches(self, t, y, drive, force, *others):
         """The block reaches the stop in front; it leaves, or the wall would have to pull; it reaches the one behind."""
         if not self._rigid:
             return self._stops.guards(y[0], y[2], self.gap, self.back_gap)
@@ -150,7 +150,7 @@ class OscillatorWithStops(Oscillator):
             return reaches, pressed
         return reaches, pressed, 1.0 - free + free * (y[0] + self.back_gap) / self.back_gap
 
-    def after_switch(self, which, t, y, drive, force):
+    def after_switch(self, which, t, y, drive, force, *others):
         """It bounces, or stays at the wall; it leaves the wall, from rest. At an elastic stop nothing jumps."""
         if not self._rigid:
             return *y[:2], (1.0, 0.0, -1.0)[which]

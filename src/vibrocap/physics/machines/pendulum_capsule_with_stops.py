@@ -90,7 +90,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         """y' = (theta', theta'', X', X'', 0)."""
         return *super().rates(t, y, drive, force), 0.0
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Powers of drive and damper; impacts take their energy at one instant."""
         return *super().powers(t, y, drive, force), 0.0
 
@@ -103,7 +103,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         """The stops, where a run ends at them."""
         return self._ways(y) if self.restitution is None else ()
 
-    def switches(self, t, y, drive, force):
+    def switches(self, t, y, drive, force, *others):
         """The pendulum reaches one stop; the stop would have to pull; it reaches the other one."""
         if self.restitution is None:
             return ()
@@ -113,7 +113,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         pressed = free + y[4] * (self._torque(resting, drive) + cos(resting[0]) * capsule)
         return 1.0 - free + free * front, pressed, 1.0 - free + free * back
 
-    def after_switch(self, which, t, y, drive, force):
+    def after_switch(self, which, t, y, drive, force, *others):
         """It bounces, or stays at the stop; it leaves the stop, from rest."""
         if which == 1:
             return *self._at_stop(y)[:4], 0.0

@@ -73,7 +73,7 @@ class PendulumCrawler(ImposedDisplacement):
         rate = self.imposed.slope(t) / cosine
         return atan(sine / cosine), rate, (self.imposed.curvature(t) + sine * (rate * rate)) / cosine
 
-    def actuator(self, t, y, force):
+    def actuator(self, t, y, force, *others):
         """T and its power."""
         angle, rate, acceleration = self._angle(t)
         capsule = (-self.displacement(t)[1] - force) / (self.mass_ratio + 1.0)

@@ -86,11 +86,11 @@ class RigidStopCapsule(TwoMassCapsule):
         """H, with the height of the mass in the capsule on a slope."""
         return super().energy(t, y) if self.gravity is None else super().energy(t, y) + self.gravity[1] * y[0]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Powers of drive and damper; impacts take their energy at one instant."""
         return *super().powers(t, y, drive, force), 0.0
 
-    def switches(self, t, y, drive, force):
+    def switches(self, t, y, drive, force, *others):
         """The mass reaches the wall in front; the wall would have to pull; it reaches the one behind."""
         together = y[4] * y[4]
         free = 1.0 - together
@@ -100,7 +100,7 @@ class RigidStopCapsule(TwoMassCapsule):
             return reaches, pressed
         return reaches, pressed, together + free * (y[0] + self.back_gap) / (1.0 + self.back_gap)
 
-    def after_switch(self, which, t, y, drive, force):
+    def after_switch(self, which, t, y, drive, force, *others):
         """It bounces, or stays at the wall; it leaves the wall, from rest."""
         if which == 1:
             return *self._at_wall(y)[:4], 0.0

@@ -5,8 +5,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
+from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
 from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.pendulum_capsule import CapsuleWithBob, checked_load
 from vibrocap.physics.scene import capsule_with_pendulum
 
 

@@ -8,22 +8,24 @@ from pydantic import BeforeValidator
 from vibrocap.physics.scene import Shape
 
 
-def _optional(wanted: str, low: float, high: float) -> Any:
-    """The type of a number within bounds, or None where it is left out; wanted: what is said of another value."""
+def _optional(wanted: str, high: float) -> BeforeValidator:
+    """The check of a number from 0 to `high`, or None where it is left out; wanted: what is said of another value."""
 
     def checked(given: Any) -> Any:
-        if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and low <= given <= high):
+        if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given <= high):
             return None if given is None else float(given)
         raise ValueError(f"should be {wanted}")
 
-    return Annotated[Any, BeforeValidator(checked)]
+    return BeforeValidator(checked)
 
 
 MOST = 1e300  # of a number that is finite
-BackGap = _optional("a number >= 0, or be left out where there is no stop behind", 0.0, MOST)
-StopStiffness = _optional("a number >= 0, or be left out", 0.0, MOST)
-StopDamping = _optional("a number >= 0, or be left out where the stop has no damper", 0.0, MOST)
-EndOrRestitution = _optional("a number from 0 to 1, or be left out where a run is to end at the stop", 0.0, 1.0)
+BackGap = Annotated[Any, _optional("a number >= 0, or be left out where there is no stop behind", MOST)]
+StopStiffness = Annotated[Any, _optional("a number >= 0, or be left out", MOST)]
+StopDamping = Annotated[Any, _optional("a number >= 0, or be left out where the stop has no damper", MOST)]
+EndOrRestitution = Annotated[
+    Any, _optional("a number from 0 to 1, or be left out where a run is to end at the stop", 1.0)
+]
 
 
 def which_stop(touching):

@@ -111,7 +111,7 @@ class TwoMassCapsule(Machine):
         """The drive, where it pulls from outside."""
         return drive if self._external else 0.0
 
-    def powers(self, t, y, drive, force) -> tuple:
+    def powers(self, t, y, drive, force, *others) -> tuple:
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]

@@ -37,7 +37,7 @@ class TwoMassCrawler(ImposedDisplacement):
         """lambda + 1, of both; what moves between them is imposed."""
         return {"centre_velocity": self.mass_ratio + 1.0}
 
-    def actuator(self, t, y, force):
+    def actuator(self, t, y, force, *others):
         """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
         total = self.mass_ratio + 1.0
         push = (self.mass_ratio * self.imposed.curvature(t) - force) / total

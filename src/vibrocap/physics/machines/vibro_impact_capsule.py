@@ -69,17 +69,17 @@ class VibroImpactCapsule(TwoMassCapsule):
         """H, with beta (z - delta)^2/2 of the stop that is touched."""
         return super().energy(t, y) + self._stops.energy(y[0], y[4])
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Power of the drive, and of the dampers, that of the stop that is touched with the other."""
         drives, damper = super().powers(t, y, drive, force)
         taken = self._stops.damper_power(y[1], y[4])
         return drives, damper if taken is None else damper + taken
 
-    def switches(self, t, y, drive, force):
+    def switches(self, t, y, drive, force, *others):
         """The mass reaches the stop in front; it leaves the stop; it reaches the one behind."""
         return self._stops.guards(y[0], y[4], 1.0 + self.gap, 1.0 if self.back_gap is None else 1.0 + self.back_gap)
 
-    def after_switch(self, which, t, y, drive, force):
+    def after_switch(self, which, t, y, drive, force, *others):
         """Another stop is touched, or none; nothing jumps."""
         return *y[:4], (1.0, 0.0, -1.0)[which]
 

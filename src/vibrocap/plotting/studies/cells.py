@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.measures.standard import LOAD_WATCH
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.plotting.studies.view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
 
 FINISHED = list(Status).index(Status.FINISHED)

@@ -13,7 +13,7 @@ import numpy as np
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.case.sections import kind_path
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.labels import EQUALS, case_in_si, percent, symbol_text

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.status import Status
 from vibrocap.studies.plan.differences import code_differences
 from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.run.sent_study import SentStudy

@@ -7,6 +7,8 @@ const GAUSS = onUnit([[0.1834346424956498, 0.362683783378362], [0.52553240991632
   [0.7966664774136267, 0.2223810344533745], [0.9602898564975363, 0.1012285362903763]]);
 const GAUSS_OF_STIFF = onUnit([[0.3399810435848563, 0.6521451548625461], [0.8611363115940526, 0.3478548451374538]]);
 
+const CONTACT = 1000; // times the number of a further contact, added to the number of what happens there
+
 class Dense {
   constructor(motion) {
     const { form } = motion, { sizes } = form.motion;
@@ -15,6 +17,7 @@ class Dense {
     this.size = sizes.piece;
     this.count = motion.pieces.length / sizes.piece;
     this.states = form.states.length;
+    this.further = form.rests.length - 1; // contacts
     this.coordinates = form.scene.reduce((sum, shape) => sum + 2 * shape.points, 0);
     this.seen = this.states + form.observed.length + this.coordinates;
   }
@@ -49,6 +52,7 @@ class Dense {
 
   length(i) { return this.motion.pieces[i * this.size + 2]; }
   side(i) { return this.motion.pieces[i * this.size + 3]; }
+  furtherSides(i) { return this.motion.pieces.subarray((i + 1) * this.size - this.further, (i + 1) * this.size); }
 
   get end() { return this.count ? this.start(this.count - 1) + this.length(this.count - 1) : 0; }
 
@@ -62,16 +66,16 @@ class Dense {
     return low;
   }
 
-  // Rows (time, side, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what
+  // Rows (time, side, states, observables, coordinates, sides of further contacts) over a stretch of time; both ends of every piece, so that what
   // jumps at an event jumps in the rows.
   rows(from, to, most) {
-    if (!this.count) return { width: this.seen + 2, rows: 0, data: new Float64Array(0) };
+    if (!this.count) return { width: this.seen + 2 + this.further, rows: 0, data: new Float64Array(0) };
     return this.looking(() => this.rowsSeen(from, to, most));
   }
 
   rowsSeen(from, to, most) {
     const first = this.pieceAt(from), last = this.pieceAt(to), pieces = last - first + 1;
-    const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = this.seen + 2;
+    const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = this.seen + 2 + this.further;
     const data = new Float64Array(pieces * points * width);
     let place = 0;
     for (let i = first; i <= last; i++) {
@@ -84,6 +88,7 @@ class Dense {
         data[place] = begin + share * h;
         data[place + 1] = this.side(i);
         data.set(this.look(share), place + 2);
+        data.set(this.furtherSides(i), place + 2 + this.seen);
         place += width;
       }
     }
@@ -148,7 +153,10 @@ class Dense {
   // Events: rows (time, kind).
   events() {
     const { events, period } = this.motion, size = this.form.motion.sizes.event, found = [];
-    for (let i = 0; i < events.length; i += size) found.push(events[i] * period + events[i + 1], events[i + 2]);
+    for (let i = 0; i < events.length; i += size) {
+      const contact = events[i + size - 1];
+      found.push(events[i] * period + events[i + 1], events[i + 2] + (contact > 1 ? CONTACT * contact : 0));
+    }
     return Float64Array.from(found);
   }
 

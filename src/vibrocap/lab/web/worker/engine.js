@@ -4,6 +4,7 @@
 const RUNNING = 0, TAPE_FULL = 2, DONE = 1;
 const ROUNDS = 20000; // steps between two looks at the tape
 const EVENT_ROOM = 2000, PIECE_ROOM = 20000;
+const NOT_TOLD = 9; // a side that is none: the sides at the start are no events
 
 // The module of all kernels at work, and its memory behind the tables: what asks for room gives it back when it is done.
 class Engine {
@@ -37,12 +38,13 @@ class Form {
   }
 
 
-  // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
+  // What a run begins with: natural sizes of the states, period, contact velocities, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
     const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
+    const end = n + 1 + this.rests.length; // of the velocities
     const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
-    return this.engine.within(sizes, first + n + 3 + numbers, (real, whole, all, ...places) => { // bounds of `room` first
+    return this.engine.within(sizes, first + end + 1 + numbers, (real, whole, all, ...places) => { // bounds of `room` first
       const tape = all.subarray(first);
       real.set(initial, at.STATE);
       real.set(parameters, at.PARAMETER);
@@ -53,10 +55,10 @@ class Form {
         const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
         if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
       });
-      const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
+      const drive = corners && firstSegment(corners, tape.slice(end + 1), tape[n]);
       if (drive) { real.set(drive.present, at.PARAMETER + corners.place); begin(); }
       return {
-        scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2], drive,
+        scales: tape.slice(0, n), period: tape[n], velocities: tape.slice(n + 1, end), holdRate: tape[end], drive,
         parameters: drive ? [...parameters, ...drive.present] : parameters,
       };
     });
@@ -128,9 +130,12 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
       WHOLE_PERIODS: wholePeriods, EVENT_LIMIT: limits.events, STEP_LIMIT: limits.steps, TABLE: tableStart,
       RECORDED_EVENT_START: eventStart, RECORDED_EVENT_LIMIT: EVENT_ROOM, PIECE_START: pieceStart, PIECE_LIMIT: pieceRoom,
     });
-    if (begun.velocity !== 0) real[at.SIDE] = begun.velocity > 0 ? 1 : -1;
-    else if (form.sticks) put({ ARRIVING: 1 });
-    else { real[at.SIDE] = 1; put({ ZEROS: 1 }); }
+    form.rests.forEach((rests, i) => { // the side of each contact; the kernel decides whether one rests
+      const side = Math.sign(begun.velocities[i]);
+      real[at.SIDE_TOLD + i] = NOT_TOLD;
+      real[at.SIDE + i] = side || (rests ? 0 : 1);
+      if (!side) whole[(rests ? at.ARRIVING : at.ZEROS) + i] = 1n;
+    });
     tape.set(initial, 0);
     if (drive) {
       tape.set(drive.table, tableStart);
@@ -186,9 +191,10 @@ function ensembleRun(form, runs, budget, each) {
       tape.set(begun.parameters, n);
       tape.set(begun.scales, n + begun.parameters.length);
       if (begun.drive) tape.set(begun.drive.table, tableStart);
-      tape[sizes.run - 3] = 0; // time: it begins with the drive
-      tape[sizes.run - 2] = begun.period;
-      tape[sizes.run - 1] = Math.sign(begun.velocity);
+      const sides = sizes.run - form.rests.length;
+      tape[sides - 2] = 0; // time: it begins with the drive
+      tape[sides - 1] = begun.period;
+      tape.set(begun.velocities.map(Math.sign), sides);
       const wholes = {
         TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: corners ? corners.segments : 0, STATUS: DONE, RUN: -1,
         EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,

@@ -98,8 +98,6 @@ def side_holds(floats, ints, trace, lane, c):
         return leaves(floats, ints, lane, c)
     none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
     if KINKS[c] == 1 and abs(velocity) <= none:
-        if SEVERAL and still(floats, ints, lane, c):
-            return True
         ints[ZEROS + c * LANES + lane] = 1
         if leaves(floats, ints, lane, c):
             return True
@@ -112,11 +110,17 @@ def side_holds(floats, ints, trace, lane, c):
     return False
 
 
-def still(floats, ints, lane, c):
-    """Whether one of several contacts stays at rest to rounding, as the middle one of three that are alike."""
-    row = VELOCITY_OF[c] + lane
+def beyond_rounding(floats, ints, lane, c):
+    """How many leading coefficients of a velocity, one of several, move it by rounding only over a step."""
     h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
-    return abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane]
+    least = SLIGHT * floats[SCALE + STATE_OF[c] * LANES + lane]
+    zeros = 0
+    power = 1.0
+    for k in range(ORDER):
+        if zeros == k and abs(floats[VELOCITY_OF[c] + k * LANES + lane]) * power <= least:
+            zeros = k + 1
+        power *= h
+    return zeros
 
 
 def decide(floats, ints, trace, lane, c):
@@ -156,7 +160,13 @@ def leaves(floats, ints, lane, c):
         growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
         if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * floats[LIMIT_OF[c] + lane]):
             ints[ZEROS + c * LANES + lane] = 1
-    for k in range(ints[ZEROS + c * LANES + lane], ORDER):
+    first = ints[ZEROS + c * LANES + lane]
+    if SEVERAL and STICKS[c] == 0:
+        first = max(first, beyond_rounding(floats, ints, lane, c))
+        if first >= ORDER:
+            ints[ZEROS + c * LANES + lane] = ORDER
+            return True  # at rest to rounding, as the middle one of three that are alike
+    for k in range(first, ORDER):
         v = floats[row + k * LANES]
         if v * side > 0.0:
             return True

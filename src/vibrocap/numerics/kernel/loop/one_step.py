@@ -191,6 +191,8 @@ def first_event(floats, ints, lane, h):
 def first_rest(floats, ints, lane, c, side, h):
     """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
     row, zeros = VELOCITY_OF[c] + lane, ints[ZEROS + c * LANES + lane]
+    if SEVERAL and zeros >= ORDER - 1:
+        return 0, h, -1.0
     if SEVERAL and STICKS[c] == 0 and zeros == 0:
         scale = floats[SCALE + STATE_OF[c] * LANES + lane]
         if abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * scale:

@@ -20,7 +20,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, STEP, STEP_LIMIT, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
@@ -64,9 +64,10 @@ from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION,
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
-from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
@@ -100,12 +101,22 @@ def step_simd(floats, ints, trace, running):
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
+    turning = damped  # so near rest that the sign of its velocity counts
+    reach = longest
+    if MAYBE_STIFF and SEVERAL:
+        rate = load(floats, DECAY_RATE)
+        reach = where(rate * longest > PLAIN_REACH, PLAIN_REACH / rate, longest)
     for c in range(CONTACTS):
         if KINKS[c] == 1:
             tolerance, speed = load(floats, TOLERANCE), abs(load(floats, VELOCITY_OF[c]))
             if SEVERAL:
                 tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
-            moving = moving & (0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance)
+            counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
+            if SEVERAL and bits(moving & ~counts) != 0:
+                h = lesser(reach, remaining)
+                turning = turning | ~(counts | still_simd(floats, ints, c, h))
+                counts = counts | ~doubt_simd(floats, c, h)
+            moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
@@ -115,7 +126,8 @@ def step_simd(floats, ints, trace, running):
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
             moving = moving & (gentle | ~rest_simd(floats))
-        longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle)
+            longest = where(turning, reach, longest)
+        longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
@@ -148,6 +160,8 @@ def step_simd(floats, ints, trace, running):
                 push, sure = hold_simd(floats, c, stuck, two, longest, h)
                 plain = plain & sure
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
+            if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
+                ahead = ahead | still_simd(floats, ints, c, h)
             if SHARP and c == 0:
                 plain = plain & resolved_simd(floats, side, start, change, h, plain)
             clear = ~plain | ahead
@@ -194,6 +208,24 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
+
+
+def still_simd(floats, ints, c, h):
+    """Where one of several contacts is at rest to rounding over the step, as the middle one of three that are alike.
+
+    As `one_step.first_rest`: it does not turn.
+    """
+    row = VELOCITY_OF[c]
+    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
+    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
+
+
+def doubt_simd(floats, c, h):
+    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
+    row = VELOCITY_OF[c]
+    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
+    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
+    return velocity_tail_simd(floats, row, h) > 0.01 * first + none
 
 
 def rest_simd(floats):

@@ -3,7 +3,16 @@
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import beginning, drive_table, observables
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, STIFF, TIME, WORK
-from vibrocap.numerics.kernel.generated.sizes import LANES, OBSERVABLES, ORDER, ROOM, ROWS, STATES, TABLE_NUMBERS
+from vibrocap.numerics.kernel.generated.sizes import (
+    CONTACTS,
+    LANES,
+    OBSERVABLES,
+    ORDER,
+    ROOM,
+    ROWS,
+    STATES,
+    TABLE_NUMBERS,
+)
 from vibrocap.numerics.kernel.interface import begin_drive, fitting_point
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
@@ -13,21 +22,21 @@ SEEN = INSTANT + STATES
 
 
 def begin(floats, ints, trace, out):
-    """Write to the trace: room and natural sizes of the states, period, contact velocity, holding rate, segments.
+    """Write to the trace: room and natural sizes of the states, period, contact velocities, holding rate, segments.
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
         floats[INSTANT + i] = floats[STATE + i * LANES]
     beginning(floats, 0.0, INSTANT, 1.0, 0, SEEN)
-    for i in range(ROOM + STATES + 2):
+    for i in range(ROOM + STATES + 1 + CONTACTS):
         trace[out + i] = floats[SEEN + i]
-    trace[out + ROOM + STATES + 2] = hold_rate(floats[SEEN + ROOM + STATES], ORDER)
+    trace[out + ROOM + STATES + 1 + CONTACTS] = hold_rate(floats[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
         floats[SCALE + i * LANES] = floats[SEEN + ROOM + i]
     drive_table(floats, 0.0, INSTANT, 1.0, 0, SEEN)
     for i in range(TABLE_NUMBERS):
-        trace[out + ROOM + STATES + 3 + i] = floats[SEEN + i]
+        trace[out + ROOM + STATES + 2 + CONTACTS + i] = floats[SEEN + i]
 
 
 def take_piece(floats, ints, trace, place):
@@ -39,6 +48,8 @@ def take_piece(floats, ints, trace, place):
     begin_drive(floats, ints, trace, 0, 0)
     floats[STEP] = trace[place + 2]
     floats[SIDE] = trace[place + 3]
+    for c in range(1, CONTACTS):
+        floats[SIDE + c] = trace[place + PIECE_HEAD + ROWS * (ORDER + 1) + c - 1]
     ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
     for i in range(ROWS * (ORDER + 1)):
         floats[SERIES + i] = trace[place + PIECE_HEAD + i]

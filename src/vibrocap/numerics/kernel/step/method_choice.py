@@ -35,7 +35,9 @@ TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards
 NEAR_EVENT = 4.0  # explicit steps to an event below which they are taken
 APPROACH = 0.75  # share of the way to an event that an implicit step may go
 EXPLICIT_STEPS = 8  # that are taken then, at least
-IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
+# In Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused. One lane makes it while the others
+# wait, and its linear system grows with every contact.
+IMPLICIT_COST = 5.0 * (LANES * CONTACTS if SEVERAL and LANES > 1 else 1)
 
 
 def chosen_step(floats, ints, lane, remaining):

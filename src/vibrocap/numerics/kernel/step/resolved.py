@@ -61,7 +61,7 @@ def resolved(floats, lane, h):
     change = excursion(floats, VELOCITY + lane, h)
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
     resting = (GAPS or ROUGH) and abs(start) <= FAINT * change
-    if SPARSE:
+    if SPARSE and floats[SIDE + lane] != 0.0:  # of a contact at rest the series is rounding
         tail = velocity_tail(floats, VELOCITY + lane, h)
         if ROUGH and resting:  # the series of a power that is rounded off at rest has, as v = c t^2, one term in four
             tail += velocity_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)

@@ -1,0 +1,146 @@
+"""What capsules have in common whose inner mass goes round a pivot: a pendulum, or the eccentric mass of a rotor."""
+
+import math
+from typing import Any, ClassVar
+
+from vibrocap.physics.machines.machine import Machine, Positive, Scales, cos, parameter, parameters, sin
+
+STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
+
+LOADS = ("weight", "dynamic")
+
+
+def checked_load(given: Any) -> Any:
+    """A load that a capsule with a bob takes: a number, "weight" or "dynamic"."""
+    number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
+        return given
+    raise ValueError(
+        'should be a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
+    )
+
+
+@parameters
+class PendulumScales(Scales):
+    """Scales of a pendulum of mass m and length l under gravity g_0 (Liu et al. 2019, before eq. 4).
+
+    Mass is counted in m, length in l and time in 1/omega_n = sqrt(l/g_0), so that forces are counted in the weight of
+    the pendulum, m g_0.
+    """
+
+    pendulum_mass_kg: Positive = parameter(..., "m", "mass of the pendulum", unit="kg")
+    pendulum_length_m: Positive = parameter(..., "l", "length of the pendulum", unit="m")
+    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        """m, l, 1/omega_n = sqrt(l/g_0)."""
+        return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
+
+
+class CapsuleWithBob(Machine):
+    """What swings or turns about a pivot on a capsule: a bob at the distance 1, under a torque P (Liu et al. 2019).
+
+    With B = lambda + 1 - cos^2(theta), theta from upright,
+
+        theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
+        X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
+    """
+
+    mass_ratio: Any
+    damping: Any
+
+    states: ClassVar = ("angle", "angle_rate", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+    effort: ClassVar = "torque"
+    si_scales: ClassVar = PendulumScales
+    si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+    gravity: ClassVar = (1.0, 0.0)
+
+    @property
+    def follows_load(self) -> bool:
+        """Whether normal_load is "dynamic"."""
+        return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
+
+    def load(self):
+        """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
+        return self._towards_ground(self.mass_ratio + 1.0) if isinstance(self.normal_load, str) else self.normal_load
+
+    def masses(self):
+        """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
+        return {"velocity": self.mass_ratio + 1.0}
+
+    def _towards_ground(self, mass):
+        """Weight of a mass, normal to the line: g_n times it."""
+        return mass if self.level else self.gravity[0] * mass
+
+    def _inertia(self, y):
+        """B."""
+        return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
+
+    def reaction(self, t, y, drive):
+        """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
+        inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
+        own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
+        return inertia, own - self.mass_ratio * (cosine * (y[1] * y[1])), sine * cosine
+
+    def vertical_momentum(self, t, y):
+        """(cos(theta))' = -sin(theta) theta', of the bob."""
+        return -(sin(y[0]) * y[1])
+
+    def contact_velocity(self, t, y):
+        """X'."""
+        return y[3]
+
+    def _torque(self, y, drive):
+        """P, all torques on the pendulum but the capsule's inertia."""
+        weight = self._towards_ground(sin(y[0]))
+        if not self.level:
+            weight = weight + self.gravity[1] * cos(y[0])
+        return self._less_spring(drive + weight, y) - self.damping * y[1]
+
+    def _less_spring(self, torque, y):
+        """A torque, less that of the spring at the pivot where there is one."""
+        return torque
+
+    def holding_force(self, t, y, drive):
+        """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
+        return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
+
+    def accelerations(self, t, y, drive, force):
+        """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
+
+        y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
+        """
+        capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
+        return self._torque(y, drive) + cos(y[0]) * capsule, capsule
+
+    def rates(self, t, y, drive, force) -> tuple:
+        """y' = (theta', theta'', X', X'')."""
+        pendulum, capsule = self.accelerations(t, y, drive, force)
+        return y[1], pendulum, y[3], capsule
+
+    def energy(self, t, y):
+        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + g_n cos(theta) - g_t sin(theta).
+
+        With the energy of the spring, where there is one. The weight along a slope does work on the capsule besides, as
+        nothing depends on X.
+        """
+        kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
+        total = self._with_spring(kinetic, y) + self._towards_ground(cos(y[0]))
+        return total if self.level else total - self.gravity[1] * sin(y[0])
+
+    def _with_spring(self, energy, y):
+        """An energy, with that of the spring at the pivot where there is one."""
+        return energy
+
+    def momentum(self, t, y):
+        """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
+        return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
+
+    def powers(self, t, y, drive, force, *others) -> tuple:
+        """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
+        return drive * y[1], -self.damping * y[1] * y[1]
