@@ -101,13 +101,14 @@ def test_a_long_row_is_certified():
 @pytest.mark.parametrize("belt", [0.0, 0.2])
 def test_drag_acts_on_every_block_at_its_velocity_over_the_ground(belt):
     """So it is a damper from each block to the ground."""
-    drive, law = vc.Harmonic(amplitude=0.9, frequency=0.9), vc.Coulomb(0.2, 0.3)
+    drive, law = vc.Harmonic(amplitude=0.3, frequency=0.9), vc.Coulomb(0.2, 0.3)
     dragged = vc.System(vc.TwoBlockRow(belt_speed=belt), law, drive, environment=vc.Environment(linear_drag=0.3))
     damped = vc.System(vc.TwoBlockRow(belt_speed=belt, damping=0.3, damping_2=0.3), law, drive)
     start, found = {"position_2": 0.7}, []
     for system in (dragged, damped):
         found.append(vc.simulate(system, initial=start, periods=5, tolerance=1e-12))
         assert found[-1].certificate.ok
+        assert {"stick_2", "slip_back_2"} <= set(found[-1].event_kinds)
     assert list(found[0].state.values()) == pytest.approx(list(found[1].state.values()), abs=1e-9)
 
 
