@@ -1,7 +1,6 @@
 """Orbits of autonomous systems, such as a block on a belt: nothing drives them in time, and the period is unknown."""
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vibrocap.motion.section import brought_back, section_states, winding
 from vibrocap.motion.simulate import simulate
@@ -113,6 +112,8 @@ def _around(motion: Trajectory, name: str, turn: float) -> tuple[np.ndarray, flo
 
     Of several turns as many are taken as bring all other states back best.
     """
+    from scipy.optimize import brentq  # only here: most orbits are found without, and it takes long to load
+
     marks = [event.time for event in motion.events][-2:]
     end = 0.5 * sum(marks) if len(marks) == 2 else motion.end
     times = np.concatenate([np.asarray(motion.piece_start)[np.asarray(motion.piece_start) < end], [end]])
