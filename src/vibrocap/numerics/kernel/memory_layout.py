@@ -186,7 +186,7 @@ class Layout:
             first += size
         raise KeyError(name)
 
-    @property
+    @functools.cached_property
     def sizes(self) -> dict[str, int]:
         """Items per entry of `floats` that have more than one."""
         return {
@@ -258,7 +258,7 @@ class Layout:
         """Numbers in `floats`."""
         return self.places["WORK"] + self.work_size
 
-    @property
+    @functools.cached_property
     def whole_size(self) -> int:
         """Numbers in `ints`."""
         return sum(self.sizes.get(name, 1) for name in INT_ENTRIES) * self.lanes
