@@ -617,9 +617,6 @@ class Solver:
             v = np.array(now.velocities(t, self.y.tolist()), float)
             asked = [k for k in range(n) if now.turns[k] and (k == i or self.sides[k] == 0 or abs(v[k]) <= STILL)]
             came = {k for k in asked if self.sides[k]}
-            if not now.sticks[i]:
-                # it turns; which way is as certain as its acceleration, of which the trial knows
-                pass
             self._turned(t, now.decided(t, self.y.tolist(), self.sides, asked, came))
         self.at = self.origin + t
         return "finished"

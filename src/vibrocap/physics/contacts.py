@@ -89,7 +89,7 @@ class Contact:
 
     @property
     def kinetic(self) -> Interval:
-        """Between the forces of the slowest slides back and forward, and within what it can hold."""
+        """Between the forces of the slowest slides back and forward, which it can hold (`Law.holding_limit`)."""
         back, forward = (self.law.force(0.0, self.internal, side, self.load)[0] for side in (-1.0, 1.0))
         return Interval(back, forward)
 
@@ -204,17 +204,15 @@ class Contacts:
     def _shared(self, at: int):
         """What one contact takes where it rests: its share of what must be held by those that rest."""
         given, each = self.coupling, self.all[at]
+        if not each.sticks:
+            return 0.0
         if not self._sums:
             held = width = 0.0
             for other in self.all:
-                held, width = (
-                    held + _own_share(other),
-                    width + (1.0 - other.slips) * (other.limit + LEAST if other.sticks else 0.0),
-                )
+                held = held + _own_share(other)
+                width = width + (1.0 - other.slips) * (other.limit + LEAST if other.sticks else 0.0)
             self._sums = held, width
         held, width = self._sums
-        if not each.sticks:
-            return 0.0
         middle, own = each.middle - each.push_at_rest, each.limit + LEAST
         total = given.free[at] / given.response[at][at] - (held - _own_share(each)) - middle
         return middle + total * (own / (width + each.slips * own))

@@ -226,7 +226,7 @@ def _switches(system: Any, t, y, sides, velocity, others, forces) -> tuple[tuple
         own = law.switches(*at)
         guards += own
         for which in range(len(own)):
-            outcomes.append(_with_internal(system, mechanical, parts, i, law.after_switch(which, *at)))
+            outcomes.append(_with_internal(mechanical, parts, i, law.after_switch(which, *at)))
     count, (drive, *taken) = len(guards), forces
     own = machine.switches(t, mechanical, drive, *taken)
     for which in range(len(own)):
@@ -240,12 +240,12 @@ def _after_reversals(system: Any, y, sides) -> tuple:
     parts, mechanical = _internal(system, y), tuple(y[: len(system.placed.states)])
     laws = zip(system.laws, system.law_loads, sides, strict=True)
     return tuple(
-        _with_internal(system, mechanical, parts, i, law.after_reversal(parts[i], side, load))
+        _with_internal(mechanical, parts, i, law.after_reversal(parts[i], side, load))
         for i, (law, load, side) in enumerate(laws)
     )
 
 
-def _with_internal(system: Any, mechanical: tuple, parts: list[tuple], number: int, own: Any) -> tuple:
+def _with_internal(mechanical: tuple, parts: list[tuple], number: int, own: Any) -> tuple:
     """All states, with other internal states of one law."""
     parts = [*parts[:number], tuple(own), *parts[number + 1 :]]
     return (*mechanical, *(value for part in (*parts[1:], parts[0]) for value in part))

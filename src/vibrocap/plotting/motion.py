@@ -301,12 +301,14 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     machine = motion.system.machine
     imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
     bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contacts
-    gap = "displacement $z$" if imposed else "gap $z_i$"
-    draw_all(motion, ["drive"] if imposed else gaps or [motion.state_names[0]], gap, start, axes[1])
+    second = ["drive"] if imposed else gaps or [numbered("position", each) for each in contacts]
+    words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
+    draw_all(motion, second, words, start, axes[1])
     draw_all(motion, bodies if imposed else [machine.contact_state, *bodies], "velocity $v_i$", start, axes[2])
     draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
     draw_modes(motion, start, axes[4])
-    for ax, title in zip(axes[1:], ("Gaps", "Bodies", "Contacts", "Modes"), strict=True):
+    titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
+    for ax, title in zip(axes[1:], titles, strict=True):
         ax.set(title=title)
     _share_time(axes[1:])
 
@@ -316,8 +318,14 @@ def _inner_plane(motion: Trajectory) -> tuple[str, str]:
     if isinstance(motion.system.machine, Imposed):
         taken = [name for name in motion.observable_names if name.startswith("actuator_") and name != "actuator_power"]
         return "drive", (*taken, "contact_velocity")[0]
-    inner, rate = motion.state_names[:2]
+    inner, rate = motion.state_names[2:4] if _held_row(motion) else motion.state_names[:2]
     return inner, rate
+
+
+def _held_row(motion: Trajectory) -> bool:
+    """Whether it is one of a row of blocks that are held to their places, whose states stand block by block."""
+    machine = motion.system.machine
+    return bool(machine.contacts) and machine.cyclic is None
 
 
 def _body_velocity(motion: Trajectory) -> str:
@@ -334,8 +342,10 @@ def _body_name(motion: Trajectory) -> str:
 
 
 def _inner_name(motion: Trajectory) -> str:
-    """What moves within the capsule, or the block; of a row of bodies, the first gap."""
+    """What moves within the capsule, or the block; of a row of bodies, the first gap, or the second of held ones."""
     machine = motion.system.machine
+    if _held_row(motion):
+        return "Body 2"
     if machine.contacts:
         return "Gap 1"
     if isinstance(machine, Imposed):

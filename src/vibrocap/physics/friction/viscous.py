@@ -16,7 +16,8 @@ def viscous(law: type[Law]) -> Any:
         R = R_law(v, z) + c_1 v + c_2 |v| v
 
     (Armstrong-Helouvry, Dupont and Canudas de Wit 1994 for c_1; the square is that of a turbulent flow). It vanishes at
-    rest: what a contact holds there, and the states of the law, are the law's. Its loss is one of sliding.
+    rest: what a contact holds there, and the states of the law, are the law's. Its loss is one of sliding. Under a load
+    that follows the motion it grows with the load, as all does that a law says there.
 
     law: a set-valued or kinked law that is not viscous yet
     Returns the class, the same one each time: `viscous(Coulomb)(linear_viscosity=1.0, quadratic_viscosity=0.1)`.

@@ -165,13 +165,6 @@ class BlockRow(Row):
             found = found + 0.5 * stiffness * way * way
         return found
 
-    def momentum(self, t, y):
-        """p = sum of m_i x_i'; its rate is `outer_force` less the sum of the friction forces."""
-        found = 0.0
-        for mass, velocity in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
-            found = found + mass * velocity
-        return found
-
     def powers(self, t, y, drive, force, *others):
         """Power of the drive, sum of a_i drive x_i', of all dampers, and of the belt, -v_b times all friction."""
         driven = damped = belt = 0.0

@@ -107,13 +107,6 @@ class Crawler(Row):
             found = found + 0.5 * stiffness * z * z
         return found
 
-    def momentum(self, t, y):
-        """p = sum of m_i v_i; its rate is minus the sum of the friction forces."""
-        found = 0.0
-        for mass, v in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
-            found = found + mass * v
-        return found
-
     def powers(self, t, y, drive, force, *others):
         """Power of the drive, the sum of a_i drive z_i', and of the dampers, -c_i z_i'^2."""
         driven = damped = 0.0

@@ -64,6 +64,17 @@ class Row(Machine):
         """A parameter of the first so many bodies or gaps."""
         return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
 
+    def _velocities(self, y) -> tuple:
+        """Of all bodies, over the ground at rest."""
+        raise NotImplementedError
+
+    def momentum(self, t, y):
+        """p = sum of m_i x_i'; its rate is `outer_force` less the sum of the friction forces."""
+        found = 0.0
+        for mass, velocity in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
+            found = found + mass * velocity
+        return found
+
     def load(self):
         """N of body 1."""
         return self.normal_load

@@ -173,9 +173,8 @@ def step_simd(floats, ints, trace, running):
                 found = plain & ~clear & (changes == 1.0)
                 if bits(found) != 0:
                     root = root_simd(floats, leading, last, found)
-                    early = (
-                        found & stuck & (root > NEAR)
-                    )  # as in `one_step.step`: the last stretch is a step of its own
+                    # As in `one_step.step`: the last stretch is a step of its own.
+                    early = found & stuck & (root > NEAR)
                     h = where(found, h * root, h)
                     h = where(early, (1.0 - 0.5 * NEAR) * h, h)
                     if SEVERAL:
