@@ -8,6 +8,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.contracts.system_clauses import motion_of, moves, system_of
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
@@ -196,6 +197,27 @@ def test_a_good_part_moves():
     assert report.wrong == ()
     assert report.clauses[-1].clause.startswith("It moves for some periods")
     assert str(report).startswith("The law exponential keeps its contract.\n  ok     ")
+
+
+def test_a_machine_that_ends_at_once_does_not_move():
+    """One that lifts off within a period, however little it is driven, so that nothing can be said of its motion."""
+    light = vc.ModeCouplingBlock(normal_load=0.01)
+    report = vc.check_part(light)
+    assert [each.ok for each in report.clauses[-2:]] == [True, False]
+    assert "ended early: The ground would have to pull" in report.wrong[0]
+    motion = motion_of(system_of(light), light, 0.1)
+    assert 0.0 < motion.end < motion.period
+
+
+def test_a_motion_of_a_machine_with_ends_begins_between_them_and_slides():
+    """Driven in full the linkage comes to its stop at once, and driven little it rests: it is checked in between."""
+    part = vc.LinkageCrawler()
+    motions = {share: motion_of(system_of(part), part, share) for share in (1.0, 0.5, 0.3)}
+    assert [each.status.ok for each in motions.values()] == [False, False, True]
+    assert motions[1.0].end < motions[1.0].period < motions[0.5].end
+    assert motions[0.5].piece_sides.any()
+    assert not motions[0.3].piece_sides.any()
+    assert moves(part) is None
 
 
 def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):

@@ -8,19 +8,22 @@ from vibrocap.contracts.samples import draws, machine_draw, random_internal, ran
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.flow import BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 20
-WEAKER = (0.3, 0.1)  # shares of the drive and of the start with which a machine that lifts off is tried again
+SHARES = (1.0, 0.7, 0.5, 0.3, 0.2, 0.1)  # of drive and start, until a contact slides and no end of the equations is met
+ENDS = {Status(kind.replace("_", " ")) for kind in BOUNDS}  # an answer of a machine, if it has moved for a period
 PERIODS, TOLERANCES = 5, 100  # of the motion; what its residuals may be, in tolerances: they shrink with it
 
 
@@ -112,14 +115,14 @@ def surrounded(machine: Any) -> str | None:
 
 def moves(part: Any) -> str | None:
     """It moves for some periods, and the motion is certified."""
-    system = system_of(part)
-    motion = simulate(system, initial={system.state_names[0]: 1.0}, periods=PERIODS)
-    for share in WEAKER if isinstance(system.drive, Loading) else ():
-        if motion.status is not Status.LIFT_OFF:  # which is an answer of a machine that makes its own load
+    system, tried = system_of(part), []
+    for share in SHARES:
+        tried.append(motion := motion_of(system, part, share))
+        if motion.status not in ENDS and (motion.piece_sides.any() or not motion.status.ok):
             break
-        weaker = system.with_parameters({"drive.amplitude": share * system.parameter("drive.amplitude")})
-        motion = simulate(weaker, initial={system.state_names[0]: share}, periods=PERIODS)
-    if not motion.status.ok:
+    else:
+        motion = max(tried, key=lambda each: (bool(each.piece_sides.any()), each.end))
+    if not motion.status.ok and (motion.status not in ENDS or motion.end < motion.period):
         return f"the motion of {_others(system, part)} ended early: {motion.status.text}"
     found = dataclasses.asdict(motion.certificate)
     bound = TOLERANCES * motion.tolerance
@@ -129,6 +132,14 @@ def moves(part: Any) -> str | None:
     if not motion.certificate.ok:
         return f"the motion of {_others(system, part)} is not certified: {'; '.join(motion.certificate.failures)}"
     return None
+
+
+def motion_of(system: System, part: Any, share: float) -> Trajectory:
+    """A motion of the system from its first state, within the room of its machine; both weaker by a share."""
+    if not isinstance(part, Drive):
+        system = system.with_parameters({"drive.amplitude": share * system.parameter("drive.amplitude")})
+    start = within_room(system.placed, (share, *(0.0 for _ in system.placed.states[1:])))
+    return simulate(system, initial=dict(zip(system.placed.states, start, strict=True)), periods=PERIODS)
 
 
 def _others(system: System, part: Any) -> str:
