@@ -318,5 +318,5 @@ def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
         assert case.system.friction.coefficient == 1.0
         assert case_from_text(case_text(case)) == case
     finally:
-        sys.modules.pop("vibrocap.physics.friction.viscous", None)
+        sys.modules.pop("vibrocap.physics.friction.oil", None)
         laws.cache_clear()
