@@ -57,8 +57,8 @@ def series(system, start, side, balanced):
     with pytest.MonkeyPatch.context() as patch:
         if not balanced:
 
-            def explicit(graph, rates, simd, balance, polynomials):
-                return JetWriter(graph, rates, simd, polynomials=polynomials)
+            def explicit(graph, rates, code, balance):
+                return JetWriter(graph, rates, code)
 
             patch.setattr(source, "JetWriter", explicit)
         kernel = kernel_of(system, 12)

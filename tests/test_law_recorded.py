@@ -73,8 +73,8 @@ def test_series_of_a_law_solve_its_equations(law):
     writer = JetWriter(graph, [graph.expression(rate) for rate in rates])
     names = {"math": math, "floats": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding": side}
     wanted = [[writer.coefficient(e.index, k) for k in range(ORDER + 1)] for e in (*z, *followed)]
-    exec("\n".join(writer.lines), names)
-    series = [[eval(value, names) for value in row] for row in wanted]
+    exec("\n".join(writer.code.lines), names)
+    series = [[eval(value.text, names) for value in row] for row in wanted]
     with mp.workdps(40):
 
         def said(s):

@@ -278,7 +278,7 @@ def test_load_follows_from_the_vertical_momentum():
         recorded = equations(capsule(law=law))
         assert recorded.balance is not None  # the two agree, to 1e-9 at points drawn at random
         assert recorded.balance.normal is not None
-        assert JetWriter(recorded.graph, list(recorded.rates), False, recorded.balance).balance is not None
+        assert JetWriter(recorded.graph, list(recorded.rates), balance=recorded.balance).balance is not None
 
 
 def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):

@@ -244,8 +244,8 @@ def test_recurrences(name, x0):
     writer = JetWriter(graph, [1.0 + x / 3.0])
     found = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
     names = {"math": math, "floats": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding": 1.0}
-    exec("\n".join(writer.lines), names)
-    found = [eval(value, names) for value in found]
+    exec("\n".join(writer.code.lines), names)
+    found = [eval(value.text, names) for value in found]
     with mp.workdps(50):
         exact = mp.taylor(
             lambda s: expression(Real((x0 + 3) * mp.exp(s / 3) - 3), Real(t0 + s)).value, mp.mpf(0), ORDER

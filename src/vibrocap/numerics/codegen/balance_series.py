@@ -5,7 +5,7 @@ It leaves few products where the solved equations have many.
 
 from typing import Any
 
-from vibrocap.numerics.codegen.latency_order import Term, combined
+from vibrocap.numerics.codegen.straight_line import ZERO, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.balance import Balance
 from vibrocap.numerics.expressions.graph import Expression, sensitivity
 
@@ -69,7 +69,7 @@ class BalanceWriter:
                 return a + b == 1 and self._simple(operands[0 if a == 0 else 1])
         return op in ("add", "sub", "neg", "mul") and all(self._simple(i) for i in operands)
 
-    def formula(self, index: int, op: str, operands: list, k: int) -> str | None:
+    def formula(self, index: int, op: str, operands: list, k: int) -> Formula | None:
         """The coefficient k of a node, where it is written in another way than elsewhere."""
         if index == self.balance.acceleration.index:
             return self.acceleration(k)
@@ -79,15 +79,14 @@ class BalanceWriter:
             fixed, open_ = self._sides(index)
             if fixed is None:
                 return None
-            newest = self.writer.products([((fixed, 0), (open_, k))])
-            return " + ".join(filter(None, (self._settled(index, k), newest))) or "0.0"
+            return self._settled(index, k) + self.writer.products([((fixed, 0), (open_, k))])
         return None
 
     def is_open(self, index: int) -> bool:
         """Whether coefficient k of a node is c + d a_k, with one and the same d at every order."""
         return self.level(index) == 0 and self._simple(index)
 
-    def _slope(self, index: int) -> str:
+    def _slope(self, index: int) -> Formula:
         """The factor d of the acceleration in an open node."""
         graph, acceleration = self.writer.graph, self.balance.acceleration
         slope = sensitivity(Expression(graph, index), acceleration.index)
@@ -101,12 +100,12 @@ class BalanceWriter:
             return (None, a) if self.level(b) == level else (b, a)
         return a, b
 
-    def _settled(self, index: int, k: int) -> str:
+    def _settled(self, index: int, k: int) -> Formula:
         """What coefficient k of a product is but for the newest one of the factor that contains the acceleration."""
         fixed, open_ = self._sides(index)
         assert fixed is not None
         known = self.writer.products(((fixed, i), (open_, k - i)) for i in range(1, k + 1))
-        return self.writer.named(("settled", index, k), f"o{self.writer.number(index)}_{k}", known) if known else ""
+        return self.writer.named("o", known, index, k)
 
     def without(self, index: int, k: int) -> list[Term]:
         """The coefficient k of a node of level 0, but for what a_k adds."""
@@ -120,102 +119,87 @@ class BalanceWriter:
         if op == "mul":
             fixed, open_ = self._sides(index)
             assert fixed is not None
-            settled = self._settled(index, k)
-            return [*([(1, settled)] if settled else []), *self._times(fixed, self.without(open_, k))]
+            return [(1, self._settled(index, k)), *self._times(fixed, self.without(open_, k))]
         return combined(op, [self.without(i, k) for i in operands])
 
     def rate_without(self, index: int, k: int) -> list[Term]:
         """k times the coefficient k of a node of level 1, but for what a_(k-1) adds."""
         op, *operands = self.writer.graph.nodes[index]
         if self.level(index) is None:
-            value = self.writer.coefficient(index, k)
-            return [] if value == "0.0" else [(1, value if k == 1 else f"{float(k)!r} * {value}")]
+            return [(1, _multiple(k, self.writer.coefficient(index, k)))]
         if op == "state":
             return self._rate(self.writer.rates[operands[0]].index, k - 1)
         if op == "mul":
             fixed, open_ = self._sides(index)
             assert fixed is not None
-            settled = self._settled(index, k)
-            first = [(1, settled if k == 1 else f"{float(k)!r} * {settled}")] if settled else []
-            return [*first, *self._times(fixed, self.rate_without(open_, k))]
+            return [(1, _multiple(k, self._settled(index, k))), *self._times(fixed, self.rate_without(open_, k))]
         return combined(op, [self.rate_without(i, k) for i in operands])
 
     def _times(self, factor: int, terms: list[Term]) -> list[Term]:
         """Terms times the first coefficient of a factor: each, or their sum where some are products already."""
-        if not terms:
-            return []
-        start = self.writer.coefficient(factor, 0)
-        if all(text.isidentifier() for _, text in terms):
-            return [(sign, f"{start} * {text}") for sign, text in terms]
-        return [(1, f"{start} * ({self.writer.latency.sum(terms)})")]
+        start, terms = self.writer.coefficient(factor, 0), [term for term in terms if term[1] is not ZERO]
+        if all(size.is_name for _, size in terms):
+            return [(sign, start * size) for sign, size in terms]
+        return [(1, start * total(terms))]
 
     def _holding(self, k: int) -> list[Term]:
         outer = self.writer.signed_terms(self.balance.outer.index, k, inner=True)
         return combined("sub", [outer, self.rate_without(self.balance.momentum.index, k + 1)])
 
-    def holding(self, k: int) -> str:
+    def holding(self, k: int) -> Formula:
         """Coefficient k of the force that would hold the contact, if it rests."""
-        value = self.writer.latency.sum(self._holding(k))
-        return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
+        return self.writer.code.name(f"hold_{k}", total(self._holding(k)))
 
-    def hold(self, k: int) -> str:
+    def hold(self, k: int) -> Formula:
         """The same over the middle of what the contact can hold, which moves with the load."""
         middle = self.balance.middle
-        moved = "0.0" if middle is None else self.writer.coefficient(middle.index, k)
-        return self.holding(k) if moved == "0.0" else f"{self.holding(k)} - {moved}"
+        return self.holding(k) - (ZERO if middle is None else self.writer.coefficient(middle.index, k))
 
-    def _load(self, index: int, k: int) -> str:
+    def _load(self, index: int, k: int) -> Formula:
         """Coefficient k of the normal load while the contact slides, or but for what a_k adds."""
         writer, normal = self.writer, self.balance.normal
         assert normal is not None
         if index == self.loads[1]:
             mean = [(1, writer.coefficient(normal.mean.index, 0))] if k == 0 else []
-            return writer.latency.sum([*mean, *self.rate_without(normal.momentum.index, k + 1)])
+            return total([*mean, *self.rate_without(normal.momentum.index, k + 1)])
         slope = writer.coefficient(self.balance.slope(normal.momentum, writer.rates).index, 0)
-        return f"{writer.coefficient(self.loads[1], k)} + {slope} * {writer.coefficient(self._acceleration, k)}"
+        return writer.coefficient(self.loads[1], k) + slope * writer.coefficient(self.balance.acceleration.index, k)
 
-    @property
-    def _acceleration(self) -> int:
-        return self.balance.acceleration.index
-
-    def acceleration(self, k: int) -> str:
+    def acceleration(self, k: int) -> Formula:
         """a_k."""
-        force = self._force(k)
-        return force if force == "0.0" else f"{force} * {self._mobility()}"
+        return self._force(k) * self._mobility()
 
-    def _force(self, k: int) -> str:
+    def _force(self, k: int) -> Formula:
         """What a_k is but for one over the inertia."""
         writer = self.writer
-        if self.balance.share.value == 1.0:  # the force that holds is not asked for itself
-            held = self._holding(k)
-        else:
-            held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
+        # Where the contact cannot rest the force that holds is not asked for itself.
+        held = self._holding(k) if self.balance.share.value == 1.0 else [(1, self.holding(k))]
         friction = self.balance.friction.index
         friction = writer.signed_terms(friction, k) if self.level(friction) is None else self.without(friction, k)
-        force = writer.latency.sum(combined("sub", [held, friction]))
-        return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
+        return writer.code.name(f"force_{k}", total(combined("sub", [held, friction])))
 
-    def _mobility(self, k: int = 1) -> str:
+    def _mobility(self, k: int = 1) -> Formula:
         """One over k times the inertia."""
         writer = self.writer
         if k > 1:
-            return writer.named(("mobility", k), f"mobility_{k}", f"{self._mobility()} * {1.0 / k!r}")
+            return writer.code.name(f"mobility_{k}", self._mobility() * literal(1.0 / k))
         inertia = writer.coefficient(self.balance.inertia(writer.rates).index, 0)
         share = writer.coefficient(self.balance.share.index, 0)
-        return writer.named(("mobility", 1), "mobility", f"{share} / {inertia}")
+        return writer.code.name("mobility", share / inertia)
 
-    def state(self, rate: int, k: int) -> str:
+    def state(self, rate: int, k: int) -> Formula:
         """Coefficient k of a state whose rate is an open node, without waiting for a_(k-1) itself."""
-        writer, terms = self.writer, [(sign, f"{text} * {1.0 / k!r}") for sign, text in self._rate(rate, k - 1)]
+        terms = [(sign, size * literal(1.0 / k)) for sign, size in self._rate(rate, k - 1)]
         force, slope, factor = self._force(k - 1), self._slope(rate), self._mobility(k)
-        if slope != "1.0":
-            factor = writer.named(("mobility", rate, k), f"mobility_{writer.number(rate)}_{k}", f"{factor} * {slope}")
-        return writer.latency.sum(terms if force == "0.0" else [*terms, (1, f"{force} * {factor}")])
+        if slope.number != 1.0:
+            factor = self.writer.named("mobility_", factor * slope, rate, k)
+        return total([*terms, (1, force * factor)])
 
     def _rate(self, index: int, k: int) -> list[Term]:
         """`without` of a rate, as one name if it has several terms, as state and momentum both need it."""
-        terms = self.without(index, k)
-        if len(terms) < 2:
-            return terms
-        name = f"e{self.writer.number(index)}_{k}"
-        return [(1, self.writer.named(("without", index, k), name, self.writer.latency.sum(terms)))]
+        terms = [term for term in self.without(index, k) if term[1] is not ZERO]
+        return terms if len(terms) < 2 else [(1, self.writer.named("e", total(terms), index, k))]
+
+
+def _multiple(k: int, value: Formula) -> Formula:
+    return value if k == 1 else literal(float(k)) * value

@@ -6,7 +6,7 @@ enclosure is a matter of factors here, not of last digits.
 
 from collections.abc import Callable
 
-from vibrocap.numerics.codegen.jets import POLYNOMIALS
+from vibrocap.numerics.codegen.straight_line import POLYNOMIALS
 from vibrocap.numerics.expressions.graph import Graph
 
 MOST_EXPONENT = 700.0  # exp of more is as good as infinite here, and no overflow

@@ -11,6 +11,7 @@ from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -110,30 +111,29 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
-    writer = JetWriter(graph, list(equations.rates), simd, equations.balance, polynomials=loop != "ensemble")
+    code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
+    writer = JetWriter(graph, list(equations.rates), code, equations.balance)
     watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
-    head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
-    head += [f"sliding_{i} = {writer.entry(f'SIDE + {i} * LANES')}" for i in range(1, layout.contacts)]
+    code.name("time", code.entry("TIME"))
+    code.name("sliding", code.entry("SIDE"))
+    for i in range(1, layout.contacts):
+        code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
     held_from = rows + 4 + layout.switches + layout.imposed + layout.shifts
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
 
-    def put(place: str, value: str) -> None:
-        """Write a value to memory as soon as it is known: values wait in registers, of which there are few."""
-        writer.lines.append(f"store(floats, {place}, {value})" if simd else f"floats[{place} + lane] = {value}")
-
-    def keep(row: int, k: int, value: str) -> None:
-        """Write a coefficient to its place in the series."""
-        put(f"SERIES + {row * (order + 1) + k} * LANES", value)
+    def keep(row: int, k: int, value: Formula) -> None:
+        """Write a coefficient to its place in the series at once: values wait in registers, of which there are few."""
+        code.store(f"SERIES + {row * (order + 1) + k} * LANES", value)
 
     for k in range(order + 1):
         for i in range(states):
             keep(i, k, writer.coefficient(graph.node("state", i).index, k))
         for i, rate in enumerate(integrals, start=states):
             if k == 0:
-                keep(i, 0, writer.entry(f"STATE + {i} * LANES"))
+                keep(i, 0, code.entry(f"STATE + {i} * LANES"))
             else:
-                keep(i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}")
+                keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         if not equations.contacts[0].is_state:
             keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
         if equations.hold is not None and k < order:
@@ -150,21 +150,20 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
             first, *others = (writer.coefficient(rate.index, 0) for rate in decay_rates(equations))
-            writer.lines.append(f"decay = {first}")
-            for other in others:
-                writer.lines.append(
-                    f"decay = where({other} > decay, {other}, decay)" if simd else f"decay = max({other}, decay)"
-                )
-            put("DECAY_RATE", "decay")
+            decay = code.name("decay", first)
+            for i, other in enumerate(others):
+                larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
+                decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
+            code.store("DECAY_RATE", decay)
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
-                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
+                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
         for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
-    body = [*head, *writer.lines]
+    body = code.lines
     if simd:
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(order, sticks, _limits_are_constant(equations))

@@ -3,6 +3,7 @@
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.codegen.straight_line import Formula, literal
 from vibrocap.numerics.expressions.graph import Expression
 
 TAIL = 4.0  # times the last term: with those that follow it, if each is at most three quarters of the one before
@@ -33,17 +34,17 @@ class LoadSeries:
                 return self.writer.graph.node("cos", inner[0]).index, sign
         return None
 
-    def at_order(self, k: int) -> list[tuple[int, str]]:
-        """(number, text) of the coefficients that are known with the coefficients k of the states."""
+    def at_order(self, k: int) -> list[tuple[int, Formula]]:
+        """(number, value) of the coefficients that are known with the coefficients k of the states."""
         numbers = {0: [], 1: [], 2: [0]}.get(k, [k - 2])
         return [(number, self._term(number)) for number in numbers]
 
-    def _term(self, k: int) -> str:
+    def _term(self, k: int) -> Formula:
         """The coefficient k; of the last one a bound of itself and of all that follow."""
         factor = TAIL if k == self.last else 1.0
         if k == 0:
             return self.writer.coefficient(self.load.index, 0)
         if self.height is None:
-            return f"{self.writer.coefficient(self.load.index, k)} * {factor!r}"
+            return self.writer.coefficient(self.load.index, k) * literal(factor)
         height, sign = self.height
-        return f"{self.writer.coefficient(height, k + 2)} * {sign * factor * (k + 1) * (k + 2)!r}"
+        return self.writer.coefficient(height, k + 2) * literal(sign * factor * (k + 1) * (k + 2))

@@ -1,0 +1,165 @@
+"""Straight-line code: formulas that know when their value is there, and the lines that give them names.
+
+Sums are computed in the order in which they are written. Half of a step passes in chains of operations that wait for
+one another, and a term that is added too early makes all later ones wait for it. So every sum is written with its
+latest term last.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Iterable
+
+from vibrocap.numerics.compiler.subset import LIBRARY
+
+SUM, PRODUCT, ATOM = range(3)  # the outermost operation of a formula; an atom needs no brackets anywhere
+ADDING, MULTIPLYING, DIVIDING, CALLING = 4, 4, 14, 40  # cycles, about those of an x86-64 processor
+POLYNOMIALS = {**LIBRARY, "sqrt": "square_root"}  # of `elementary_polynomials.py`
+
+
+@dataclasses.dataclass(slots=True, eq=False)
+class Formula:
+    """A value of straight-line code, with the operators of a number.
+
+    known: cycles after which it is there, if nothing but its operands delays it
+    factors: of a product, when both factors are known; a product in a sum is free, the left one of two
+    number: of a literal
+    """
+
+    text: str
+    known: int = 0
+    level: int = ATOM
+    factors: int | None = None
+    number: float | None = None
+
+    def __add__(self, other: "Formula") -> "Formula":
+        if other is ZERO or self is ZERO:
+            return self if other is ZERO else other
+        if self.number is not None and other.number is not None:
+            return literal(self.number + other.number)
+        return self._sum("+", other)
+
+    def __sub__(self, other: "Formula") -> "Formula":
+        if other is ZERO or self is ZERO:
+            return self if other is ZERO else -other
+        if self.number is not None and other.number is not None:
+            return literal(self.number - other.number)
+        return self._sum("-", other)
+
+    def __mul__(self, other: "Formula") -> "Formula":
+        if self is ZERO or other is ZERO:
+            return ZERO
+        if self.number is not None and other.number is not None:
+            return literal(self.number * other.number)
+        both = max(self.known, other.known)
+        return Formula(self._joined("*", other, PRODUCT), both + MULTIPLYING, PRODUCT, both)
+
+    def __truediv__(self, other: "Formula") -> "Formula":
+        if self is ZERO:
+            return ZERO
+        return Formula(self._joined("/", other, PRODUCT), max(self.known, other.known) + DIVIDING, PRODUCT)
+
+    def __neg__(self) -> "Formula":
+        if self is ZERO:
+            return ZERO
+        if self.number is not None:
+            return literal(-self.number)
+        if self.level == SUM:
+            return Formula(f"-({self.text})", self.known)
+        text = self.text[1:] if self.text[0] == "-" else f"-{self.text}"
+        return Formula(text, self.known, self.level, self.factors)
+
+    def _sum(self, sign: str, other: "Formula") -> "Formula":
+        if self.factors is not None:
+            operands = self.factors, other.known
+        else:
+            operands = self.known, other.known if other.factors is None else other.factors
+        return Formula(self._joined(sign, other, SUM), max(operands) + ADDING, SUM)
+
+    def _joined(self, operator: str, other: "Formula", level: int) -> str:
+        left = self.text if self.level >= level else f"({self.text})"
+        return f"{left} {operator} {other.text if other.level > level else f'({other.text})'}"
+
+    @property
+    def is_name(self) -> bool:
+        """Whether it is a name, neither a number nor a formula."""
+        return self.text.isidentifier()
+
+
+def literal(number: float) -> Formula:
+    """A number."""
+    return Formula(repr(number), number=number)
+
+
+ZERO = Formula("0.0", number=0.0)  # what vanishes for every value of the operands: it leaves no trace in a formula
+Term = tuple[int, Formula]  # of a sum: sign and size
+
+
+def total(terms: Iterable[Term]) -> Formula:
+    """The sum of terms, the latest last; ZERO of none."""
+    ordered = sorted((term for term in terms if term[1] is not ZERO), key=lambda term: term[1].known)
+    first = next((i for i, (sign, _) in enumerate(ordered) if sign > 0), None)
+    if first is None:
+        return -total((1, size) for _, size in ordered) if ordered else ZERO
+    ordered.insert(0, ordered.pop(first))
+    if len(ordered) > 1 and ordered[1][0] > 0 and all(size.factors is not None for _, size in ordered[:2]):
+        ordered[:2] = ordered[1::-1]  # of two products that are added the left one is free
+    return functools.reduce(
+        lambda done, term: done + term[1] if term[0] > 0 else done - term[1], ordered[1:], ordered[0][1]
+    )
+
+
+def combined(op: str, operands: Iterable[Iterable[Term]]) -> list[Term]:
+    """The terms of a sum, a difference or a negative ("add", "sub", "neg") of operands that are given as terms."""
+    signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
+    return [(sign * own, size) for sign, terms in zip(signs, operands, strict=True) for own, size in terms]
+
+
+@dataclasses.dataclass(frozen=True)
+class Lanes:
+    """How the code of one lane, or of all at once, is written: each name stands for a number, or for one of each."""
+
+    entry: str
+    store: str
+    reading: int  # cycles until an entry is there
+
+
+ONE = Lanes(entry="floats[{} + lane]", store="floats[{} + lane] = {}", reading=0)
+ALL = Lanes(entry="load(floats, {})", store="store(floats, {}, {})", reading=CALLING + ADDING)
+
+
+class Code:
+    """Lines of straight-line code.
+
+    polynomials: with the elementary functions of `elementary_polynomials.py`, not of the library
+    """
+
+    def __init__(self, lanes: Lanes = ONE, polynomials: bool = False):
+        self.lanes, self.polynomials = lanes, polynomials
+        self.lines: list[str] = []
+        self._kept: dict[str, Formula] = {}
+
+    def name(self, name: str, formula: Formula) -> Formula:
+        """What a formula is kept under; its line is written if the name is new. What vanishes needs no name."""
+        if formula is ZERO:
+            return ZERO
+        if name not in self._kept:
+            self._kept[name] = Formula(name, formula.known)
+            self.lines.append(f"{name} = {formula.text}")
+        return self._kept[name]
+
+    def entry(self, place: str) -> Formula:
+        """What stands at a place of the memory."""
+        return Formula(self.lanes.entry.format(place), self.lanes.reading)
+
+    def store(self, place: str, value: Formula) -> None:
+        """Write a value to memory."""
+        self.lines.append(self.lanes.store.format(place, value.text))
+
+    def function(self, op: str, x: Formula) -> Formula:
+        """Value of an elementary function."""
+        if not self.polynomials:
+            return Formula(f"math.{op}({x.text})", x.known + CALLING)
+        if op not in ("sin", "cos"):
+            return Formula(f"{POLYNOMIALS[op]}({x.text})", x.known + CALLING)
+        pair = self.name(f"pair_{x.text}", Formula(f"sine_cosine({x.text})", x.known + CALLING))
+        return Formula(f"{pair.text}[{0 if op == 'sin' else 1}]", pair.known)
