@@ -1,0 +1,180 @@
+"""Folds and Hopf points of equilibria: each the root of an equation of its own, with exact second derivatives.
+
+With J = df/dy and q the parameter:
+
+    fold            f = 0,   J a = 0,                       l . a = 1                       unknowns y, q, a
+    Hopf            f = 0,   J v = i omega v,               l . v = 1       (complex)       y, q, v, omega
+    mode coupling   f = 0,   J v = i omega v,  (J - i omega) w = v,  l . v = 1,  l . w = 0  y, q, v, w, omega
+
+(Moore and Spence 1980 and Griewank and Reddien 1983 of the first two.) The last is where two frequencies of a system
+without damping meet: it has more equations than unknowns, which agree, and is solved by least squares.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.orbits.equilibria.steady_equations import Mode
+
+MOST_STEPS = 40
+ROUNDINGS = 16.0  # rounding errors of one evaluation of the equations, over the product of its terms with eps
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Located:
+    """A root: the point x, the error of the parameter by rounding, omega (0: a fold) and v or a, over natural sizes."""
+
+    x: np.ndarray
+    error: float
+    frequency: float
+    vector: np.ndarray
+
+
+def fold(mode: Mode, x: np.ndarray) -> Located | None:
+    """The fold near a point; None where Newton's method leads to none."""
+    n = mode.count
+    vector = np.linalg.svd(mode.jacobian(x))[2][-1]
+    constant = vector.copy()
+
+    def system(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        at, a = u[: n + 1], u[n + 1 :]
+        derivative, curvature = mode.derivative(at), mode.curvature(at)
+        jacobian = derivative[:, :n]
+        matrix = np.zeros((2 * n + 1, 2 * n + 1))
+        matrix[:n, : n + 1] = derivative
+        matrix[n : 2 * n, : n + 1] = np.einsum("jkx,k->jx", curvature, a)
+        matrix[n : 2 * n, n + 1 :] = jacobian
+        matrix[2 * n, n + 1 :] = constant
+        values = np.concatenate((mode.rates(at), jacobian @ a, [constant @ a - 1.0]))
+        noise = np.concatenate((_noise(mode, derivative, at), np.abs(jacobian) @ np.abs(a), [1.0]))
+        return values, matrix, noise
+
+    found = _newton(system, np.concatenate((x, vector)), n)
+    if found is None:
+        return None
+    u, error = found
+    return Located(u[: n + 1], error * mode.width, 0.0, u[n + 1 :])
+
+
+def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Located | None:
+    """The Hopf point near a point with the eigenvalue `guess`; coupled: where two frequencies meet.
+
+    None where Newton's method leads to none, or to a pair of real eigenvalues.
+    """
+    n = mode.count
+    values, vectors = np.linalg.eig(mode.jacobian(x))
+    vector = vectors[:, np.argmin(np.abs(values - guess))]
+    constant = vector.conj() / np.linalg.norm(vector) ** 2
+    frequency = float(guess.imag)
+    start = [x, [frequency], vector.real, vector.imag]
+    if coupled:
+        unit = mode.jacobian(x) - 1j * frequency * np.eye(n)
+        second = np.linalg.lstsq(np.vstack((unit, constant)), np.append(vector, 0.0), rcond=1e-6)[0]
+        start += [second.real, second.imag]
+
+    def system(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        at, omega = u[: n + 1], u[n + 1]
+        v = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
+        derivative, curvature = mode.derivative(at), mode.curvature(at)
+        jacobian = derivative[:, :n]
+        unit, size = jacobian - 1j * omega * np.eye(n), np.abs(jacobian) + abs(omega) * np.eye(n)
+        width = len(u)
+        rows = [np.hstack((derivative, np.zeros((n, width - n - 1)))).astype(complex)]
+        eigen = np.zeros((n, width), dtype=complex)
+        eigen[:, : n + 1] = np.einsum("jkx,k->jx", curvature, v)
+        eigen[:, n + 1] = -1j * v
+        eigen[:, n + 2 : 2 * n + 2], eigen[:, 2 * n + 2 : 3 * n + 2] = unit, 1j * unit
+        normal = np.zeros((1, width), dtype=complex)
+        normal[0, n + 2 : 2 * n + 2], normal[0, 2 * n + 2 : 3 * n + 2] = constant, 1j * constant
+        rows += [eigen, normal]
+        values = [mode.rates(at).astype(complex), unit @ v, [constant @ v - 1.0]]
+        noise = [_noise(mode, derivative, at), size @ np.abs(v), [1.0]]
+        if coupled:
+            w = u[3 * n + 2 : 4 * n + 2] + 1j * u[4 * n + 2 :]
+            chain = np.zeros((n, width), dtype=complex)
+            chain[:, : n + 1] = np.einsum("jkx,k->jx", curvature, w)
+            chain[:, n + 1] = -1j * w
+            chain[:, n + 2 : 2 * n + 2], chain[:, 2 * n + 2 : 3 * n + 2] = -np.eye(n), -1j * np.eye(n)
+            chain[:, 3 * n + 2 : 4 * n + 2], chain[:, 4 * n + 2 :] = unit, 1j * unit
+            across = np.zeros((1, width), dtype=complex)
+            across[0, 3 * n + 2 : 4 * n + 2], across[0, 4 * n + 2 :] = constant, 1j * constant
+            rows += [chain, across]
+            values += [unit @ w - v, [constant @ w]]
+            noise += [size @ np.abs(w) + np.abs(v), [1.0]]
+        matrix, value, noises = np.vstack(rows), np.concatenate(values), np.concatenate(noise)
+        # Rates are real: their imaginary rows are nothing.
+        return (
+            np.concatenate((value.real, value.imag[n:])),
+            np.vstack((matrix.real, matrix.imag[n:])),
+            np.concatenate((noises, noises[n:])),
+        )
+
+    found = _newton(system, np.concatenate(start), n)
+    if found is None or not abs(found[0][n + 1]) > 1e-8 * np.max(np.abs(values), initial=0.0):
+        return None
+    u, error = found
+    vector = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
+    sign = 1.0 if u[n + 1] > 0.0 else -1.0
+    return Located(u[: n + 1], error * mode.width, abs(float(u[n + 1])), vector if sign > 0.0 else vector.conj())
+
+
+def _noise(mode: Mode, derivative: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """What inputs that are rounded in their last digit change the rates by."""
+    share = abs(mode.between[0]) / mode.width + abs(x[-1])
+    return np.abs(derivative) @ np.append(np.abs(x[:-1]), share)
+
+
+def _newton(
+    system: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]], u: np.ndarray, place: int
+) -> tuple[np.ndarray, float] | None:
+    """(root, error of its component `place` by rounding); None where Newton's method does not arrive."""
+    last = np.inf
+    for _ in range(MOST_STEPS):
+        values, matrix, noise = system(u)
+        if not (np.all(np.isfinite(values)) and np.all(np.isfinite(matrix))):
+            return None
+        rows = np.linalg.norm(matrix, axis=1)
+        rows = np.where(rows > 0.0, rows, 1.0)
+        columns = np.linalg.norm(matrix / rows[:, None], axis=0)
+        columns = np.where(columns > 0.0, columns, 1.0)
+        inverse = np.linalg.pinv(matrix / rows[:, None] / columns, rcond=1e-15) / columns[:, None] / rows
+        step = -inverse @ values
+        u = u + step
+        size = float(np.max(np.abs(step)))
+        if size <= 1e-9 * (1.0 + float(np.max(np.abs(u)))) and size >= 0.3 * last or size == 0.0:
+            eps = float(np.finfo(float).eps)
+            error = ROUNDINGS * eps * float(np.abs(inverse[place]) @ noise) + 2.0 * abs(float(step[place]))
+            return u, error
+        last = size
+    return None
+
+
+def first_lyapunov_coefficient(mode: Mode, found: Located) -> float:
+    """Of a Hopf point (Kuznetsov 2004, eq. 5.39), of an eigenvector of length 1 over natural sizes.
+
+    Negative: a stable cycle is born on the side of unstable sliding (supercritical); positive: an unstable one on the
+    side of stable sliding (subcritical). Second derivatives are exact, third ones a difference of those.
+    """
+    n, x, omega = mode.count, found.x, found.frequency
+    jacobian, bilinear = mode.jacobian(x), mode.curvature(x)[:, :, :n]
+    q = found.vector / np.linalg.norm(found.vector)
+    values, vectors = np.linalg.eig(jacobian.T)
+    p = vectors[:, np.argmin(np.abs(values + 1j * omega))]
+    p = p / np.conj(np.vdot(p, q))
+
+    def b(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.einsum("jkl,k,l->j", bilinear, u, v)
+
+    def c(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
+        nudge, total = 1e-4 / max(float(np.max(np.abs(w))), 1e-300), np.zeros(n, dtype=complex)
+        for unit, part in ((1.0, w.real), (1j, w.imag)):
+            along = np.append(part * nudge, 0.0)
+            slope = (mode.curvature(x + along) - mode.curvature(x - along))[:, :, :n] / (2.0 * nudge)
+            total += unit * np.einsum("jkl,k,l->j", slope, u, v)
+        return total
+
+    third = c(q, q, q.conj())
+    mean = np.linalg.lstsq(jacobian, b(q, q.conj()), rcond=1e-13)[0]
+    double = np.linalg.lstsq(2j * omega * np.eye(n) - jacobian, b(q, q), rcond=1e-13)[0]
+    return float(np.real(np.vdot(p, third - 2.0 * b(q, mean) + b(q.conj(), double)))) / (2.0 * omega)

@@ -1,0 +1,228 @@
+"""Equilibria of a system that nothing drives in time: steady sliding and sets of rest, with their eigenvalues."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, shown
+from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
+from vibrocap.orbits.equilibria.search import SteadyState, steady_states
+from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.physics.system import System
+from vibrocap.results import Result
+
+NEUTRAL = 1e-10  # real part over the largest eigenvalue below which its sign is rounding
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(Result):
+    """A state at which all rates vanish but that of travel, or a set of them.
+
+    sides: of each contact: +1 or -1 where it slides, 0 where it rests. state: by name; amid a set. least, most: of each
+    state over the set, which of a single state are the state. dimension: of the set; 0: a single state.
+    travel: rate of the cyclic coordinate; None where there is none.
+    friction: force at each contact.
+    eigenvalues: of the linearised equations, complex, largest real part first, with those along the set, which are
+        zero. Velocities that are exactly zero at rest have none.
+    stable: whether all others have negative real parts: for a set, whether the interior attracts; None where the
+        linearised equations do not decide: an eigenvalue on the imaginary axis, or bristles at rest, whose rates have
+        a kink there.
+    """
+
+    system: System
+    sides: tuple[int, ...]
+    state: dict[str, float]
+    least: dict[str, float]
+    most: dict[str, float]
+    dimension: int
+    travel: float | None
+    friction: tuple[float, ...]
+    eigenvalues: np.ndarray
+    stable: bool | None
+
+    @property
+    def kind(self) -> str:
+        """ "steady sliding", "rest", or, where some contacts rest, "partial rest"."""
+        if 0 not in self.sides:
+            return "steady sliding"
+        return "rest" if not any(self.sides) else "partial rest"
+
+    @property
+    def stability(self) -> str:
+        """In a word."""
+        return {True: "stable", False: "unstable", None: "not decided"}[self.stable]
+
+    @property
+    def frequency(self) -> float | None:
+        """Angular frequency of the oscillation that decays least or grows most; None where nothing oscillates."""
+        pairs = self.eigenvalues[self.eigenvalues.imag > 0.0]
+        return float(pairs[np.argmax(pairs.real)].imag) if len(pairs) else None
+
+    @property
+    def heading(self) -> str:
+        what = self.kind if not self.dimension else f"set of {self.kind}, dimension {self.dimension}"
+        return f"{what}, {self.stability}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        spans = {
+            name: f"{value:.10g}" if self.least[name] == self.most[name]
+            else f"{self.least[name]:.10g} to {self.most[name]:.10g}"
+            for name, value in self.state.items() if name != self.system.machine.cyclic
+        }  # fmt: skip
+        travels = {} if self.travel is None or not any(self.sides) else {"travel": f"{self.travel:.10g} per time"}
+        shown_values = ", ".join(_written(value) for value in self.eigenvalues)
+        return {**spans, **travels, "eigenvalues": shown_values or "none"}
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each state: its value and, over a set, the least and the largest."""
+        return [
+            {"state": name, "value": value, "least": self.least[name], "most": self.most[name]}
+            for name, value in self.state.items()
+        ]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Equilibria(Result):
+    """All equilibria that were found: steady sliding first, each sort by its first state."""
+
+    system: System
+    found: tuple[Equilibrium, ...]
+
+    def __len__(self) -> int:
+        return len(self.found)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return iter(self.found)
+
+    def __getitem__(self, index: int) -> Equilibrium:
+        return self.found[index]
+
+    @property
+    def sliding(self) -> tuple[Equilibrium, ...]:
+        """States in which every contact slides."""
+        return tuple(each for each in self.found if each.kind == "steady sliding")
+
+    @property
+    def resting(self) -> tuple[Equilibrium, ...]:
+        """States and sets in which some contact rests."""
+        return tuple(each for each in self.found if each.kind != "steady sliding")
+
+    @property
+    def heading(self) -> str:
+        return f"{len(self.found)} equilibria" if len(self.found) != 1 else "1 equilibrium"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        return {f"[{i}]": each.heading for i, each in enumerate(self.found)} or {"found": "none"}
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each equilibrium."""
+        return [
+            {"kind": each.kind, "stability": each.stability, "dimension": each.dimension, **each.state}
+            for each in self.found
+        ]
+
+    def __str__(self) -> str:
+        """The equilibria in words."""
+        lines = [self.heading + (":" if self.found else " found.")]
+        for i, each in enumerate(self.found):
+            lines.append(f"  [{i}] {each.heading}")
+            lines += [f"        {name:20s} {text}" for name, text in each.facts.items()]
+        return "\n".join(lines)
+
+
+def equilibria(system: System) -> Equilibria:
+    """States of steady sliding and sets of rest of a system that nothing drives in time, and their stability.
+
+        y' = f(y) = 0 but for the travel,      eigenvalues of df/dy in the mode of the contacts
+
+    A block that slides steadily on a belt, a capsule that slides down a slope at constant speed (its position grows:
+    steady up to the drift), a pendulum that hangs still. Where a set-valued law holds a contact, all states at which
+    the force needed is within what it can hold are equilibria: an interval of rest, or a set of more dimensions, shown
+    by its extent along each state. Dynamic laws contribute all of their states. Newton's method runs from many starts
+    in every mode of the contacts, on exact derivatives of the recorded equations.
+
+    Returns `Equilibria`, which may be empty: a block that sticks on a moving belt is none, as its spring is stretched.
+    Extents are exact where forces are linear in the states, and a local optimum else. Of more than five contacts only
+    the modes are tried in which all do the same. Raises ArgumentError for a system that is driven in time.
+    """
+    if not isinstance(system, System):
+        raise ArgumentError("system", f"should be a System, got {shown(system)}")
+    problem = SteadyEquations(system)
+    states = steady_states(problem)
+    sets = [_unbounded(each) for each in states if not each.rests.any()]
+    sets += RestSets(problem).of([each for each in states if each.rests.any()])
+    found = [equilibrium(problem, each) for each in sets]
+    order = sorted(found, key=lambda each: (0 in each.sides, each.sides, tuple(each.state.values())))
+    return Equilibria(system, tuple(order))
+
+
+def _unbounded(state: SteadyState) -> RestSet:
+    """States of steady sliding: one, or all along the directions in which nothing changes."""
+    moves = np.any(np.abs(state.directions) > 1e-9, axis=1)
+    return RestSet(state, np.where(moves, -np.inf, state.y), np.where(moves, np.inf, state.y))
+
+
+def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None = None) -> Equilibrium:
+    """The public record of a steady state or a set of them; system: with other numbers than the problem's own."""
+    system, state = problem.system if system is None else system, found.centre
+    lane = state.y[:, None], state.sides[:, None], state.switched[:, None]
+    values = problem.jacobian(*lane)[:, :, 0]
+    contacts = problem.recording.contacts
+    still = [each.state for each, rest in zip(contacts, state.rests, strict=True) if rest and each.sticks]
+    moving = ~np.isin(problem.unknowns, still)
+    eigenvalues = sorted_eigenvalues(values[np.ix_(moving, moving)])
+    bristles = any(rest and not each.sticks for each, rest in zip(contacts, state.rests, strict=True))
+    friction = [problem.recording.observables[name] for name in _friction_names(problem)]
+    cyclic = problem.recording.cyclic_state
+    travel = None
+    if cyclic >= 0:
+        travel = float(problem.values([problem.recording.rates[cyclic]], *lane)[0, 0])
+    return Equilibrium(
+        system=system,
+        sides=tuple(0 if rest else int(side) for side, rest in zip(state.sides, state.rests, strict=True)),
+        state=_named(problem, state, state.y),
+        least=_named(problem, state, found.least),
+        most=_named(problem, state, found.most),
+        dimension=state.dimension,
+        travel=travel,
+        friction=tuple(problem.values(friction, *lane)[:, 0].tolist()),
+        eigenvalues=eigenvalues,
+        stable=None if bristles else stable(eigenvalues, state.dimension),
+    )
+
+
+def sorted_eigenvalues(matrix: np.ndarray) -> np.ndarray:
+    """Eigenvalues, largest real part first, of a pair the one with the positive frequency first."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return values[np.lexsort((-values.imag, -np.round(values.real, 14)))]
+
+
+def stable(eigenvalues: np.ndarray, dimension: int = 0) -> bool | None:
+    """Whether all eigenvalues but the smallest ones, along a set of a dimension, have negative real parts."""
+    if not len(eigenvalues):
+        return True
+    across = eigenvalues[np.argsort(np.abs(eigenvalues))[dimension:]]
+    if not len(across):
+        return True
+    largest, size = float(np.max(across.real)), NEUTRAL * float(np.max(np.abs(across)))
+    return None if abs(largest) <= size else largest < 0.0
+
+
+def _friction_names(problem: SteadyEquations) -> list[str]:
+    return [name if i == 0 else f"{name}_{i + 1}" for i, name in enumerate(["friction"] * len(problem.velocities))]
+
+
+def _named(problem: SteadyEquations, state: SteadyState, y: np.ndarray) -> dict[str, float]:
+    """All states by name; the cyclic one is 0."""
+    whole = state.switched.copy()
+    whole[problem.unknowns] = y
+    return {name: float(value) + 0.0 for name, value in zip(problem.system.state_names, whole, strict=True)}
+
+
+def _written(value: complex) -> str:
+    imaginary = f" {'-' if value.imag < 0.0 else '+'} {abs(value.imag):.6g}i" if value.imag else ""
+    return f"{value.real:.6g}{imaginary}"

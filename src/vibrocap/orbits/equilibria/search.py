@@ -1,0 +1,225 @@
+"""The search for all equilibria: Newton's method from many starts side by side, in every mode of the contacts."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+
+from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+
+STARTS = 48  # in each mode
+MOST_MODES = 243  # beyond, all contacts slide to one side or all rest
+MOST_STEPS = 120
+CLOSED = 1e-9  # last step of Newton's method over the size of the state
+STANDS = 1e-12  # speed over its natural size and the ground's below which a contact is at rest
+FARTHEST = 1e6  # natural sizes within which equilibria are looked for
+SAME = 1e-7  # distance over natural sizes within which two states are one
+RANK = 1e-9  # singular value over the largest, of rows and columns of one size, that counts as zero
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SteadyState:
+    """A state whose rates vanish in a mode.
+
+    y: [unknowns]; sides, rests: [contacts]; switched: [states], whole numbers where the equations have branches
+    directions: [unknowns, dimension] along which the rates stay zero
+    """
+
+    y: np.ndarray
+    sides: np.ndarray
+    rests: np.ndarray
+    switched: np.ndarray
+    directions: np.ndarray
+
+    @property
+    def dimension(self) -> int:
+        """Of the set of states of which it is one."""
+        return self.directions.shape[1]
+
+
+def steady_states(problem: SteadyEquations) -> list[SteadyState]:
+    """States whose rates vanish, in all modes; of a set of them those that Newton's method meets.
+
+    A contact at rest need not be held by what friction it has: that is looked at where sets of rest are made.
+    Starts are spread over eight decades, the same ones every time. A start of its own for every solution is no
+    certainty: of equations with very many solutions some may be missed.
+    """
+    modes = _modes(problem)
+    sides = np.repeat(np.array([[side for side, _ in mode] for mode in modes]).T, STARTS, axis=1)
+    rests = np.repeat(np.array([[rest for _, rest in mode] for mode in modes]).T, STARTS, axis=1)
+    switched = np.zeros((len(problem.system.state_names), sides.shape[1]))
+    y = _starts(problem, sides, rests)
+    for _ in range(1 + 2 * len(problem.recording.switches)):
+        y = solved(problem, y, sides, rests, switched)
+        after = _on_their_branch(problem, y, sides, switched)
+        if np.array_equal(after, switched):
+            break
+        switched = after
+    found: list[SteadyState] = []
+    y = _tidied(problem, y, rests)
+    good = _closed(problem, y, sides, rests, switched) & _valid(problem, y, sides, rests, switched)
+    for lane in np.flatnonzero(good):
+        at = y[:, lane], sides[:, lane], rests[:, lane], switched[:, lane]
+        state = SteadyState(*at, directions=free_directions(problem, *at))
+        if not any(_alike(problem, state, other) for other in found):
+            found.append(state)
+    return found
+
+
+def _modes(problem: SteadyEquations) -> list[tuple[tuple[float, bool], ...]]:
+    """(side, whether it rests) of all contacts, in each mode."""
+    choices = []
+    for each in problem.recording.contacts:
+        resting = [(0.0 if each.sticks else 1.0, True)] if each.kind != "smooth" else []
+        choices.append([(1.0, False), *([(-1.0, False)] if each.kind != "smooth" else []), *resting])
+    if np.prod([float(len(choice)) for choice in choices]) <= MOST_MODES:
+        return list(itertools.product(*choices))
+    return [tuple(choice[min(i, len(choice) - 1)] for choice in choices) for i in range(3)]
+
+
+def _starts(problem: SteadyEquations, sides: np.ndarray, rests: np.ndarray) -> np.ndarray:
+    """Where Newton's method starts, [unknowns, lanes]: spread over many sizes; contacts slide the way of their mode."""
+    draw, shape = np.random.default_rng(11), (len(problem.unknowns), sides.shape[1])
+    sizes = 10.0 ** draw.uniform(-4.0, 2.0, shape)
+    y = problem.scales[:, None] * sizes * draw.choice([-1.0, 1.0], shape)
+    y[:, ::STARTS] = 0.0
+    places = {int(state): i for i, state in enumerate(problem.unknowns)}
+    for i, each in enumerate(problem.recording.contacts):
+        if each.is_state and each.state in places:
+            k = places[each.state]
+            y[k] = np.where(rests[i], 0.0, np.where(sides[i] == 0.0, 1.0, sides[i]) * np.maximum(np.abs(y[k]), 1e-9))
+    return y
+
+
+def _stacked(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.ndarray, np.ndarray]:
+    """(rates and the velocities of contacts at rest [rows, lanes], their derivative [lanes, rows, unknowns])."""
+    rates = problem.values(problem.rates, y, sides, switched)
+    slopes = problem.jacobian(y, sides, switched)
+    velocities = problem.values(problem.velocities, y, sides, switched) * rests
+    still = problem.velocity_slopes(y, sides, switched) * rests[:, None]
+    return np.concatenate([rates, velocities]), np.moveaxis(np.concatenate([slopes, still]), 2, 0)
+
+
+def _balanced(problem: SteadyEquations, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(the derivative by states over their natural sizes with rows of length 1, these lengths)."""
+    scaled = matrix * problem.scales
+    rows = np.linalg.norm(scaled, axis=-1)
+    rows = np.where(rows > 0.0, rows, 1.0)
+    return scaled / rows[..., None], rows
+
+
+def solved(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
+    """States [unknowns, lanes] after Newton's method, halved while it does not reduce the residual; NaN where lost."""
+    y, share = y.copy(), np.ones(y.shape[1])
+    merit, matrix, right = _merit(problem, y, sides, rests, switched)
+    for _ in range(MOST_STEPS):
+        good = np.isfinite(merit) & np.all(np.isfinite(matrix), axis=(1, 2))
+        step = -_least_squares(np.where(good[:, None, None], matrix, 0.0), np.where(good[:, None], right, 0.0))
+        if np.all(np.max(np.abs(step), axis=1) <= 1e-16 * (1.0 + np.max(np.abs(y.T / problem.scales), axis=1))):
+            break
+        trial = y + share * (step * problem.scales).T
+        found, new_matrix, new_right = _merit(problem, trial, sides, rests, switched)
+        better = found <= merit * (1.0 - 0.1 * share)
+        y = np.where(better, trial, y)
+        matrix = np.where(better[:, None, None], new_matrix, matrix)
+        right, merit = np.where(better[:, None], new_right, right), np.where(better, found, merit)
+        share = np.where(better, np.minimum(1.0, 4.0 * share), 0.5 * share)
+        if np.all(share < 1e-6):
+            break
+    return y
+
+
+def _least_squares(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The shortest steps [lanes, unknowns] that solve each lane as well as can be."""
+    with np.errstate(all="ignore"):
+        found = (np.linalg.pinv(matrix, rcond=RANK) @ right[:, :, None])[:, :, 0]
+    return np.where(np.all(np.isfinite(found), axis=1)[:, None], found, 0.0)
+
+
+def _merit(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(residual in the scale of the rows, balanced matrix, balanced residual)."""
+    rates, matrix = _stacked(problem, y, sides, rests, switched)
+    with np.errstate(all="ignore"):
+        balanced, rows = _balanced(problem, matrix)
+        right = rates.T / rows
+        merit = np.linalg.norm(rates.T, axis=1)
+    return np.where(np.isfinite(merit), merit, np.inf), balanced, np.where(np.isfinite(right), right, 0.0)
+
+
+def _tidied(problem: SteadyEquations, y: np.ndarray, rests: np.ndarray) -> np.ndarray:
+    """States without rounding where they are zero, and within a turn where they turn."""
+    y = np.where(np.abs(y) <= STANDS * 1e-3 * problem.scales[:, None], 0.0, y)
+    places = {int(state): i for i, state in enumerate(problem.unknowns)}
+    for each, rest in zip(problem.recording.contacts, rests, strict=True):
+        if each.is_state and each.state in places:
+            y[places[each.state]] = np.where(rest, 0.0, y[places[each.state]])
+    for state, turn in problem.recording.turns:
+        if state in places:
+            y[places[state]] -= turn * np.ceil(y[places[state]] / turn - 0.5 - SAME)
+    return y
+
+
+def _closed(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
+    """Which lanes are solutions: the step that Newton's method would still make is rounding, and leaves nothing."""
+    merit, matrix, right = _merit(problem, y, sides, rests, switched)
+    good = np.isfinite(merit) & np.all(np.isfinite(matrix), axis=(1, 2))
+    good &= np.max(np.abs(y.T / problem.scales), axis=1) <= FARTHEST
+    matrix, right = np.where(good[:, None, None], matrix, 0.0), np.where(good[:, None], right, 0.0)
+    step = _least_squares(matrix, right)
+    left = right - (matrix @ step[:, :, None])[:, :, 0]
+    size = CLOSED * (1.0 + np.max(np.abs(y.T / problem.scales), axis=1))
+    return good & (np.max(np.abs(step), axis=1) <= size) & (np.linalg.norm(left, axis=1) <= size)
+
+
+def _on_their_branch(problem: SteadyEquations, y, sides, switched) -> np.ndarray:
+    """Switched states [states, lanes] after the first guard of each lane that is negative has been passed."""
+    if not problem.recording.switches:
+        return switched
+    guards = problem.values(problem.recording.switches, y, sides, switched)
+    after, done = switched.copy(), np.zeros(y.shape[1], dtype=bool)
+    places = [i for i, name in enumerate(problem.system.state_names) if name in problem.system.switched]
+    for guard, states in zip(guards, problem.recording.after_switch, strict=True):
+        fallen = (guard < 0.0) & ~done
+        done |= fallen
+        values = problem.values([states[i] for i in places], y, sides, switched)
+        for i, value in zip(places, values, strict=True):
+            after[i] = np.where(fallen, value, after[i])
+    return after
+
+
+def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
+    """Which lanes are in their mode: contacts slide the way that it says, and the equations hold."""
+    recording = problem.recording
+    velocities = problem.values(problem.velocities, y, sides, switched)
+    good = np.all(np.isfinite(velocities), axis=0)
+    places = {int(state): problem.sizes[state] for state in problem.unknowns}
+    for velocity, side, rest, each in zip(velocities, sides, rests, recording.contacts, strict=True):
+        if each.kind != "smooth":
+            good &= rest | (side * velocity > STANDS * places.get(each.state, 1.0))
+    for guard in (*problem.values(recording.switches, y, sides, switched),):
+        good &= guard >= -1e-9
+    for bound in problem.values(recording.bounds, y, sides, switched):
+        good &= bound > 0.0
+    return good
+
+
+def free_directions(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
+    """[unknowns, dimension]: along which the rates stay zero, over natural sizes."""
+    lane = (y[:, None], sides[:, None], rests[:, None], switched[:, None])
+    _, matrix = _stacked(problem, *lane)
+    balanced, _ = _balanced(problem, matrix[0])
+    # Columns of one size, too: a bristle's stiffness is many times that of a spring.
+    columns = np.linalg.norm(balanced, axis=0)
+    columns = np.where(columns > 0.0, columns, 1.0)
+    _, values, vectors = np.linalg.svd(balanced / columns)
+    rank = int(np.sum(values > RANK * max(values[0], 1e-300))) if len(values) else 0
+    return vectors[rank:].T / columns[:, None]
+
+
+def _alike(problem: SteadyEquations, one: SteadyState, other: SteadyState) -> bool:
+    """Whether two solutions are one, or lie in one set."""
+    same = np.array_equal(one.sides, other.sides) and np.array_equal(one.rests, other.rests)
+    if not (same and np.array_equal(one.switched, other.switched) and one.dimension == other.dimension):
+        return False
+    away = (one.y - other.y) / (problem.scales + np.maximum(np.abs(one.y), np.abs(other.y)))
+    return bool(np.max(np.abs(away), initial=0.0) <= SAME)
