@@ -72,6 +72,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.continuation.following import BranchEnd
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
+    from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
+    from vibrocap.orbits.equilibria.equilibrium_branch import (
+        EquilibriumBranch,
+        EquilibriumPoint,
+        EquilibriumPointKind,
+        equilibrium_branch,
+    )
+    from vibrocap.orbits.equilibria.following import EquilibriumEnd
     from vibrocap.orbits.maps.itinerary import WordChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
@@ -190,6 +198,9 @@ __all__ += ["orbit", "Orbit", "OrbitStatus", "shoot", "attractors", "Attractors"
 __all__ += ["Basins", "basin_dataset", "bifurcation_diagram", "BifurcationDiagram", "bifurcation_dataset"]
 __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
+# equilibria
+__all__ += ["equilibria", "Equilibria", "Equilibrium", "equilibrium_branch", "EquilibriumBranch", "EquilibriumEnd"]
+__all__ += ["EquilibriumPoint", "EquilibriumPointKind"]
 # measured data
 __all__ += ["Record", "RecordError", "RecordWarning", "read_records", "prepared", "stick_slip", "stick_slip_of"]
 __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", "basalt_velocity_step", "emps"]

@@ -1,0 +1,278 @@
+"""Equilibria: closed forms of steady sliding and of rest, their eigenvalues, folds and Hopf points with their errors."""
+
+import math
+import pickle
+
+import mpmath
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.orbits.equilibria import bifurcations
+from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+
+IDLE = vc.Constant()
+
+
+def belt(law, drive=IDLE, **machine):
+    return vc.System(vc.Oscillator(**machine), law, drive)
+
+
+def test_steady_sliding_on_a_belt():
+    """k x = R(v_b), and lambda^2 + (c + R'(v)) lambda + k = 0 for mass 1, R the force against the sliding."""
+    (found,) = vc.equilibria(belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)).sliding
+    force, slope = 0.5 + 0.5 * math.exp(-3.0), -math.exp(-3.0)
+    assert found.state["position"] == pytest.approx(force - 0.1 * 0.0, abs=1e-14)
+    assert found.state["sliding_velocity"] == -1.5
+    assert found.sides == (-1,)
+    roots = np.roots([1.0, 0.1 + slope, 1.0])
+    assert sorted(found.eigenvalues, key=np.imag) == pytest.approx(sorted(roots, key=np.imag), abs=1e-14)
+    assert found.stable is True
+    assert found.frequency == pytest.approx(abs(roots[0].imag), abs=1e-14)
+    assert len(vc.equilibria(found.system)) == 1  # what sticks on a moving belt is none
+
+
+def test_interval_of_rest():
+    """|F - k x| <= static level."""
+    (found,) = vc.equilibria(belt(vc.Coulomb(1.0, 1.5), vc.Constant(0.3), stiffness=2.0))
+    assert found.kind == "rest"
+    assert (found.dimension, found.stable) == (1, True)
+    assert found.least["position"] == pytest.approx((0.3 - 1.5) / 2.0, abs=1e-12)
+    assert found.most["position"] == pytest.approx((0.3 + 1.5) / 2.0, abs=1e-12)
+
+
+def test_set_of_rest_of_several_contacts():
+    """Two blocks in a row: |k x1 + k12 (x1 - x2)| <= F and so on: a polygon, whose extent along each block follows."""
+    row = vc.TwoBlockRow(stiffness=1.0, coupling_stiffness=1.2, belt_speed=0.0)
+    found = vc.equilibria(vc.System(row, vc.Coulomb(0.4, 0.4), IDLE))[0]
+    assert found.dimension == 2
+    matrix = np.array([[2.2, -1.2], [-1.2, 2.2]])
+    corners = np.array([np.linalg.solve(matrix, [a, b]) for a in (-0.4, 0.4) for b in (-0.4, 0.4)])
+    assert found.most["position"] == pytest.approx(np.max(corners[:, 0]), abs=1e-12)
+    assert found.least["position_2"] == pytest.approx(np.min(corners[:, 1]), abs=1e-12)
+
+
+def test_bristles_at_rest_hold_what_friction_can_hold():
+    (found,) = vc.equilibria(belt(vc.LuGre(), stiffness=2.0))
+    level = vc.LuGre().static_coefficient
+    assert found.most["position"] == pytest.approx(level / 2.0, rel=1e-9)
+    assert found.most["bristle"] == pytest.approx(level / vc.LuGre().bristle_stiffness, rel=1e-9)
+    assert found.stable is None  # the rates of bristles have a kink at rest
+
+
+def test_equilibria_of_a_pendulum_are_those_of_its_spring():
+    """sin(theta) = rho theta: three states, the middle one a saddle."""
+    found = vc.equilibria(vc.System(vc.PendulumCapsule(stiffness=0.5), vc.Exponential(), IDLE))
+    angle = float(mpmath.findroot(lambda x: mpmath.sin(x) - x / 2, 1.9))
+    assert [each.state["angle"] for each in found] == pytest.approx([-angle, 0.0, angle], abs=1e-12)
+    assert [each.stable for each in found] == [True, False, True]
+
+
+def test_steady_travel_down_a_slope_is_steady_up_to_the_drift():
+    """With the load 1 and a force F forward: F = R(v); the position grows with v."""
+    law = vc.viscous(vc.Coulomb)(0.2, 0.3, linear_viscosity=0.5)
+    system = vc.System(vc.PendulumCapsule(), law, IDLE, environment=vc.Environment(force=0.9))
+    (found,) = vc.equilibria(system).sliding
+    assert found.travel == pytest.approx((0.9 - 0.2) / 0.5, abs=1e-12)
+    assert found.stable
+
+
+SLOW_LAWS = (vc.ElastoPlastic(), vc.MaxwellSlip(), vc.RateAndStateAgeing(), vc.Dahl())
+
+
+@pytest.mark.parametrize("law", [vc.LuGre(), *(pytest.param(law, marks=pytest.mark.slow) for law in SLOW_LAWS)])
+def test_linearisation_is_that_of_the_motion(law):
+    """A run from beside the equilibrium, all states of the law among them, moves as exp(J t) says."""
+    system = belt(law, stiffness=2.0, damping=0.3, belt_speed=0.5)
+    (found,) = vc.equilibria(system).sliding
+    names = [name for name in system.state_names if name not in system.switched]
+    nudge, end = 1e-6, 0.3
+    start = {**found.state, "position": found.state["position"] + nudge}
+    motion = vc.simulate(system, periods=end / system.drive.period, initial=start, tolerance=1e-13)
+    moved = np.array([motion.state[name] - found.state[name] for name in names])
+    problem = SteadyEquations(system)
+    y = np.array([found.state[name] for name in names])[:, None]
+    switched = np.array([[found.state[name]] for name in system.state_names])
+    matrix = problem.jacobian(y, np.array([[-1.0]]), switched)[:, :, 0]
+    assert sorted(np.linalg.eigvals(matrix), key=lambda z: (z.real, z.imag)) == pytest.approx(
+        sorted(found.eigenvalues, key=lambda z: (z.real, z.imag)), rel=1e-9
+    )
+    values, vectors = np.linalg.eig(matrix)
+    first = np.zeros(len(names))
+    first[names.index("position")] = nudge
+    expected = np.real(vectors @ (np.exp(values * end) * np.linalg.solve(vectors, first)))
+    assert moved == pytest.approx(expected, abs=3e-5 * nudge)
+
+
+# --- special points --------------------------------------------------------------------------------------------------
+
+
+def hopf_of_belt(draw):
+    low, drop, rate, load = draw.uniform(0.1, 1.0), draw.uniform(0.2, 1.0), draw.uniform(0.5, 5.0), draw.uniform(0.5, 2)
+    damping = drop * rate * load * draw.uniform(0.05, 0.6)
+    place = mpmath.log(mpmath.mpf(rate) * (mpmath.mpf(low + drop) - low) * load / damping) / rate
+    law = vc.Exponential(low, low + drop, rate)
+    machine = {"mass": draw.uniform(0.3, 3.0), "stiffness": draw.uniform(0.3, 3.0), "damping": damping}
+    return belt(law, normal_load=load, **machine), "machine.belt_speed", place
+
+
+def hopf_of_lugre(draw):
+    stiffness, damping, mass = 10.0 ** draw.uniform(2.0, 5.0), draw.uniform(0.5, 30.0), draw.uniform(0.5, 2.0)
+    spring, viscous, scale = draw.uniform(1.0, 5.0), draw.uniform(0.05, 0.3), 10.0 ** draw.uniform(-3.0, -1.0)
+    law = vc.LuGre(
+        bristle_stiffness=stiffness, bristle_damping=damping, viscous_damping=viscous, coulomb_coefficient=1.0,
+        static_coefficient=1.5, stribeck_velocity=scale,
+    )  # fmt: skip
+
+    def excess(v):
+        level = 1 + mpmath.mpf(0.5) * mpmath.exp(-((v / scale) ** 2))
+        c, h = stiffness * v / level, -(v / scale) ** 2 * mpmath.exp(-((v / scale) ** 2)) / level
+        return (mass * c + damping * h + viscous) * (spring + c * viscous + stiffness * h) - mass * spring * c
+
+    grid = scale * np.geomspace(0.3, 4.0, 400)
+    values = [excess(mpmath.mpf(v)) for v in grid]
+    k = max(k for k in range(len(grid) - 1) if values[k] * values[k + 1] < 0)
+    return (
+        belt(law, mass=mass, stiffness=spring),
+        "machine.belt_speed",
+        mpmath.findroot(excess, (grid[k], grid[k + 1]), solver="anderson"),
+    )
+
+
+def hopf_of_mode_coupling(draw):
+    k11, k22, k12, k3 = (draw.uniform(*ends) for ends in ((1.5, 3.0), (1.0, 2.0), (0.2, 0.8), (0.8, 2.0)))
+    mass, damping = draw.uniform(0.5, 2.0), draw.uniform(0.01, 0.2)
+    a, b, c, d = (mpmath.mpf(each) for each in (k11, k22, k12, k3))
+    place = ((a - b) ** 2 / 4 + c**2 + mpmath.mpf(damping) ** 2 * (a + b) / (2 * mpmath.mpf(mass))) / (c * d)
+    machine = vc.ModeCouplingBlock(mass, k11, k12, k22, k3, damping)
+    return vc.System(machine, vc.Coulomb(0.5, 20.0), IDLE), "friction.coulomb_coefficient", place
+
+
+def hopf_of_rock(draw):
+    """The asinh of the law differs from a logarithm by exp(-2 (R/N)/a) here: not at all."""
+    a, drop, length = draw.uniform(0.005, 0.01), draw.uniform(0.002, 0.01), 10.0 ** draw.uniform(-3.0, -1.0)
+    law, speed = vc.RateAndStateAgeing(0.6, a, a + drop, length, 0.1), draw.uniform(0.05, 0.2)
+    difference = mpmath.mpf(a + drop) - a
+    place = difference / length * (1 + mpmath.mpf(speed) ** 2 / (mpmath.mpf(a) * length))
+    return belt(law, belt_speed=speed), "machine.stiffness", place
+
+
+def fold_of_a_capsule(draw):
+    """A force holds the capsule at a speed where F = c + d exp(-a v) + b v, which has a least."""
+    low, drop, rate = draw.uniform(0.1, 0.5), draw.uniform(0.2, 0.6), draw.uniform(1.0, 5.0)
+    viscous = drop * rate * draw.uniform(0.05, 0.5)
+    law = vc.viscous(vc.Exponential)(low, low + drop, rate, linear_viscosity=viscous)
+    a, b, d = mpmath.mpf(rate), mpmath.mpf(viscous), mpmath.mpf(low + drop) - low
+    place = low + b / a * (1 + mpmath.log(a * d / b))
+    system = vc.System(vc.PendulumCapsule(), law, IDLE, environment=vc.Environment(force=float(place) * 2.0))
+    return system, "environment.force", place
+
+
+KINDS = (hopf_of_belt, hopf_of_lugre, hopf_of_mode_coupling, hopf_of_rock, fold_of_a_capsule)
+
+
+def special_at(made, seed):
+    system, path, place = made(np.random.default_rng([seed, KINDS.index(made)]))
+    near = float(place)
+    if made is not fold_of_a_capsule:
+        system = system.with_parameters({path: 1.2 * near})
+    start = vc.equilibria(system).sliding[-1]
+    found = vc.equilibrium_branch(system, path, (0.7 * near, 2.5 * near), start=start)
+    kind = vc.EquilibriumPointKind.FOLD if made is fold_of_a_capsule else vc.EquilibriumPointKind.HOPF
+    (special,) = [each for each in found.special_points if abs(each.parameter - near) < 1e-3 * near]
+    return special, kind, place
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12))])
+@pytest.mark.parametrize("made", KINDS, ids=lambda made: made.__name__)
+def test_error_bars_of_special_points_hold_the_exact_place(made, seed):
+    """60 points whose places are known to 30 digits; the bars are of use, too."""
+    with mpmath.workdps(30):
+        special, kind, place = special_at(made, seed)
+        off = abs(mpmath.mpf(special.parameter) - place)
+    assert special.kind is kind
+    assert off <= special.error < 1e-6 * float(place)
+
+
+def test_canonical_places():
+    """BEYOND sections 4 and 5: the belt oscillator, and the LuGre block with the numbers of Canudas de Wit."""
+    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
+    (special,) = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0)).special_points
+    assert abs(special.parameter - math.log(10.0) / 2.0) <= special.error < 1e-12
+    assert special.frequency == pytest.approx(1.0, abs=1e-12)
+    assert special.criticality == "subcritical"
+    assert special.remarks == "omega 1; subcritical; stability gained"
+    law = vc.LuGre(
+        bristle_stiffness=1e5, bristle_damping=math.sqrt(1e5), viscous_damping=0.4, coulomb_coefficient=1.0,
+        static_coefficient=1.5, stribeck_velocity=1e-3,
+    )  # fmt: skip
+    found = vc.equilibrium_branch(
+        belt(law, stiffness=2.0, belt_speed=1e-3), "machine.belt_speed", (1e-7, 1e-2)
+    ).hopf_points
+    assert [each.parameter for each in found] == pytest.approx([4.36353084743738e-6, 2.98631636013495e-3], rel=1e-11)
+    assert [each.frequency for each in found] == pytest.approx([0.92033558, 1.4141608], rel=1e-7)
+
+
+def test_frequencies_that_meet_without_damping():
+    system = vc.System(vc.ModeCouplingBlock(), vc.Coulomb(0.3, 3.0), IDLE)
+    (special,) = vc.equilibrium_branch(system, "friction.coulomb_coefficient", (0.1, 1.0)).special_points
+    assert special.kind is vc.EquilibriumPointKind.MODE_COUPLING
+    assert abs(special.parameter - ((2.0 - 1.6) ** 2 / (4.0 * 0.5) + 0.5) / 1.2) <= special.error < 1e-12
+    assert special.frequency == pytest.approx(math.sqrt(1.8), abs=1e-12)
+
+
+def test_idle_duration_of_the_drive_changes_no_place():
+    places = []
+    for duration in (0.1, 1.0, 37.0):
+        system = belt(vc.Exponential(0.5, 1.0, 2.0), vc.Constant(duration=duration), damping=0.1, belt_speed=1.5)
+        found = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0))
+        places.append(found.hopf_points[0].parameter)
+    assert places == pytest.approx([math.log(10.0) / 2.0] * 3, abs=1e-13)
+
+
+def test_branch_ends_by_name_and_is_a_result():
+    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
+    found = vc.equilibrium_branch(system, "machine.belt_speed", (0.0, 2.0))
+    assert found.ends == (vc.EquilibriumEnd.REST, vc.EquilibriumEnd.PARAMETER_BOUND)
+    assert found.parameter[0] == pytest.approx(0.0, abs=1e-11)
+    assert np.all(found.stable == (found.parameter > math.log(10.0) / 2.0))
+    assert "subcritical" in str(found)
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert found.equilibrium(0).state["position"] == pytest.approx(1.0, abs=1e-9)
+    assert vc.equilibria(system) == vc.equilibria(system)
+
+
+def test_planted_fault_moves_a_hopf_point(monkeypatch):
+    """A derivative by the parameter that is left out of the Jacobian: Newton's method then ends elsewhere or not."""
+    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
+    true = bifurcations.Mode.jacobian
+    monkeypatch.setattr(bifurcations.Mode, "jacobian", lambda self, x: true(self, x) + 1e-6 * np.eye(2))
+    monkeypatch.setattr(bifurcations.Mode, "derivative", lambda self, x: np.column_stack((
+        self.jacobian(x), self.values(self.problem._parameter_slopes[:2], x) * self.width / self.problem.scales)))
+    (special,) = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0)).special_points
+    assert abs(special.parameter - math.log(10.0) / 2.0) > special.error
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "said"),
+    [
+        (lambda: vc.equilibria(3), "system", "should be a System"),
+        (lambda: vc.equilibria(belt(vc.Coulomb(), vc.Harmonic())), "system", "should not be driven in time"),
+        (lambda: vc.equilibrium_branch(belt(vc.Coulomb()), "machine.stiffness", (1.0, 2.0)), "system", "slide steadily"),
+        (
+            lambda: vc.equilibrium_branch(
+                belt(vc.Coulomb(), belt_speed=1.0), "machine.belt_speed", (0.5, 2.0),
+                start=vc.equilibria(belt(vc.Coulomb(), belt_speed=1.0, stiffness=3.0))[0],
+            ), "start", "another parameter differs",
+        ),
+        (
+            lambda: vc.equilibrium_branch(belt(vc.Coulomb(), belt_speed=1.0), "machine.belt_speed", (0.5, 2.0), points=1),
+            "points", "whole number",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused_by_name(asked, field, said):
+    with pytest.raises(ArgumentError, match=said) as refused:
+        asked()
+    assert refused.value.complaint.field == field
