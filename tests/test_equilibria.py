@@ -1,5 +1,6 @@
-"""Equilibria: closed forms of steady sliding and of rest, their eigenvalues, folds and Hopf points with their errors."""
+"""Equilibria: closed forms of steady sliding and of rest, eigenvalues, folds and Hopf points with their errors."""
 
+import json
 import math
 import pickle
 
@@ -9,6 +10,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
+from vibrocap.cli import main as cli
 from vibrocap.orbits.equilibria import bifurcations
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 
@@ -127,7 +129,7 @@ def hopf_of_lugre(draw):
 
     def excess(v):
         level = 1 + mpmath.mpf(0.5) * mpmath.exp(-((v / scale) ** 2))
-        c, h = stiffness * v / level, -(v / scale) ** 2 * mpmath.exp(-((v / scale) ** 2)) / level
+        c, h = stiffness * v / level, -((v / scale) ** 2) * mpmath.exp(-((v / scale) ** 2)) / level
         return (mass * c + damping * h + viscous) * (spring + c * viscous + stiffness * h) - mass * spring * c
 
     grid = scale * np.geomspace(0.3, 4.0, 400)
@@ -248,8 +250,13 @@ def test_planted_fault_moves_a_hopf_point(monkeypatch):
     system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
     true = bifurcations.Mode.jacobian
     monkeypatch.setattr(bifurcations.Mode, "jacobian", lambda self, x: true(self, x) + 1e-6 * np.eye(2))
-    monkeypatch.setattr(bifurcations.Mode, "derivative", lambda self, x: np.column_stack((
-        self.jacobian(x), self.values(self.problem._parameter_slopes[:2], x) * self.width / self.problem.scales)))
+    monkeypatch.setattr(
+        bifurcations.Mode,
+        "derivative",
+        lambda self, x: np.column_stack(
+            (self.jacobian(x), self.values(self.problem._parameter_slopes[:2], x) * self.width / self.problem.scales)
+        ),
+    )
     (special,) = vc.equilibrium_branch(system, "machine.belt_speed", (0.5, 2.0)).special_points
     assert abs(special.parameter - math.log(10.0) / 2.0) > special.error
 
@@ -259,7 +266,7 @@ def test_planted_fault_moves_a_hopf_point(monkeypatch):
     [
         (lambda: vc.equilibria(3), "system", "should be a System"),
         (lambda: vc.equilibria(belt(vc.Coulomb(), vc.Harmonic())), "system", "should not be driven in time"),
-        (lambda: vc.equilibrium_branch(belt(vc.Coulomb()), "machine.stiffness", (1.0, 2.0)), "system", "slide steadily"),
+        (lambda: vc.equilibrium_branch(belt(vc.Coulomb()), "machine.mass", (1.0, 2.0)), "system", "slide steadily"),
         (
             lambda: vc.equilibrium_branch(
                 belt(vc.Coulomb(), belt_speed=1.0), "machine.belt_speed", (0.5, 2.0),
@@ -267,7 +274,7 @@ def test_planted_fault_moves_a_hopf_point(monkeypatch):
             ), "start", "another parameter differs",
         ),
         (
-            lambda: vc.equilibrium_branch(belt(vc.Coulomb(), belt_speed=1.0), "machine.belt_speed", (0.5, 2.0), points=1),
+            lambda: vc.equilibrium_branch(belt(vc.Coulomb(), belt_speed=1.0), "machine.mass", (0.5, 2.0), points=1),
             "points", "whole number",
         ),
     ],
@@ -276,3 +283,28 @@ def test_bad_input_is_refused_by_name(asked, field, said):
     with pytest.raises(ArgumentError, match=said) as refused:
         asked()
     assert refused.value.complaint.field == field
+
+
+def test_command_line_and_its_picture(tmp_path, capsys):
+    """The list, the branch and the exit codes; what is printed as JSON is what Python gives."""
+    system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
+    case = tmp_path / "case.toml"
+    vc.save_case(system, case)
+    assert cli.main(["equilibria", str(case), "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)["equilibria"]
+    assert record["state"] == vc.equilibria(system)[0].state
+    assert record["stability"] == "stable"
+    picture = tmp_path / "hopf.png"
+    over = ["--over", "machine.belt_speed=0.5:2"]
+    assert cli.main(["equilibria", str(case), *over, "--plot", str(picture), "--json"]) == 0
+    (special,) = json.loads(capsys.readouterr().out)["special_points"]
+    assert special["kind"] == "Hopf"
+    assert abs(special["parameter"] - math.log(10.0) / 2.0) <= special["error"]
+    assert picture.stat().st_size > 10_000
+    for wrong, said in (
+        (["--start", "0"], "--over"),
+        ([*over, "--start", "4"], "--start"),
+        (["--over", "x"], "--over"),
+    ):
+        assert cli.main(["equilibria", str(case), *wrong]) == 2
+        assert said in capsys.readouterr().err

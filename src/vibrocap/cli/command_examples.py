@@ -35,6 +35,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "branch": ("vibrocap branch case.toml --over drive.amplitude=1:1.5 --plot branch.png",),
     "basins": ("vibrocap basins case.toml --plane angle,angle_rate --resolution 20",),
+    "equilibria": (
+        "vibrocap equilibria examples/slides-or-sticks-by-its-start.toml",
+        "vibrocap equilibria examples/slides-or-sticks-by-its-start.toml --over machine.belt_speed=0.5:2"
+        " --plot hopf.png",
+    ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "friction": ("vibrocap friction test lugre --plot tests.png",),

@@ -14,6 +14,8 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.equilibria.equilibrium import Equilibria
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.results import Rows
 
 if TYPE_CHECKING:
@@ -48,7 +50,8 @@ def to_xarray(result: Any) -> "xarray.Dataset":
 def to_pandas(result: Any) -> "pandas.DataFrame":
     """A result as a table: a motion with a row for each time of its grid, a branch with a row for each point.
 
-    Of a fit the parameters, of a diagram of branches its special points, of events and phases a row for each.
+    Of a fit the parameters, of a diagram of branches its special points, of events, phases and equilibria a row for
+    each; of a branch of equilibria a row for each point.
 
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without pandas.
     """
@@ -63,7 +66,13 @@ def to_pandas(result: Any) -> "pandas.DataFrame":
     if isinstance(result, Fit):
         rows = {p.name: {name: _plain(getattr(p, name)) for name in PARAMETER} for p in result.parameters}
         return pandas.DataFrame.from_dict(rows, orient="index", columns=list(PARAMETER)).rename_axis("parameter")
-    if isinstance(result, (Rows, BranchDiagram)):
+    if isinstance(result, EquilibriumBranch):
+        table = {result.over: result.parameter, "stable": result.stable, "unstable": result.unstable}
+        states = dict(zip(result.system.state_names, result.states.T, strict=True))
+        return pandas.DataFrame(table | {"largest_real_part": result.eigenvalues.real[:, 0]} | states).rename_axis(
+            "point"
+        )
+    if isinstance(result, (Rows, BranchDiagram, Equilibria)):
         return pandas.DataFrame(result.table())
     raise TypeError(f"result should be a motion, an orbit, a branch, a fit, events or phases, got {_kind(result)}")
 

@@ -20,9 +20,12 @@ from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPoint
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.basins import basin_figure, draw_basins
 from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
+from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.laboratory import (
     draw_presliding,
@@ -51,6 +54,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         a motion or an orbit: "position", any other name of `motion.names`, "phase plane", "friction loop", "load"
         a dataset of a study: the name of a measure
         a branch or a diagram of branches: "mean_velocity", "drift", "period", "multipliers"
+        a branch of equilibria: the name of a state, "eigenvalues"
         a fit: "intervals", or the name of a record
         basins: "direction", "attractor"
         a friction law: "steady", "presliding"
@@ -58,7 +62,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
@@ -78,6 +82,9 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
             return draw_floquet_multipliers(result, ax=ax, **options)
         _check(what, (*QUANTITIES, "multipliers"))
         return draw_branch(result, what, ax=ax, **options)
+    if isinstance(result, EquilibriumBranch):
+        _check(what, (*result.system.state_names, "eigenvalues"))
+        return draw_equilibria(result, what, ax=ax, **options)
     if isinstance(result, Fit):
         if what in (None, "intervals"):
             return draw_intervals(result, ax=ax, **options)
@@ -98,8 +105,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
 def figure(result: Any, path: str | Path | None = None, **options: Any) -> Figure:
     """The whole sheet of a result, all its panels, as the command line draws it.
 
-    result: a motion, an orbit, a branch or several, a fit, a comparison, a match, basins, a friction law, a sheet of
-        its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset of a study
+    result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
+        friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg or .pdf)
     options: of the figure, such as `multipliers=True` of a branch, `load=2.0` of a law, `measure="drift"` of a study
     """
@@ -125,6 +132,7 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     Trajectory: motion_figure,
     Branch: branch_figure,
     BranchDiagram: branch_figure,
+    EquilibriumBranch: equilibrium_figure,
     Fit: fit_figure,
     Comparison: comparison_figure,
     Match: match_figure,
@@ -140,6 +148,8 @@ FIGURES: dict[type, Callable[..., Figure]] = {
 def thumbnail(result: Any) -> str:
     """A small picture of a result for a page, as HTML that holds it; empty where there is nothing to draw."""
     if isinstance(result, Trajectory) and not len(result.piece_start):
+        return ""
+    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint)):
         return ""
     if (isinstance(result, Branch) and not len(result)) or (isinstance(result, Fit) and not result.records):
         return ""

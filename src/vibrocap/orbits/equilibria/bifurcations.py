@@ -142,7 +142,8 @@ def _newton(
         step = -inverse @ values
         u = u + step
         size = float(np.max(np.abs(step)))
-        if size <= 1e-9 * (1.0 + float(np.max(np.abs(u)))) and size >= 0.3 * last or size == 0.0:
+        small = size <= 1e-9 * (1.0 + float(np.max(np.abs(u))))
+        if size == 0.0 or (small and size >= 0.3 * last):
             eps = float(np.finfo(float).eps)
             error = ROUNDINGS * eps * float(np.abs(inverse[place]) @ noise) + 2.0 * abs(float(step[place]))
             return u, error

@@ -218,7 +218,9 @@ def _start(problem: SteadyEquations, start: Equilibrium | None) -> SteadyState:
     value = f"{problem.path} = {problem.system.parameter(str(problem.path)):g}"
     if start is not None:
         y = np.array([start.state[name] for name in problem.system.state_names])[problem.unknowns]
-        near = [each for each in found if np.max(np.abs(each.y - y) / problem.scales) <= 1e-6 * (1.0 + np.max(np.abs(y)))]
+        near = [
+            each for each in found if np.max(np.abs(each.y - y) / problem.scales) <= 1e-6 * (1.0 + np.max(np.abs(y)))
+        ]
         if not near:
             raise ArgumentError("start", f"should be an equilibrium of the system at {value}, but none is there")
         return near[0]

@@ -12,7 +12,7 @@ MOST_CORRECTIONS = 12
 SMALLEST = 1e-9  # step, in natural sizes and shares of the range, below which nothing is told apart
 STRAIGHT = 0.95  # cosine of the turn of the tangent over a step
 BENT = 0.1  # of an eigenvalue, by which it may leave the straight line amid a step
-LONGEST = 0.05  # share of the range, and of the size of the states
+LONGEST = 0.02  # share of the range, and of the size of the states
 
 
 class EquilibriumEnd(Advised):

@@ -32,7 +32,8 @@ class RestSets:
         self.pairs: list[tuple[Expression, Expression]] = []
         for i, (each, law, load) in enumerate(zip(recording.contacts, system.laws, system.law_loads, strict=True)):
             if each.sticks:
-                assert each.hold is not None and each.limit is not None
+                assert each.hold is not None
+                assert each.limit is not None
                 self.pairs.append((each.hold, each.limit))
                 continue
             name = numbered("friction", i + 1) if i else "friction"
@@ -113,7 +114,8 @@ class RestSets:
 
         scales = self.problem.scales
         rate_size = np.linalg.norm(
-            self.problem.jacobian(state.y[:, None], state.sides[:, None], state.switched[:, None])[:, :, 0] * scales, axis=1
+            self.problem.jacobian(state.y[:, None], state.sides[:, None], state.switched[:, None])[:, :, 0] * scales,
+            axis=1,
         )
         rate_size = np.where(rate_size > 0.0, rate_size, 1.0)
         still = [v for v, rest in zip(self.problem.velocities, state.rests, strict=True) if rest]

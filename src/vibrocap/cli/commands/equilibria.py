@@ -1,0 +1,210 @@
+"""`vibrocap equilibria`: steady sliding and rest of a case that nothing drives in time, and their Hopf points."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from vibrocap.arguments import ArgumentError, check_whole
+from vibrocap.cli.options import Refusal, quantity_range, refusing, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
+from vibrocap.io.in_si import in_si
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
+
+
+def equilibria(
+    case: Path,
+    /,
+    *,
+    over: str | None = None,
+    start: int | None = None,
+    points: int = 2000,
+    plot: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Steady sliding and intervals of rest of a case that nothing drives in time, with their stability.
+
+    All states of the friction law count. With --over, one state of steady sliding
+    is followed over a parameter, and its folds and Hopf points are located.
+
+    Exit code 3: a branch continues but could not be followed.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml) whose drive is constant, or a motion exported before (.nc, .csv)
+    over
+        PATH=LEAST:LARGEST, such as machine.belt_speed=0.5:2, to follow a state of steady sliding
+    start
+        which state of steady sliding to follow, by its number in the list that is printed without --over
+    points
+        points of a branch in each direction, at most
+    plot
+        FILE.png, .svg or .pdf: the real parts of the eigenvalues over the parameter
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.equilibria.equilibrium import equilibria as equilibria_of
+
+    given = read_source(case)
+    if over is None:
+        for option, value in (("--start", start), ("--plot", plot)):
+            if value is not None:
+                raise Refusal(f"{option}: should be left out without --over, which says what to follow")
+        with refusing("points"):
+            check_whole("points", points, 10)
+            found = _refused_by_drive(equilibria_of, given.system)
+        record: dict[str, Any] = {"equilibria": [equilibrium_record(each) for each in found]}
+        if given.system.units is not None:
+            names = {name: given.system.si.unit(name) for name in given.system.state_names}
+            units = {"state": names, "least": names, "most": names, "travel": "m/s", "friction": "N",
+                     "eigenvalues": {"real": "rad/s", "imaginary": "rad/s"}, "frequency": "rad/s"}  # fmt: skip
+            record = in_si(record, {"equilibria": units}, given.system)
+        if json:
+            print(json_text(record))
+        else:
+            _print_equilibria(record, str(case))
+        return OK
+    return _followed(given.system, over, start, points, plot, json)
+
+
+def _refused_by_drive(ask: Any, *arguments: Any, **named: Any) -> Any:
+    """What a function answers; Refusal for a complaint about the case itself."""
+    try:
+        return ask(*arguments, **named)
+    except ArgumentError as error:
+        if error.complaint.field in ("system", "start"):
+            where = {"system": "CASE", "start": "--start"}[error.complaint.field]
+            raise Refusal(f"{where}: {error.complaint.text}") from None
+        raise
+
+
+def _followed(system: Any, over: str, start: int | None, points: int, plot: Path | None, json: bool) -> int:
+    """The branch of one state of steady sliding."""
+    from vibrocap.orbits.equilibria.equilibrium import equilibria as equilibria_of
+    from vibrocap.orbits.equilibria.equilibrium_branch import equilibrium_branch
+
+    along, low, high = quantity_range(over, system)
+    writable_picture("--plot", plot)
+    begun = None
+    if start is not None:
+        states = _refused_by_drive(equilibria_of, system).found
+        if not 0 <= start < len(states):
+            raise Refusal(f"--start: should be the number of one of the {len(states)} equilibria, got {start}")
+        begun = states[start]
+    with progress(f"Following steady sliding over {along.path}"), refusing("points", over="--over", between="--over"):
+        found = _refused_by_drive(equilibrium_branch, system, along.plain, (low, high), start=begun, points=points)
+    scale, unit = along.scale, along.unit
+    record = {
+        "over": along.path,
+        "between": [low * scale, high * scale],
+        "parameter": (found.parameter * scale).tolist(),
+        "state": {name: found.states[:, i].tolist() for i, name in enumerate(system.state_names)},
+        "eigenvalues": [[_complex(value) for value in values] for values in found.eigenvalues],
+        "stable": found.stable.tolist(),
+        "special_points": [
+            {
+                "kind": each.kind.value,
+                "parameter": each.parameter * scale,
+                "error": each.error * scale,
+                "frequency": each.frequency,
+                "criticality": each.criticality,
+                "state": each.state,
+                "remarks": each.remarks,
+            }
+            for each in found.special_points
+        ],
+        "ends": [each.value for each in found.ends],
+        "advice": [each.advice for each in found.ends],
+    }
+    if system.units is not None:
+        names, rate = {name: system.si.unit(name) for name in system.state_names}, "rad/s"
+        units = {"state": names, "eigenvalues": {"real": rate, "imaginary": rate},
+                 "special_points": {"frequency": rate, "state": names}}  # fmt: skip
+        record = in_si(record, units, system)
+        record["units"] |= dict.fromkeys(("between", "parameter"), unit)
+        record["units"]["special_points"] |= dict.fromkeys(("parameter", "error"), unit)
+    if json:
+        print(json_text(record))
+    else:
+        _print_branch(record, unit)
+    if plot is not None:
+        from vibrocap.plotting.equilibria import equilibrium_figure
+        from vibrocap.plotting.style import save
+
+        save(equilibrium_figure(found), plot)
+        if not json:
+            Page().say(f"picture    {plot}")
+    early = [end for end in found.ends if end.early]
+    for end in early:
+        complain(f"The branch was not followed to its end ({end.value}). {end.advice}")
+    return INCOMPLETE if early else OK
+
+
+def equilibrium_record(found: Any) -> dict[str, Any]:
+    """What is known of an equilibrium, by name; None where a set has no end."""
+    return {
+        "kind": found.kind,
+        "stable": found.stable,
+        "stability": found.stability,
+        "dimension": found.dimension,
+        "sides": list(found.sides),
+        "state": found.state,
+        "least": {name: value if math.isfinite(value) else None for name, value in found.least.items()},
+        "most": {name: value if math.isfinite(value) else None for name, value in found.most.items()},
+        "travel": found.travel,
+        "friction": list(found.friction),
+        "frequency": found.frequency,
+        "eigenvalues": [_complex(value) for value in found.eigenvalues],
+    }
+
+
+def _complex(value: complex) -> dict[str, float]:
+    return {"real": float(value.real), "imaginary": float(value.imag)}
+
+
+def _print_equilibria(record: dict[str, Any], title: str) -> None:
+    """The list of equilibria."""
+    page, units = Page(), record.get("units", {}).get("equilibria", {})
+    found = record["equilibria"]
+    page.say(f"{len(found)} equilibri{'um' if len(found) == 1 else 'a'} of {title}", style="bold")
+    for i, each in enumerate(found):
+        sort = f"set of {each['kind']}, dimension {each['dimension']}" if each["dimension"] else each["kind"]
+        page.say(f"[{i}] {sort}, {each['stability']}")
+        own = units.get("state", {})
+        rows = [(name, _span(each, name, own.get(name, ""))) for name in each["state"]]
+        if each["travel"]:
+            rows.append(("travel", said(each["travel"], units.get("travel", ""))))
+        rate = units.get("frequency", "")
+        rows.append(("eigenvalues", ", ".join(_shown(value, rate) for value in each["eigenvalues"])))
+        page.rows(rows, 20)
+
+
+def _span(each: dict[str, Any], name: str, unit: str) -> str:
+    """A state, or how far it reaches over a set."""
+    least, most = each["least"][name], each["most"][name]
+    if least == most is not None:
+        return said(each["state"][name], unit)
+    low, high = ("any" if end is None else said(end, unit) for end in (least, most))
+    return f"{low} to {high}" if low != high else low
+
+
+def _shown(value: dict[str, float], unit: str) -> str:
+    """An eigenvalue."""
+    real, imaginary = value["real"], value["imaginary"]
+    turns = f" {'-' if imaginary < 0 else '+'} {abs(imaginary):.6g}i" if imaginary else ""
+    return f"{real:.6g}{turns}{' ' + unit if unit else ''}"
+
+
+def _print_branch(record: dict[str, Any], unit: str) -> None:
+    """Special points and ends of a branch."""
+    page, values = Page(), record["parameter"]
+    page.say(f"Branch of steady sliding over {record['over']}, {len(values)} points", style="bold")
+    shown = "" if unit == "1" else unit
+    for each in record["special_points"]:
+        place = f"{said(each['parameter'], shown, 12)} (error {each['error']:.0e})"
+        page.say(f"  {each['kind']:<14}{place}  {each['remarks']}")
+    for where, value, end in (("begins", values[0], 0), ("ends", values[-1], 1)):
+        page.say(f"  {where} at {said(value, shown)}: {record['ends'][end]}")
+    stable = sum(record["stable"]) / len(values)
+    page.say(f"  {stable:.0%} of the points are stable".replace("%", " %"))
