@@ -106,7 +106,8 @@ def figure(result: Any, path: str | Path | None = None, **options: Any) -> Figur
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset of a study
+        friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset
+        of a study
     path: a file to write it to as well (.png, .svg or .pdf)
     options: of the figure, such as `multipliers=True` of a branch, `load=2.0` of a law, `measure="drift"` of a study
     """
