@@ -70,6 +70,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
     from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
     from vibrocap.orbits.continuation.following import BranchEnd
+    from vibrocap.orbits.continuation.hopf_cycles import hopf_cycles
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
@@ -201,7 +202,7 @@ __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents",
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
 # equilibria
 __all__ += ["equilibria", "Equilibria", "Equilibrium", "equilibrium_branch", "EquilibriumBranch", "EquilibriumEnd"]
-__all__ += ["EquilibriumPoint", "EquilibriumPointKind"]
+__all__ += ["EquilibriumPoint", "EquilibriumPointKind", "hopf_cycles"]
 # measured data
 __all__ += ["Record", "RecordError", "RecordWarning", "read_records", "prepared", "stick_slip", "stick_slip_of"]
 __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", "basalt_velocity_step", "emps"]

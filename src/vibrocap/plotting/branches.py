@@ -37,6 +37,7 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.FLIP: ("s", 5.0, True),
     SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
     SpecialKind.BRANCH_POINT: ("P", 6.0, True),
+    SpecialKind.HOPF: ("h", 7.0, True),
     SpecialKind.WORD_CHANGE: ("|", 7.0, False),
     SpecialKind.GRAZING: ("v", 6.0, True),
     SpecialKind.CHATTER: ("^", 6.0, True),

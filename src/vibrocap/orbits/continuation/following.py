@@ -43,6 +43,10 @@ class BranchEnd(Advised):
         "The orbit has become one of half its period: the branch is born here, and beyond it the same orbits come "
         "again, a period later.",
     )
+    HOPF = (
+        "Hopf point",
+        "The cycles shrink to an equilibrium, at which they are born: `equilibrium_branch` follows that.",
+    )
     CLOSED = "closed", "The branch has come back to its start."
     ORBIT_CEASES = (
         "orbit ceases",

@@ -14,7 +14,7 @@ from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
 from vibrocap.orbits.maps.itinerary import WordChange, same_cycle, word_change
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
-FOLDED = 0.01  # distance from 1 of the multiplier that makes a turn of the parameter a fold
+FOLDED = 1e-3  # distance from 1 of the multiplier that makes a turn of the parameter a fold
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 
 
@@ -26,6 +26,7 @@ class SpecialKind(enum.Enum):
     FLIP = "flip"
     NEIMARK_SACKER = "Neimark-Sacker"
     BRANCH_POINT = "branch point"
+    HOPF = "Hopf"
     WORD_CHANGE = "change of word"
     GRAZING = "grazing of a stop"
     CHATTER = "accumulating impacts"
@@ -44,6 +45,7 @@ MEANINGS = {
     SpecialKind.FLIP: "A multiplier is -1: an orbit of twice the period begins or ends here.",
     SpecialKind.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
     SpecialKind.BRANCH_POINT: "Another branch of orbits of the same period crosses here (multiplier 1).",
+    SpecialKind.HOPF: "The cycles shrink to an equilibrium, whose pair of eigenvalues passes the imaginary axis here.",
     SpecialKind.WORD_CHANGE: "The phases of sliding and sticking change.",
     SpecialKind.GRAZING: "A mass touches its stop without speed: an impact begins or ends here.",
     SpecialKind.CHATTER: "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
@@ -158,7 +160,7 @@ def _smooth_points(segment: Segment, left: float, right: float, at_parent: bool)
         if segment.discontinuous(bracket.left, bracket.right):
             found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump"))
             continue
-        special = _located(segment, kind, bracket)
+        special = _located(segment, kind, bracket, (before, after))
         if special is not None and not any(_same(special, other) for other in found):
             found.append(special)
     return found
@@ -169,8 +171,10 @@ def _same(special: Found, other: Found) -> bool:
     return special.kind is SpecialKind.BRANCH_POINT and abs(special.share - other.share) < 1e-4
 
 
-def _located(segment: Segment, kind: SpecialKind, bracket: Bracket) -> Found | None:
-    """The record of a root of a test; None for a neutral saddle, which is nothing special."""
+def _located(
+    segment: Segment, kind: SpecialKind, bracket: Bracket, ends: tuple[BranchPoint, BranchPoint]
+) -> Found | None:
+    """The record of a root of a test between two points; None for a neutral saddle, which is nothing special."""
     before, after = segment.point(bracket.left), segment.point(bracket.right)
     point = before if abs(bracket.value_left) <= abs(bracket.value_right) else after
     share = bracket.left if point is before else bracket.right
@@ -180,7 +184,7 @@ def _located(segment: Segment, kind: SpecialKind, bracket: Bracket) -> Found | N
     if bracket.jumps:
         return Found(SpecialKind.JUMP, share, point, width, counts, words, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
-    if kind is SpecialKind.FOLD and np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED:
+    if kind is SpecialKind.FOLD and (np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED or not _passes_one(*ends)):
         return Found(SpecialKind.JUMP, share, point, width, counts, words, text="the parameter turns without a fold")
     if kind is SpecialKind.NEIMARK_SACKER:
         pairs = itertools.combinations(range(len(values)), 2)
@@ -195,6 +199,12 @@ def _located(segment: Segment, kind: SpecialKind, bracket: Bracket) -> Found | N
     elif kind is SpecialKind.BRANCH_POINT:
         direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
     return Found(kind, share, point, width + _noise(segment, bracket), counts, words, direction=direction)
+
+
+def _passes_one(before: BranchPoint, after: BranchPoint) -> bool:
+    """Whether a multiplier passes 1 from one point to another, as over a fold."""
+    one, other = (np.real(np.prod(point.own_multipliers - 1.0)) for point in (before, after))
+    return bool(one * other < 0.0)
 
 
 def _noise(segment: Segment, bracket: Bracket) -> float:

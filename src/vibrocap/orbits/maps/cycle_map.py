@@ -6,6 +6,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.motion.section import whole_turns, winding
+from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
@@ -13,6 +14,7 @@ from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
 NUDGE = 1e-7  # share of the parameter's range for the derivative by it: cycles end where a nudge may lead beyond
+SAMPLES = 256  # of a cycle, to see how far its states reach
 PUSHED = 1e-9  # velocity over its natural size up to which a contact that sticks in a neighbour counts as at rest
 
 
@@ -48,11 +50,25 @@ class CycleMap(ClosingMap):
         period: float,
         tolerance: float = 1e-12,
         plain: bool = False,
+        sizes: np.ndarray | None = None,
     ):
-        """state, period: of the cycle from which the branch is followed"""
+        """state, period: of the cycle from which the branch is followed; sizes: [states], by default its extents"""
         super().__init__(system, path, between, 0, False, tolerance, False, plain)
         self.start_period = period
+        self.sizes = self._extents(state, period) if sizes is None else sizes
         self._across(state, self.row)
+
+    def _extents(self, state: np.ndarray, period: float) -> np.ndarray:
+        """Half the range of each state along the cycle at the start, where that is above its natural size.
+
+        The natural size of a state may follow the duration of the idle drive, which is nothing to a cycle.
+        """
+        start = dict(zip(self.system.state_names, state.tolist(), strict=True))
+        motion = simulate(self.system, periods=period / self.system.drive.period, initial=start)
+        values = np.array([motion.at(np.linspace(0.0, motion.end, SAMPLES), name) for name in motion.state_names])
+        half = 0.5 * np.ptp(values, axis=1)
+        half[self.map.cyclic if self.map.cyclic >= 0 else []] = 0.0
+        return np.maximum(self.sizes, half)
 
     def _across(self, state: np.ndarray, row: np.ndarray) -> None:
         """Set the section across the flow at a state."""

@@ -1,5 +1,6 @@
 """Following a branch of cycles that nothing drives in time: the section is set anew where it leaves its phase."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -7,10 +8,14 @@ import numpy as np
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.cycles.hopf_end import flow_across, hopf_at_end, is_smooth
+from vibrocap.orbits.continuation.cycles.stick_loss import stick_loss
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
 from vibrocap.orbits.maps.cycle_map import CycleMap
 
 STRETCH = 30  # points after which the section is looked at
+SHORT = 0.2  # longest step over the amplitude of a smooth cycle
+CROSSES = 0.5  # cosine between flow and section from which on a smooth cycle crosses it well
 AMID = 0.25  # share of its phase that the section keeps from both ends
 TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
 
@@ -23,17 +28,39 @@ def cycles_followed(
     step: float,
     progress: Callable[[float], None] | None = None,
 ) -> Followed:
+    """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
+    way = _followed_by_sections(closure, start, towards, most, step, progress)
+    return dataclasses.replace(
+        way, special=[(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
+    )
+
+
+def _followed_by_sections(
+    closure: CycleMap,
+    start: BranchPoint,
+    towards: float,
+    most: int,
+    step: float,
+    progress: Callable[[float], None] | None = None,
+) -> Followed:
     """`followed` for cycles, whose section is set anew amid its phase where it has come near an end of it.
 
     The points of both sections are of the same cycles at other instants: where the section is set anew, the states jump
-    along the cycle, and no special point is looked for.
+    along the cycle, and no special point is looked for. Cycles without events have no phases: their section is set
+    across the flow where they are, as a cycle that shrinks would else touch a section that stands still, which looks
+    like a fold. A branch whose cycles shrink to an equilibrium ends at its Hopf point.
     """
     points, special = [start], []
     here, sign = start, towards
     while True:
-        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), step, progress=progress)
+        smooth = is_smooth(here)
+        longest = min(step, SHORT * flow_across(closure, here)[0]) if smooth else step
+        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
+        way = _crossing(closure, way)
         special += [(len(points) - 1 + i, found) for i, found in way.special]
         points += way.points[1:]
+        if (birth := hopf_at_end(closure, points[-1])) is not None:
+            return Followed(points, [*special, (len(points) - 1, birth)], BranchEnd.HOPF)
         more = len(points) < most
         ended = way.end not in (BranchEnd.TOO_MANY_POINTS, BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES)
         if ended or not more:
@@ -52,6 +79,15 @@ def cycles_followed(
         points.append(here)
 
 
+def _crossing(closure: CycleMap, way: Followed) -> Followed:
+    """The part of a way before the first smooth cycle that does not cross the section well any more."""
+    for k, point in enumerate(way.points):
+        if k and is_smooth(point) and flow_across(closure, point)[1] < CROSSES:
+            special = [(i, found) for i, found in way.special if i < k - 1]
+            return Followed(way.points[:k], special, BranchEnd.TOO_MANY_POINTS)
+    return way
+
+
 def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoint] | None:
     """(map, point) with the section amid the phase in which it lies; None where it is amid it already."""
     state, period = closure.state(last.x, last.closing), closure.period(last.x)
@@ -59,7 +95,7 @@ def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoi
     motion = simulate(system, periods=2.0 * period / system.drive.period, initial=named_states(system, state))
     marks = [event.time for event in motion.events if event.kind != "graze"]
     if len(marks) < 2:
-        return None
+        return None if not is_smooth(last) else _section_at(closure, last, state)
     ends = [time - period for time in marks if time > 0.5 * period and time - period < 0.5 * period]
     first = max((time for time in ends if time <= 0.0), default=marks[0] - period)
     last_mark = min((time for time in marks if time > 0.0), default=marks[0])
@@ -70,6 +106,12 @@ def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoi
     moved = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
     if float(motion.at(middle, "side")[0]) == 0.0:
         moved[motion.state_names.index(system.machine.contact_state)] = 0.0
+    return _section_at(closure, last, moved)
+
+
+def _section_at(closure: CycleMap, last: BranchPoint, moved: np.ndarray) -> tuple[CycleMap, BranchPoint] | None:
+    """(map, point) with the section across the flow at another state of the same cycle."""
+    period = closure.period(last.x)
     anew = closure.with_section(moved, closure.parameter(last.x))
     point = started(anew, anew.point(moved, closure.parameter(last.x), period))
     if point is None:
