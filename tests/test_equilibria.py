@@ -308,3 +308,19 @@ def test_command_line_and_its_picture(tmp_path, capsys):
     ):
         assert cli.main(["equilibria", str(case), *wrong]) == 2
         assert said in capsys.readouterr().err
+
+
+def test_si_of_the_command_line(tmp_path, capsys):
+    """k/m = 100: omega 10 rad/s; the Hopf point where R' = c, in m/s."""
+    system = vc.System(
+        vc.Oscillator.in_si(
+            mass_kg=2.0, stiffness_N_per_m=200.0, damping_N_s_per_m=0.1, belt_speed_m_per_s=0.05, normal_load_N=10.0
+        ),
+        vc.Exponential.in_si(coulomb_coefficient=0.5, static_coefficient=1.0, decay_rate_s_per_m=20.0),
+        vc.Constant.in_si(duration_s=1.0),
+    )
+    case = tmp_path / "case.toml"
+    vc.save_case(system, case)
+    assert cli.main(["equilibria", str(case), "--over", "machine.belt_speed_m_per_s=0.01:1"]) == 0
+    assert f"{math.log(20.0 * 0.5 * 10.0 / 0.1) / 20.0:.12g} m/s" in (said := capsys.readouterr().out)
+    assert "omega 10 rad/s; subcritical; stability gained" in said

@@ -69,7 +69,7 @@ def to_pandas(result: Any) -> "pandas.DataFrame":
     if isinstance(result, EquilibriumBranch):
         table = {result.over: result.parameter, "stable": result.stable, "unstable": result.unstable}
         states = dict(zip(result.system.state_names, result.states.T, strict=True))
-        return pandas.DataFrame(table | {"largest_real_part": result.eigenvalues.real[:, 0]} | states).rename_axis(
+        return pandas.DataFrame(table | {"largest_real_part": np.real(result.eigenvalues)[:, 0]} | states).rename_axis(
             "point"
         )
     if isinstance(result, (Rows, BranchDiagram, Equilibria)):

@@ -108,7 +108,7 @@ def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
     """Draw the real parts of the eigenvalues that decide: those nearest to the axis."""
     along, si = quantity_in_si(found.over, found.system).scale, found.system.units is not None
     rate = found.system.si.factor_of("rad/s") if si else 1.0
-    real = found.eigenvalues.real * rate
+    real = np.real(found.eigenvalues) * rate
     ax.axhline(0.0, color="#9A9A9A", linewidth=0.8, zorder=1)
     largest = real[:, 0]
     for column in range(real.shape[1]):

@@ -110,7 +110,7 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
                 "frequency": each.frequency,
                 "criticality": each.criticality,
                 "state": each.state,
-                "remarks": each.remarks,
+                "stability": each.stability,
             }
             for each in found.special_points
         ],
@@ -200,10 +200,13 @@ def _print_branch(record: dict[str, Any], unit: str) -> None:
     """Special points and ends of a branch."""
     page, values = Page(), record["parameter"]
     page.say(f"Branch of steady sliding over {record['over']}, {len(values)} points", style="bold")
-    shown = "" if unit == "1" else unit
+    shown, rate = "" if unit == "1" else unit, "rad/s" if "units" in record else ""
     for each in record["special_points"]:
         place = f"{said(each['parameter'], shown, 12)} (error {each['error']:.0e})"
-        page.say(f"  {each['kind']:<14}{place}  {each['remarks']}")
+        turns = "" if each["frequency"] is None else f"omega {said(each['frequency'], rate)}"
+        kept = "" if each["stability"] == "kept" else f"stability {each['stability']}"
+        remarks = "; ".join(filter(None, (turns, each["criticality"], kept)))
+        page.say(f"  {each['kind']:<14}{place}  {remarks}")
     for where, value, end in (("begins", values[0], 0), ("ends", values[-1], 1)):
         page.say(f"  {where} at {said(value, shown)}: {record['ends'][end]}")
     stable = sum(record["stable"]) / len(values)

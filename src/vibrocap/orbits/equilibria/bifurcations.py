@@ -67,11 +67,11 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
     vector = vectors[:, np.argmin(np.abs(values - guess))]
     constant = vector.conj() / np.linalg.norm(vector) ** 2
     frequency = float(guess.imag)
-    start = [x, [frequency], vector.real, vector.imag]
+    start = [x, [frequency], np.real(vector), np.imag(vector)]
     if coupled:
         unit = mode.jacobian(x) - 1j * frequency * np.eye(n)
         second = np.linalg.lstsq(np.vstack((unit, constant)), np.append(vector, 0.0), rcond=1e-6)[0]
-        start += [second.real, second.imag]
+        start += [np.real(second), np.imag(second)]
 
     def system(u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         at, omega = u[: n + 1], u[n + 1]
@@ -105,8 +105,8 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
         matrix, value, noises = np.vstack(rows), np.concatenate(values), np.concatenate(noise)
         # Rates are real: their imaginary rows are nothing.
         return (
-            np.concatenate((value.real, value.imag[n:])),
-            np.vstack((matrix.real, matrix.imag[n:])),
+            np.concatenate((np.real(value), np.imag(value)[n:])),
+            np.vstack((np.real(matrix), np.imag(matrix)[n:])),
             np.concatenate((noises, noises[n:])),
         )
 
@@ -169,7 +169,7 @@ def first_lyapunov_coefficient(mode: Mode, found: Located) -> float:
 
     def c(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         nudge, total = 1e-4 / max(float(np.max(np.abs(w))), 1e-300), np.zeros(n, dtype=complex)
-        for unit, part in ((1.0, w.real), (1j, w.imag)):
+        for unit, part in ((1.0, np.real(w)), (1j, np.imag(w))):
             along = np.append(part * nudge, 0.0)
             slope = (mode.curvature(x + along) - mode.curvature(x - along))[:, :, :n] / (2.0 * nudge)
             total += unit * np.einsum("jkl,k,l->j", slope, u, v)

@@ -57,8 +57,8 @@ class Equilibrium(Result):
     @property
     def frequency(self) -> float | None:
         """Angular frequency of the oscillation that decays least or grows most; None where nothing oscillates."""
-        pairs = self.eigenvalues[self.eigenvalues.imag > 0.0]
-        return float(pairs[np.argmax(pairs.real)].imag) if len(pairs) else None
+        pairs = self.eigenvalues[np.imag(self.eigenvalues) > 0.0]
+        return float(pairs[np.argmax(np.real(pairs))].imag) if len(pairs) else None
 
     @property
     def heading(self) -> str:
@@ -198,7 +198,7 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
 def sorted_eigenvalues(matrix: np.ndarray) -> np.ndarray:
     """Eigenvalues, largest real part first, of a pair the one with the positive frequency first."""
     values = np.linalg.eigvals(matrix).astype(complex)
-    return values[np.lexsort((-values.imag, -np.round(values.real, 14)))]
+    return values[np.lexsort((-np.imag(values), -np.round(np.real(values), 14)))]
 
 
 def stable(eigenvalues: np.ndarray, dimension: int = 0) -> bool | None:
@@ -208,7 +208,7 @@ def stable(eigenvalues: np.ndarray, dimension: int = 0) -> bool | None:
     across = eigenvalues[np.argsort(np.abs(eigenvalues))[dimension:]]
     if not len(across):
         return True
-    largest, size = float(np.max(across.real)), NEUTRAL * float(np.max(np.abs(across)))
+    largest, size = float(np.max(np.real(across))), NEUTRAL * float(np.max(np.abs(across)))
     return None if abs(largest) <= size else largest < 0.0
 
 

@@ -82,11 +82,17 @@ class EquilibriumPoint(Result):
         return f"{self.kind.value} at {self.parameter:.12g} (error {self.error:.0e})"
 
     @property
+    def stability(self) -> str:
+        """ "lost", "gained" or "kept", going along the branch."""
+        if (self.unstable_before == 0) == (self.unstable_after == 0):
+            return "kept"
+        return "lost" if self.unstable_before == 0 else "gained"
+
+    @property
     def remarks(self) -> str:
         """What else is to be said of it."""
         said = [] if self.frequency is None else [f"omega {self.frequency:.10g}", self.criticality]
-        if (self.unstable_before == 0) != (self.unstable_after == 0):
-            said.append("stability lost" if self.unstable_before == 0 else "stability gained")
+        said += [] if self.stability == "kept" else [f"stability {self.stability}"]
         return "; ".join(each for each in said if each)
 
     @property
@@ -263,14 +269,14 @@ def _joined(mode: Mode, places: list[Place], ends: tuple[EquilibriumEnd, Equilib
 
 def _unstable(values: np.ndarray) -> int:
     """How many real parts are positive."""
-    return int(np.sum(values.real > ON_AXIS * np.abs(values)))
+    return int(np.sum(np.real(values) > ON_AXIS * np.abs(values)))
 
 
 def _special_points(mode: Mode, first: Place, last: Place, after: int) -> list[EquilibriumPoint]:
     """Special points between two neighbouring places, in order: eigenvalues that pass the imaginary axis."""
     found: list[EquilibriumPoint] = []
     old, new = first.eigenvalues, matched(last.eigenvalues, first.eigenvalues)
-    neutral = [np.abs(values.real) <= ON_AXIS * np.abs(values) for values in (old, new)]
+    neutral = [np.abs(np.real(values)) <= ON_AXIS * np.abs(values) for values in (old, new)]
     way, counts = float(np.linalg.norm(last.x - first.x)), (_unstable(old), _unstable(new))
     turns = first.tangent[-1] * last.tangent[-1] < 0.0
     for k in range(len(old)):
@@ -314,7 +320,7 @@ def _branch_point(mode: Mode, first: Place, last: Place, k: int) -> Located | No
 
     if not smallest(0.0) * smallest(1.0) < 0.0:
         return None
-    share = brentq(smallest, 0.0, 1.0, xtol=1e-14)
+    share: Any = brentq(smallest, 0.0, 1.0, xtol=1e-14)
     place = between(mode, first, last, share)
     if place is None:
         return None

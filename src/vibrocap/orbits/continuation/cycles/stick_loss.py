@@ -33,7 +33,7 @@ def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after
     if not moves or smooth[0] == smooth[1]:
         return found
     side = points[after + 1 :] if smooth[1] else points[after::-1]
-    speeds, places = [], []
+    speeds, places, largest = [], [], 0.0
     for point in side:
         if not is_smooth(point) or len(speeds) == MOST:
             break
