@@ -146,8 +146,9 @@ def equilibria(system: System) -> Equilibria:
     in every mode of the contacts, on exact derivatives of the recorded equations.
 
     Returns `Equilibria`, which may be empty: a block that sticks on a moving belt is none, as its spring is stretched.
-    Extents are exact where forces are linear in the states, and a local optimum else. Of more than five contacts only
-    the modes are tried in which all do the same. Raises ArgumentError for a system that is driven in time.
+    Extents are exact where forces are linear in the states, and a local optimum else, where a set may be listed in
+    pieces. Equilibria at a rigid stop, and with an actuator at its limit, are not looked for. Of more than five
+    contacts only the modes are tried in which all do the same. Raises ArgumentError for a system driven in time.
     """
     if not isinstance(system, System):
         raise ArgumentError("system", f"should be a System, got {shown(system)}")

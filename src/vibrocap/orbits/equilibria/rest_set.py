@@ -68,7 +68,7 @@ class RestSets:
                     found.append(RestSet(state, state.y, state.y))
             elif (flat := self._flat(state) if self._is_flat(state) else self._curved(state)) is not None:
                 found.append(flat)
-        return found
+        return _united(found, self.problem.scales)
 
     def _is_flat(self, state: SteadyState) -> bool:
         """Whether the set and its margins are straight: rates stay zero along its directions, margins are linear."""
@@ -142,6 +142,27 @@ class RestSets:
                     if found.success and np.max(np.abs(at_rest(found.x))) < 1e-8:
                         ends[k] = sign * min(sign * ends[k], sign * found.x[k] * scales[k])
         return RestSet(state, least, most)
+
+
+def _united(found: list[RestSet], scales: np.ndarray) -> list[RestSet]:
+    """Sets that are pieces of one: of bristles on several pieces of their law, or seen from several of their states.
+
+    Sets of the same contacts at rest whose extents overlap are one, of the largest dimension among them.
+    """
+    whole: list[RestSet] = []
+    for each in sorted(found, key=lambda one: -one.centre.dimension):
+        for i, other in enumerate(whole):
+            one, two = each.centre, other.centre
+            alike = np.array_equal(one.rests, two.rests) and np.all((one.sides == two.sides)[~one.rests])
+            slack = STRAIGHT * scales
+            meet = np.all(each.least <= other.most + slack) and np.all(other.least <= each.most + slack)
+            if alike and meet and two.dimension > 0:
+                least, most = np.minimum(each.least, other.least), np.maximum(each.most, other.most)
+                whole[i] = RestSet(two, least, most)
+                break
+        else:
+            whole.append(each)
+    return whole
 
 
 def _within(state: SteadyState, found: RestSet, scales: np.ndarray) -> bool:

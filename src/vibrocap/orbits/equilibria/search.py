@@ -13,6 +13,7 @@ MOST_STEPS = 120
 CLOSED = 1e-9  # last step of Newton's method over the size of the state
 STANDS = 1e-12  # speed over its natural size and the ground's below which a contact is at rest
 FARTHEST = 1e6  # natural sizes within which equilibria are looked for
+SETTLED = 1e-6  # share of its own speed that the last step may still change of a slow contact
 SAME = 1e-7  # distance over natural sizes within which two states are one
 RANK = 1e-9  # singular value over the largest, of rows and columns of one size, that counts as zero
 
@@ -168,6 +169,11 @@ def _closed(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     step = _least_squares(matrix, right)
     left = right - (matrix @ step[:, :, None])[:, :, 0]
     size = CLOSED * (1.0 + np.max(np.abs(y.T / problem.scales), axis=1))
+    places = {int(state): i for i, state in enumerate(problem.unknowns)}
+    for each, rest in zip(problem.recording.contacts, rests, strict=True):
+        if each.is_state and each.state in places and each.kind == "kinked":  # a speed that only tends to zero is none
+            k = places[each.state]
+            good &= rest | (np.abs(step[:, k]) * problem.scales[k] <= SETTLED * np.abs(y[k]))
     return good & (np.max(np.abs(step), axis=1) <= size) & (np.linalg.norm(left, axis=1) <= size)
 
 
@@ -196,6 +202,12 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     for velocity, side, rest, each in zip(velocities, sides, rests, recording.contacts, strict=True):
         if each.kind != "smooth":
             good &= rest | (side * velocity > STANDS * places.get(each.state, 1.0))
+    for rest, each in zip(rests, recording.contacts, strict=True):  # a contact at rest that ages is none
+        internal = [recording.rates[i] for i in each.internal]
+        if internal and each.kind == "kinked":
+            good &= ~rest | np.all(problem.values(internal, y, sides, switched) == 0.0, axis=0)
+    for name in problem.system.placed.locked:  # at a stop, or a limit, another equation holds its state
+        good &= switched[problem.system.state_names.index(name)] == 0.0
     for guard in (*problem.values(recording.switches, y, sides, switched),):
         good &= guard >= -1e-9
     for bound in problem.values(recording.bounds, y, sides, switched):
