@@ -19,9 +19,9 @@ from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
-GCC = shutil.which("gcc")
+GCC = shutil.which("gcc") or ""
 FUSED = ("-O3", "-march=native")  # with fused operations where the processor has them
-needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc is installed")
+needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")
 
 
 def example(name):
