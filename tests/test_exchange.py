@@ -84,7 +84,7 @@ def test_the_program_of_a_case_prints_the_bits_of_its_motion(options, tmp_path):
 def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path):
     case = read_case(path, periods=4)
     export_c(case, tmp_path)
-    for options in (("-O0",), ("-O2",), FUSED):
+    for options in (("-O0",), FUSED):
         code, rows = printed(built(tmp_path, *options))
         assert_same_bits(case, rows, code)
 
