@@ -19,8 +19,8 @@ from test_compiler import BODIES, Python, bits, body_text, operands
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused, webassembly_module
+from vibrocap.numerics.compiler.own_functions import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
-from vibrocap.numerics.compiler.webassembly import OWN
 from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion

@@ -42,6 +42,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
+    "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),
     "friction show": (

@@ -22,6 +22,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.commands.branch import basins, branch
 from vibrocap.cli.commands.equilibria import equilibria
+from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
 from vibrocap.cli.commands.friction import friction, limits
 from vibrocap.cli.commands.lab import lab
@@ -140,7 +141,7 @@ app = App(
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, lab, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, lab, export, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

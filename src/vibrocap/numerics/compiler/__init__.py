@@ -3,7 +3,7 @@
 The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
 that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM
 (`machine.py`), kept on disk (`cache.py`) and called (`library.py`); `compiled` does all of that. Nothing else of the
-package knows LLVM. Other targets: graphics cards (`card.py`) and browsers (`webassembly/`).
+package knows LLVM. Other targets: graphics cards (`card.py`), browsers (`webassembly.py`) and C (`c_text.py`).
 """
 
 import functools
@@ -28,6 +28,7 @@ __all__ = [
     "Kind",
     "Refused",
     "Target",
+    "c_source",
     "compiled",
     "host",
     "ir",
@@ -61,7 +62,7 @@ def literal_ir(text: str, entry: str, short: bool = False) -> str:
     Every sum and product is rounded, none are fused; the functions of `math` are the kernel's own polynomials.
     """
     from vibrocap.numerics.compiler.lowering import lowered
-    from vibrocap.numerics.compiler.webassembly import with_own_functions
+    from vibrocap.numerics.compiler.own_functions import with_own_functions
 
     made = lowered(with_own_functions(text), entry, host().lanes, short, library=LIBRARY)
     return made.replace(" contract ", " ")
@@ -77,6 +78,17 @@ def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tupl
     from vibrocap.numerics.compiler import webassembly
 
     return webassembly.module(kernels)
+
+
+def c_source(text: str, entry: str, prefix: str) -> str:
+    """A kernel of one motion as C99 that computes as `literal_ir` does, to the last bit; see `c_text.py`.
+
+    prefix: a C identifier with which every name begins; the function that is called from outside is `PREFIX_ENTRY`
+    Raises Refused where the text is no kernel of one motion.
+    """
+    from vibrocap.numerics.compiler import c_text
+
+    return c_text.c_text(text, entry, prefix)
 
 
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:

@@ -16,34 +16,13 @@ from vibrocap.numerics.compiler.foreign import foreign_code
 from vibrocap.numerics.compiler.kinds import FLOAT, Kind
 from vibrocap.numerics.compiler.lowering import Module, entry_text
 from vibrocap.numerics.compiler.machine import SMALL, Target
-from vibrocap.numerics.compiler.subset import LIBRARY, defines, parsed, uncollected
+from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
+from vibrocap.numerics.compiler.subset import LIBRARY, parsed, uncollected
 from vibrocap.numerics.compiler.typed.program import Program
 
 # Instructions that all browsers have known since 2021.
 BROWSER = Target("wasm32-unknown-unknown", "generic", "+bulk-memory,+mutable-globals,+nontrapping-fptoint,+sign-ext")
 OWN_MEMORY = 1 << 16  # bytes before the page's: tables, and the stack
-# What a kernel of one motion does not define itself (`kernel/loop/card_thread.py` does so for a card).
-OWN = {
-    "sine": "def sine(x):\n    return sine_cosine(x)[0]\n",
-    "cosine": "def cosine(x):\n    return sine_cosine(x)[1]\n",
-    "power": "def power(x, y):\n    return exponential(y * logarithm(x))\n",
-}
-# The rest of a division, towards zero, which LLVM asks of a library.
-REST = """
-import math
-
-
-def rest(x, y):
-    left, least = abs(x), abs(y)
-    if not (least > 0.0 and left < math.inf):
-        return math.nan
-    while left >= least:  # each difference is exact
-        times = least
-        while left - times >= times:
-            times = times * 2.0
-        left = left - times
-    return left if x > 0.0 else -left
-"""
 TYPES, IMPORTS, FUNCTIONS, MEMORIES, GLOBALS, EXPORTS, TABLE_COUNT, CODE, TABLES = 1, 2, 3, 5, 6, 7, 12, 10, 11
 LINKING, SYMBOLS = b"linking", 8  # a section, and the part of it that names things
 FUNCTION, DATA, SECTION, UNDEFINED, NAMED = 0, 1, 3, 0x10, 0x40  # kinds and flags of symbols
@@ -67,12 +46,6 @@ def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]
             entries.append(f"define double @fmod(double %x, double %y) nounwind {{\n  {called}\n  ret double %r\n}}\n")
     text = SMALL + written.text.replace(" contract ", " ") + "".join(entries)
     return module_of(foreign_code(text, BROWSER, "object", HEAD), exports)
-
-
-def with_own_functions(text: str) -> str:
-    """A kernel that has polynomials, with all functions of `math` made of them."""
-    missing = [own for name, own in OWN.items() if not defines(text, name) and defines(text, "sine_cosine")]
-    return "\n\n".join([text, "# From compiler/webassembly", *missing]) if missing else text
 
 
 class SharedModule(Module):

@@ -13,7 +13,7 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
-from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
 from vibrocap.resources import check_kept, check_memory
 
@@ -119,13 +119,18 @@ def sizes(equations: Any) -> dict[str, Any]:
     }
 
 
-@functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
-    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
+def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
+    """(layout, text) of the kernel for one motion of these equations."""
     states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
     layout = Layout(1, states, states, order, parameters, **sizes(equations))
     recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners is not None, equations.several)
-    text = linked_source(generated_source(equations, layout), recipe)
+    return layout, linked_source(generated_source(equations, layout), recipe)
+
+
+@functools.lru_cache(maxsize=64)
+def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
+    layout, text = linked_motion(equations, order)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 
 
@@ -152,41 +157,14 @@ def recorded_run(
     """
     order = series_order(tolerance) if order is None else order
     layout, advance = kernel(equations, order, plain, literal)
-    place, rows = layout.places, layout.rows
-    floats, ints = layout.allocated()
-    marks = phase + periods  # of the drive, at the end
-    whole_periods = int(np.floor(marks + 1e-12))
-    _fill(floats, place["STATE"], initial)
-    _fill(floats, place["PARAMETER"], parameters)
-    scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
-    _fill(floats, place["SCALE"], scales)
-    floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
-    floats[place["PERIOD"]] = period
-    floats[place["TIME"]] = phase * period
-    floats[place["HOLD_RATE"]] = hold_rate(period, order)
-    floats[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
-    floats[place["TOLERANCE"]] = tolerance
-    ints[place["WHOLE_PERIODS"]] = whole_periods
-    ints[place["EVENT_LIMIT"]] = max_events_per_period
-    ints[place["STEP_LIMIT"]] = max_steps
-    table = np.empty((0, 0))
-    if equations.corners is not None:
-        table = _start_drive(equations.corners, floats, ints, place, parameters)
-        parameters = floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
-    _start_contacts(equations, floats, ints, place, initial, parameters)
-    whole_trace = 8.0 * whole_periods * rows
+    whole_trace = 8.0 * int(np.floor(phase + periods + 1e-12)) * layout.rows
     check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
-    piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
-    event_start = (whole_periods + 1) * rows
-    piece_start = event_start + EVENT_ROOM * layout.event_size
-    table_start = piece_start + piece_room * layout.piece_size
-    trace = np.empty(table_start + table.size)
-    trace[table_start:] = table.ravel()
-    ints[place["TABLE"]] = table_start
-    trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
-    ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
-    ints[place["PIECE_START"]], ints[place["PIECE_LIMIT"]] = piece_start, piece_room
-
+    room = int(min(PIECE_ROOM, 250 * periods + 200)), EVENT_ROOM
+    limits = max_events_per_period, max_steps
+    begun = begun_memory(equations, layout, parameters, initial, period, periods, tolerance, limits, room, phase)
+    floats, ints, trace = begun
+    place, rows = layout.places, layout.rows
+    event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
     pieces, events = [], []
     status = codes.RUNNING
     while status == codes.RUNNING:
@@ -219,6 +197,57 @@ def recorded_run(
         implicit_steps=int(ints[place["IMPLICIT_STEPS"]]),
         contacts=layout.contacts,
     )
+
+
+def begun_memory(
+    equations: Any,
+    layout: Layout,
+    parameters: Sequence[float],
+    initial: Sequence[float],
+    period: float,
+    periods: float,
+    tolerance: float,
+    limits: tuple[int, int],
+    room: tuple[int, int],
+    phase: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(floats, ints, trace) of one motion that is about to begin.
+
+    limits: most events per period and most steps; room: pieces and events that the trace holds
+    """
+    place, rows = layout.places, layout.rows
+    floats, ints = layout.allocated()
+    marks = phase + periods  # of the drive, at the end
+    whole_periods = int(np.floor(marks + 1e-12))
+    _fill(floats, place["STATE"], initial)
+    _fill(floats, place["PARAMETER"], parameters)
+    scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
+    _fill(floats, place["SCALE"], scales)
+    floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+    floats[place["PERIOD"]] = period
+    floats[place["TIME"]] = phase * period
+    floats[place["HOLD_RATE"]] = hold_rate(period, layout.order)
+    floats[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
+    floats[place["TOLERANCE"]] = tolerance
+    ints[place["WHOLE_PERIODS"]] = whole_periods
+    ints[place["EVENT_LIMIT"]] = limits[0]
+    ints[place["STEP_LIMIT"]] = limits[1]
+    table = np.empty((0, 0))
+    if equations.corners is not None:
+        table = _start_drive(equations.corners, floats, ints, place, parameters)
+        parameters = floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
+    _start_contacts(equations, floats, ints, place, initial, parameters)
+    piece_room, event_room = room
+    event_start = (whole_periods + 1) * rows
+    piece_start = event_start + event_room * layout.event_size
+    table_start = piece_start + piece_room * layout.piece_size
+    trace = np.empty(table_start + table.size)
+    trace[table_start:] = table.ravel()
+    ints[place["TABLE"]] = table_start
+    trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
+    ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, event_room
+    ints[place["PIECE_START"]], ints[place["PIECE_LIMIT"]] = piece_start, piece_room
+    return floats, ints, trace
 
 
 def _fill(floats: np.ndarray, start: int, values: Any) -> None:

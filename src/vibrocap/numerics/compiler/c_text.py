@@ -1,0 +1,101 @@
+"""C99: a kernel as the text of functions in C, from the typed tree, with the bits of plain Python.
+
+Every sum and product is rounded, none are fused, and the functions of `math` are the kernel's own polynomials; of
+math.h only floor, sqrt and fabs are called, which are exact everywhere. A compiler that was told to compute otherwise
+(-ffast-math, registers of 80 bits) is refused by the text itself. Ints wrap around, as in the other targets.
+"""
+
+from typing import Any
+
+from vibrocap.numerics.compiler.c_functions import Function
+from vibrocap.numerics.compiler.c_snippets import GUARDS, HELPERS, NEEDED, number_text
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, Kind
+from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
+from vibrocap.numerics.compiler.subset import LIBRARY, Refused, parsed, uncollected
+from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.program import Program
+
+TYPES = {FLOAT: "double", INT: "int64_t", BOOL: "int", NOTHING: "void"}
+ARRAYS = {FLOATS: "double *restrict ", INTS: "int64_t *restrict "}
+
+
+def c_text(text: str, entry: str, prefix: str, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)) -> str:
+    """The C of a kernel; the function that is called from outside is `PREFIX_ENTRY`, all others are static.
+
+    prefix: of every name, a C identifier
+    Raises Refused where the text is no kernel of one motion.
+    """
+    with uncollected():
+        function = Program(parsed(with_own_functions(text)), 0, LIBRARY).entry(entry, arguments)
+        written = Module(prefix)
+        name = written.written(function)
+    return written.text.replace(f"static {written.head(function, name)} {{", f"{written.head(function, name)} {{")
+
+
+class Module:
+    """A kernel on its way to C: what is written so far, in the order in which C wants it."""
+
+    def __init__(self, prefix: str):
+        self.prefix = prefix
+        self.tuples: dict[Kind, str] = {}
+        self.types: list[str] = []
+        self.needed: dict[str, str] = {}  # helpers and tables
+        self.bodies: list[str] = []
+        self.names: dict[nodes.Function, str] = {}
+        self.rest = ""
+
+    @property
+    def text(self) -> str:
+        """All of it."""
+        return "\n".join([GUARDS, *self.types, *self.needed.values(), *self.bodies])
+
+    def type(self, kind: Kind) -> str:
+        """The C type of a kind."""
+        if kind.items:
+            if kind not in self.tuples:
+                items = " ".join(f"{self.type(item)} i{i};" for i, item in enumerate(kind.items))
+                self.tuples[kind] = f"{self.prefix}_tuple{len(self.tuples)}"
+                self.types.append(f"typedef struct {{ {items} }} {self.tuples[kind]};")
+            return self.tuples[kind]
+        if kind not in TYPES:
+            raise Refused(f"C has no {kind.name}; write the kernel for one lane")
+        return TYPES[kind]
+
+    def helper(self, name: str) -> str:
+        """The name of a helper, put into the text."""
+        if name not in self.needed:
+            for other in NEEDED.get(name, ()):
+                self.helper(other)
+            if "{rest}" in HELPERS[name] and not self.rest:
+                self.rest = self.written(Program(parsed(REST), 0).function("rest", (FLOAT, FLOAT), Refused))
+                self.needed["rest"] = self.bodies.pop()
+            body = HELPERS[name]
+            for other in (*HELPERS, "rest"):
+                body = body.replace(f"{{{other}}}", f"{self.prefix}_{other}")
+            self.needed[name] = f"static {body}"
+        return f"{self.prefix}_{name}"
+
+    def table(self, name: str, numbers: list[Any]) -> str:
+        """The name of a constant array, put into the text."""
+        kind = FLOAT if isinstance(numbers[0], float) else INT
+        items = ", ".join(number_text(number) for number in numbers)
+        self.needed.setdefault(
+            f"table {name}", f"static const {TYPES[kind]} {self.prefix}_{name}[{len(numbers)}] = {{{items}}};"
+        )
+        return f"{self.prefix}_{name}"
+
+    def head(self, function: nodes.Function, name: str) -> str:
+        """A function's first line."""
+        pairs = (
+            (ARRAYS[kind] if kind in ELEMENTS else f"{self.type(kind)} ", each) for each, kind in function.arguments
+        )
+        return f"{self.type(function.result)} {name}({', '.join(f'{kind}a_{each}' for kind, each in pairs) or 'void'})"
+
+    def written(self, function: nodes.Function) -> str:
+        """The name of a function, which is written when first called."""
+        if function not in self.names:
+            name = f"{self.prefix}_{function.name.replace('.', '_')}"
+            body = Function(self, function).written()
+            self.names[function] = name
+            self.bodies.append(f"static {self.head(function, name)} {{\n{body}\n}}\n")
+        return self.names[function]

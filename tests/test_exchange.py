@@ -1,0 +1,214 @@
+"""Cases as C: the bits of the package's kernel with every optimisation; what would change them is refused."""
+
+import csv
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrocap.case.case import read_case
+from vibrocap.cli.main import main
+from vibrocap.exchange.c_library import c_files, export_c
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import STATUSES, event_kinds
+from vibrocap.motion.start import initial_state
+from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.compiler import c_source, compiled
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
+GCC = shutil.which("gcc") or ""
+FUSED = ("-O3", "-march=native")  # with fused operations where the processor has them
+needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")
+
+
+def example(name):
+    return read_case(next(path for path in EXAMPLES if path.stem == name), periods=6)
+
+
+def built(folder, *options, sources=("main.c", "capsule.c"), out="capsule"):
+    paths = [folder / each for each in sources]
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    done = subprocess.run([GCC, *strict, *options, "-o", folder / out, *paths, "-lm"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return folder / out
+
+
+def printed(program):
+    done = subprocess.run([program], capture_output=True, text=True, check=False)
+    return done.returncode, list(csv.reader(done.stdout.splitlines()[1:]))
+
+
+def expected(case):
+    """The motion of the literal kernel: its record."""
+    system = case.system
+    initial = [*initial_state(system, case.initial).values()]
+    given = equations(system), parameter_values(system), initial, system.drive.period
+    return recorded_run(*given, **case.run, literal=True)
+
+
+def assert_same_bits(case, rows, code):
+    """Steps, events and the end that a program printed are those of the literal kernel."""
+    record, period = expected(case), case.system.drive.period
+    kinds = event_kinds(case.system.placed.switch_events)
+    steps = [row for row in rows if row[1] == "step"]
+    events = [row for row in rows[:-1] if row[1] != "step"]
+    begun = record.piece_instants[:, 0] * period + record.piece_instants[:, 1]
+    values = np.column_stack([begun, record.piece_sides[:, 0], record.series[:, :, 0]])
+    np.testing.assert_array_equal(np.array([[row[0], *row[2:]] for row in steps], float), values)
+    times = record.event_instants[:, 0] * period + record.event_instants[:, 1]
+    values = np.column_stack([times, record.event_contacts, record.event_states])
+    found = np.array([[row[0], *row[2:]] for row in events], float).reshape(len(events), values.shape[1])
+    np.testing.assert_array_equal(found, values)
+    assert [row[1] for row in events] == list(kinds[record.event_kinds])
+    assert rows[-1][1] == STATUSES[record.status].value
+    assert (code == 0) == (record.status == 1)
+    np.testing.assert_array_equal(np.array(rows[-1][3:], float), record.final)
+
+
+@needs_gcc
+@pytest.mark.parametrize("options", [("-O0",), FUSED], ids=" ".join)
+def test_the_program_of_a_case_prints_the_bits_of_its_motion(options, tmp_path):
+    case = example("travels-by-stick-slip")
+    export_c(case, tmp_path)
+    code, rows = printed(built(tmp_path, *options))
+    assert len(rows) > 100
+    assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path):
+    case = read_case(path, periods=4)
+    export_c(case, tmp_path)
+    for options in (("-O0",), FUSED):
+        code, rows = printed(built(tmp_path, *options))
+        assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+def test_fused_operations_would_show(tmp_path):
+    """Without the line that forbids them, a processor that has them gives other bits: a planted fault."""
+    asked = subprocess.run([GCC, *FUSED, "-dM", "-E", "-xc", "/dev/null"], capture_output=True, text=True, check=True)
+    if "__FMA__" not in asked.stdout and "__ARM_FEATURE_FMA" not in asked.stdout:
+        pytest.skip("this processor has no fused operations")
+    case = example("travels-by-stick-slip")
+    export_c(case, tmp_path)
+    path = tmp_path / "capsule.c"
+    text = path.read_text()
+    line = '#pragma GCC optimize("fp-contract=off")\n'
+    assert line in text
+    path.write_text(text.replace(line, ""))
+    code, rows = printed(built(tmp_path, *FUSED, "-ffp-contract=fast"))
+    with pytest.raises(AssertionError):
+        assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+def test_a_copied_motion_goes_on_with_the_same_bits(tmp_path):
+    export_c(example("travels-by-stick-slip"), tmp_path)
+    built(tmp_path, "-O1", "-fPIC", "-shared", sources=("capsule.c",), out="capsule.so")
+    library = ctypes.CDLL(str(tmp_path / "capsule.so"))
+    library.capsule_run.argtypes = [ctypes.c_void_p, ctypes.c_int64]
+    size = sum(
+        8 * int(line.split("[")[1].split("]")[0])
+        for line in (tmp_path / "capsule.h").read_text().splitlines()
+        if line.startswith(("  double ", "  int64_t "))
+    )
+    motion = ctypes.create_string_buffer(size)
+    library.capsule_begin(motion)
+    assert library.capsule_run(motion, 20) == 0
+    copy = ctypes.create_string_buffer(motion.raw, size)
+    before = motion.raw
+    assert library.capsule_run(motion, 20) == library.capsule_run(copy, 20) == 0
+    assert motion.raw == copy.raw != before
+
+
+@needs_gcc
+def test_operators_give_the_bits_of_the_literal_kernel(tmp_path):
+    text = """import math
+
+import numpy as np
+
+TABLE = np.array([[1.5, -2.5], [0.1, 3.0]])
+SCALE = (1.0, 2.0, 4.0)
+
+
+def pair(x, y):
+    return x + y, (x * y, x > y)
+
+
+def advance(floats, ints, trace, rounds):
+    n = 0
+    for a in range(9):
+        for b in range(9):
+            x, y, i, j = floats[a], floats[b], ints[a], ints[b]
+            s, (p, above) = pair(x, y)
+            trace[n] = s - p / 3.0 + (1.0 if above else -0.25)
+            trace[n + 1] = x // y if y != 0.0 else 0.0
+            trace[n + 2] = x % y if y != 0.0 else 0.0
+            trace[n + 3] = x**3 + y**-2 if y != 0.0 else -x
+            trace[n + 4] = max(x, y, 0.5) - min(abs(x), y)
+            trace[n + 5] = math.sqrt(abs(x)) + math.floor(y)
+            trace[n + 6] = TABLE[a % 2, b % 2] * SCALE[b % 3]
+            trace[n + 7] = (i // j if j != 0 else 0) + (i % j if j != 0 else 0) * 7
+            trace[n + 8] = ((i & j) ^ (i | 3)) + (i << 2) + (j >> 1) + (~i) + abs(j)
+            trace[n + 9] = float(int(x))
+            trace[n + 10] = np.float64(x).view(np.int64) % 1000003
+            k = 0
+            while True:
+                k += 1
+                if k > 5 or (x < y and not (k < 3)):
+                    break
+                if k % 2 == 0:
+                    continue
+                trace[n + 11] += k
+            n += 12
+"""
+    floats = np.array([0.0, -0.0, 1.0, -1.5, 3.75, 12345.678, -7.1, 0.1, 1e-60])
+    ints = np.array([0, 1, -1, 5, -7, 12, -3, 1000, 2])
+    (tmp_path / "kernel.c").write_text(c_source(text, "advance", "k"))
+    found, wanted = np.zeros(12 * 81), np.zeros(12 * 81)
+    compiled(text, "advance", literal=True)(floats, ints, wanted, 1)
+    for options in ("-O0", "-O3"):
+        found[:] = 0.0
+        out = built(tmp_path, options, "-fPIC", "-shared", sources=("kernel.c",), out=f"kernel{options}.so")
+        call = ctypes.CDLL(str(out)).k_advance
+        call.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_int64]
+        call(floats.ctypes.data, ints.ctypes.data, found.ctypes.data, 1)
+        np.testing.assert_array_equal(found.view(np.int64), wanted.view(np.int64))
+
+
+@needs_gcc
+@pytest.mark.parametrize("option", ["-ffast-math", "-ffinite-math-only"])
+def test_sources_refuse_inexact_arithmetic(option, tmp_path):
+    export_c(example("travels-by-stick-slip"), tmp_path)
+    command = [GCC, option, "-fsyntax-only", tmp_path / "capsule.c"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "without -ffast-math" in done.stderr
+
+
+def test_bad_input_is_named(tmp_path, capsys):
+    case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
+    with pytest.raises(ValueError, match="name should be up to 31"):
+        c_files(read_case(case), "Capsule-1")
+    (tmp_path / "file").write_text("")
+    for options, said in (
+        (["--out", str(tmp_path / "file")], "--out: "),
+        (["--out", str(tmp_path / "new"), "--name", "a b"], "--name should be"),
+        (["--to", "simulink", "--out", str(tmp_path / "new")], "simulink"),
+    ):
+        assert main(["export", case, *options]) == 2
+        assert said in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_sources_need_floor_sqrt_and_fabs_only():
+    text = c_files(example("bristles-lugre"))["capsule.c"]
+    for name in ("sin", "cos", "exp", "log", "tanh", "atan", "pow", "fmod", "fma", "malloc", "free"):
+        assert f" {name}(" not in text
+        assert f"({name}(" not in text
