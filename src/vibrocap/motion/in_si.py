@@ -58,5 +58,10 @@ class MotionInSI:
         """A named quantity at times t in s."""
         return self.motion.at(np.asarray(t, dtype=float) / self.units.factor("time"), name) * self.units.factor(name)
 
+    def crossings(self, name: str, value: float, direction: int | None = None) -> np.ndarray:
+        """Times in s at which a quantity passes a value in its SI unit, see `Trajectory.crossings`."""
+        found = self.motion.crossings(name, value / self.units.factor(name), direction)
+        return found * self.units.factor("time")
+
     def __getitem__(self, name: str) -> np.ndarray:
         return self.motion[name] * self.units.factor(name)

@@ -316,16 +316,33 @@ class Trajectory(Result):
 
     def at(self, t: Any, name: str) -> np.ndarray:
         """A named quantity at times t."""
-        t, index, s = self._located(t)
+        _, index, s = self._located(t)
+        return self.piece_values(name, index, s)
+
+    def piece_values(self, name: str, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """A named quantity at times s since the start of the pieces: array [n]."""
         if name in self.side_names:
             return self.side_of(name)[index]
         if name in self.state_names:
             return self.piece_states(index, s)[self.state_names.index(name)]
         if name in self.integral_names:
-            return self.integrals(t)[self.integral_names.index(name)]
+            row = self.integral_names.index(name)
+            return self.piece_marks[row, index] + self.piece_integrals(index, s, (name,))[0]
         if name in self.observable_names:
             return self.piece_observables((name,), index, s)[0]
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
+
+    def crossings(self, name: str, value: float, direction: int | None = None) -> np.ndarray:
+        """Times at which a quantity passes a value, exact as the motion is: array [n], in order.
+
+        name: anything that `motion.at` knows; direction: 1 upwards only, -1 downwards only, None both. A value that is
+        touched without being passed is no crossing; one that is kept for a while, as velocity 0 at rest, is passed
+        where it is left for the other side. A jump (of a velocity in an impact) over the value passes it.
+        `motion.si.crossings` takes the value in SI and gives seconds.
+        """
+        from vibrocap.motion.crossings import crossings
+
+        return crossings(self, name, value, direction)
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.at(self.time, name)
