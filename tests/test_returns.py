@@ -59,7 +59,8 @@ def test_the_section_does_not_matter(section, returns):
 def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
     found = vc.orbit(two_blocks(0.2), **{"initial": START, "settle_periods": 120, **given})
     assert found.status is status
-    assert not (found.stable or found.unstable)
+    assert not found.stable
+    assert not found.unstable
     assert len(found.multipliers) == 0
     assert "not known" in str(found)
 
