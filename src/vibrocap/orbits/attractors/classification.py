@@ -104,8 +104,7 @@ def classify(
 
 def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     """Class of a motion that settled to an orbit."""
-    n, largest = orbit.response_period, orbit.multipliers[0]
-    size = float(np.abs(largest))
+    n = orbit.response_period
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
     known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
@@ -115,6 +114,8 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     if not orbit.closes:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
         return MotionClass("not settled", reason, **known)
+    largest = orbit.multipliers[0]
+    size = float(np.abs(largest))
     if abs(size - 1.0) <= CLOSE_TO_CIRCLE and abs(largest.imag) > CLOSE_TO_CIRCLE:
         reason = f"the pair of multipliers {largest:.9f} is on the unit circle"
         return MotionClass("quasi-periodic", reason, **known)

@@ -1,48 +1,59 @@
 """Orbits of autonomous systems, such as a block on a belt: nothing drives them in time, and the period is unknown."""
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 
-from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.motion.equations import equations
+from vibrocap.motion.section import brought_back, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import LONGEST_PERIOD
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
     floquet_multipliers,
     named_states,
 )
+from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, default_sections, recurrence
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
 from vibrocap.physics.system import System
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
-ARRIVED = 1e-6  # natural sizes within which a state is that of the turn before
-CYCLES = 3  # turns of the contact that a run must show before the last is taken as a guess
+MOST_RETURNS = 64  # of a cycle, unless told otherwise
+BESIDE = 1e-6  # of a cycle: an event so soon after a return belongs to it
 
 
 def autonomous_orbit(
-    system: System, start: np.ndarray, settle_periods: int, tolerance: float = 1e-12
+    system: System,
+    start: np.ndarray,
+    settle_periods: int,
+    tolerance: float = 1e-12,
+    section: Section | None = None,
+    returns: int = MOST_RETURNS,
 ) -> PeriodicSolution:
     """The cycle that a start leads to, of a system whose equations do not contain the time.
 
         P_T(y) = y  for y and T,  y moving across the flow only:  f(y_0) . (y - y_0) = 0  (over natural sizes)
 
-    modulo travel and whole turns. The guess is one turn of a simulation, from one stick (or, without any, one reversal
-    of the same direction) to the next; of a machine whose own turns go on, from one angle to where it and all other
-    states are again. The multiplier 1 of the direction along the motion is left out. Where the motion comes to rest
-    instead of cycling, the status is NOT_SETTLED.
+    modulo travel and whole turns. The guess comes from a simulation: the motion returns to a section, and the cycle is
+    as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
+    slips, reversals of each contact), and that is taken at which the motion comes back best. The multiplier 1 of the
+    direction along the motion is left out. Where the motion comes to rest instead of cycling, the status is
+    NOT_SETTLED.
 
-    settle_periods: length of that simulation in `drive.period`
+    settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
     map_ = StroboscopicMap(system, tolerance)
-    guess = _turn(system, start, settle_periods)
-    if guess is None:
-        ended = start
+    guess = _turn(system, start, settle_periods, section, returns)
+    if isinstance(guess, OrbitStatus):
         unknown = np.full((map_.states,) * 2, np.nan)
-        return _record(map_, ended, ended, 0.0, unknown, np.inf, OrbitStatus.NOT_SETTLED, 0)
-    return _closed(map_, *guess)
+        return _record(map_, start, start, 0.0, unknown, np.inf, guess, 0)
+    state, sides, period, passed = guess
+    found = _closed(map_, state, sides, period)
+    return dataclasses.replace(found, returns=passed) if found.closes else found
 
 
 def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> PeriodicSolution:
@@ -51,7 +62,7 @@ def near_cycle(system: System, state: np.ndarray, period: float, tolerance: floa
     return _closed(map_, state, map_.contact_side(state, map_.parameters()), period)
 
 
-def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float) -> PeriodicSolution:
+def _closed(map_: StroboscopicMap, state: np.ndarray, side: Any, period: float) -> PeriodicSolution:
     """Newton's method from a guess."""
     parameters, scales = map_.parameters(), map_.scales(map_.parameters())
     state = brought_back(map_.system, state)
@@ -93,61 +104,41 @@ def _image(
     return residual if found.finished[0] and np.isfinite(residual) else np.inf, found.state[0], found.jacobian[0]
 
 
-def _turn(system: System, start: np.ndarray, periods: int) -> tuple[np.ndarray, float, float] | None:
-    """(state, side, time) of the last turn of a simulation, from the middle of a phase to that of the next like it."""
+def _turn(
+    system: System, start: np.ndarray, periods: int, section: Section | None, most: int
+) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:
+    """(state, sides, time, returns) of the last turn of a simulation, amid the phase that begins at a return."""
     motion = simulate(system, periods=periods, initial=named_states(system, start), tolerance=SIMULATED)
-    for name, turn in system.machine.turns.items():
-        if len(motion.piece_start) and (found := _around(motion, name, turn)) is not None:
-            return found
-    for kind in ("stick", "slip_back", "slip_forward", "reversal"):
-        times = [event.time for event in motion.events if event.kind == kind]
-        every = 2 if kind == "reversal" else 1
-        if len(times) >= CYCLES * every + 1:
-            return _within(motion, times[-1 - every], times[-1])
-    return None
-
-
-def _around(motion: Trajectory, name: str, turn: float) -> tuple[np.ndarray, float, float] | None:
-    """As `_turn`, from the last passages of a coordinate that turns through one place; None where it does not go on.
-
-    Of several turns as many are taken as bring all other states back best.
-    """
-    from scipy.optimize import brentq  # only here: most orbits are found without, and it takes long to load
-
-    marks = [event.time for event in motion.events][-2:]
-    end = 0.5 * sum(marks) if len(marks) == 2 else motion.end
-    times = np.concatenate([np.asarray(motion.piece_start)[np.asarray(motion.piece_start) < end], [end]])
-    here = float(motion.at(end, name)[0])
-    way = np.sign(here - float(motion.at(0.0, name)[0]))
-    ahead = way * (here - motion.at(times, name))  # how far it still has to go
-    passages = []
-    for k in range(1, LONGEST_PERIOD + 1):
-        before = np.flatnonzero(ahead >= k * turn)
-        if not len(before):
+    if not motion.run_status.ok:
+        return OrbitStatus.RUN_FAILED
+    sections = default_sections(motion) if section is None else [section]
+    found = []
+    for each in sections:
+        times = each.times(motion)
+        if len(times) > 1:
+            count, away = recurrence(motion, times, most)
+            found.append((away, count, times))
+        if found and found[-1][0] <= ARRIVED:
             break
-        low, high = times[before[-1]], times[before[-1] + 1]
-        passages.append(brentq(lambda t, k=k: way * (here - motion.at(t, name)[0]) - k * turn, low, high, xtol=1e-12))
-    if len(passages) < CYCLES:
-        return None
-    sizes = np.array(motion.system.scales(), dtype=float)
-    where = section_states(motion.system, motion.states([end, *passages]).T, sizes)
-    away = np.max(np.abs(where[1:] - where[0]), axis=1)
-    best = int(np.flatnonzero(away <= max(2.0 * np.min(away), ARRIVED))[0])
-    state, side = motion.states([end])[:, 0], float(motion.at(end, "side")[0])
-    if side == 0.0:
-        state[motion.state_names.index(motion.system.machine.contact_state)] = 0.0
-    return state, side, end - passages[best]
+    if not found:
+        return OrbitStatus.NOT_SETTLED if section is None else OrbitStatus.SECTION_NOT_MET
+    away, count, times = min(found, key=lambda each: each[0])
+    if away > RECURRENT:
+        return OrbitStatus.MORE_RETURNS
+    return *_within(motion, times[-1 - count], times[-1]), count
 
 
-def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, float, float]:
-    """A state soon after an event, amid the phase that begins there, its side, and the time between two such events."""
-    marks = [event.time for event in motion.events if begin < event.time <= end]
-    middle = 0.5 * (begin + marks[0])
-    state = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
-    side = float(motion.at(middle, "side")[0])
-    if side == 0.0:
-        state[motion.state_names.index(motion.system.machine.contact_state)] = 0.0
-    return state, side, end - begin
+def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, Any, float]:
+    """A state soon after a return, amid the phase that begins there, its sides, and the time between two returns."""
+    marks = [event.time for event in motion.events if begin + BESIDE * (end - begin) < event.time <= end]
+    middle = 0.5 * (begin + (marks[0] if marks else end))
+    state = motion.states([middle])[:, 0]
+    sides = tuple(float(side) for side in motion.piece_sides[motion.piece_at(np.array([middle]))[0]])
+    contacts = (motion.state_names.index(motion.system.machine.contact_state), *equations(motion.system).resting)
+    for place, side in zip(contacts, sides, strict=False):
+        if side == 0.0:
+            state[place] = 0.0
+    return state, sides[0] if len(sides) == 1 else sides, end - begin
 
 
 def _record(

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.measures.sticking import spelled
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
-from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
+from vibrocap.orbits.closing.autonomous_orbit import MOST_RETURNS, autonomous_orbit
 from vibrocap.orbits.closing.periodic_solution import (
     CLOSE_TO_CIRCLE,
     OrbitStatus,
@@ -18,6 +18,7 @@ from vibrocap.orbits.closing.periodic_solution import (
     judged,
     state_vector,
 )
+from vibrocap.orbits.closing.returns import Section, checked_section
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
@@ -122,6 +123,8 @@ def orbit(
     response_period: int | None = None,
     half: bool = False,
     settle_periods: int = 2000,
+    section: Section | str | None = None,
+    returns: int = MOST_RETURNS,
     tolerance: float = 1e-12,
     progress: Progress = None,
 ) -> Orbit:
@@ -139,6 +142,9 @@ def orbit(
     response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
         `initial`, and only if none closes from where a simulation leads; finds unstable orbits too
     settle_periods: most drive periods simulated before it counts as not settled
+    section: of a system that nothing drives in time, where its turns are counted: a `Section`, or the name of an event
+        such as "stick_2"; by default several are tried
+    returns: most returns to the section in a cycle
     tolerance: of the runs, error per step over the natural size of each state
     progress: True for a bar, or a function that is called now and then
     Returns an `Orbit`; its `status` says whether it closed and the certificate of the motion along it is in order, and
@@ -149,8 +155,12 @@ def orbit(
     _check_response(system, 1 if response_period is None else response_period, half)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     check_whole("settle_periods", settle_periods, 1)
+    check_whole("returns", returns, 1, 10**6)
+    section = checked_section(system, section)
     if not is_driven(system):
-        return Orbit.of(autonomous_orbit(system, start, settle_periods, tolerance))
+        return Orbit.of(autonomous_orbit(system, start, settle_periods, tolerance, section, returns))
+    if section is not None:
+        raise ArgumentError("section", "should be None: the drive counts the turns of this system")
     map_ = StroboscopicMap(system, tolerance)
     asked = None
     if response_period is not None or half:

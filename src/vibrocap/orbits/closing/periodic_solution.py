@@ -37,6 +37,16 @@ class OrbitStatus(Advised):
         "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
         "period and a start; the motion may be quasi-periodic or chaotic.",
     )
+    SECTION_NOT_MET = (
+        "section not met",
+        "The motion does not pass the section twice. Name an event or a value that it meets (simulate to see its "
+        "events), start elsewhere, or raise `settle_periods`.",
+    )
+    MORE_RETURNS = (
+        "more returns needed",
+        "The motion does not come back after so many returns to the section as were asked for. Raise `returns` or "
+        "`settle_periods`; the motion may be quasi-periodic or chaotic.",
+    )
     CONTRADICTED = (
         "multipliers contradicted",
         "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
@@ -50,11 +60,12 @@ class PeriodicSolution(Result):
 
     state: at the section (the start of a drive period), position zero
     period: its length; response_period: that in drive periods, 0 for an autonomous system
+    returns: how often it passes the section at which its turns were counted; 0 where none was
     drift: what the cyclic coordinate gains over it (exactly zero where `symmetric`); None without such a coordinate
     winding: whole turns over it of each coordinate that turns, by name
     multipliers: Floquet multipliers modulo the drift, largest first: of the map without the cyclic coordinate (and
         without the direction along the motion of an autonomous system). Exactly zero for each direction that sticking
-        forgets
+        forgets. Empty where the orbit is not closed
     residual: largest mismatch of the closing orbit over the natural size of each state
     symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
     derivative: of the map at the section, [states, states]
@@ -78,6 +89,11 @@ class PeriodicSolution(Result):
     tolerance: float
     mirrored_state: dict[str, float] | None = None
     winding: dict[str, int] = dataclasses.field(default_factory=dict)
+    returns: int = 0
+
+    def __post_init__(self):
+        if not self.closes:
+            object.__setattr__(self, "multipliers", np.empty(0, dtype=complex))
 
     @property
     def heading(self) -> str:
@@ -95,6 +111,8 @@ class PeriodicSolution(Result):
             found["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
         if self.symmetric is not None:
             found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
+        if self.returns:
+            found["returns"] = f"{self.returns} return(s) to the section"
         found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if self.closes else "stability not known"
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
@@ -111,8 +129,11 @@ class PeriodicSolution(Result):
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable."""
-        return bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
+        """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable.
+
+        Neither is an orbit that is not closed.
+        """
+        return self.closes and bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
 
     @property
     def unstable(self) -> bool:

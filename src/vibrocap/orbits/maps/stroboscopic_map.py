@@ -84,7 +84,7 @@ class StroboscopicMap:
         """Period of the drive."""
         return float(evaluate([self.equations.period], 0.0, [], 1.0, parameters)[0])
 
-    def rates(self, state: np.ndarray, side: float, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
+    def rates(self, state: np.ndarray, side: Any, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
         """y' at a state and a time since the start of the drive's period."""
         parameters = self.equations.filled(parameters, time)
         values = evaluate(self.equations.rates, time, state, side, parameters)
@@ -99,13 +99,16 @@ class StroboscopicMap:
         gained = images - states
         return gained - whole_turns(self.system, gained)
 
-    def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> float:
-        """To which side the contact slides: +1, -1, or 0 where it sticks."""
+    def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> Any:
+        """To which side the contact slides: +1, -1, or 0 where it sticks; of several contacts a tuple, one for each."""
         parameters = self.equations.filled(parameters)
-        velocity = float(evaluate([self.equations.contact_velocity], 0.0, list(state), 1.0, parameters)[0])
-        if velocity == 0.0 and self.equations.hold is not None:
-            return 0.0
-        return -1.0 if velocity < 0.0 else 1.0
+        contacts = self.equations.contacts
+        velocities = [self.equations.contact_velocity, *(each.velocity for each in contacts[1:])]
+        sides = []
+        for k, velocity in enumerate(evaluate(velocities, 0.0, list(state), 1.0, parameters)):
+            sticks = (contacts[k].hold if k else self.equations.hold) is not None
+            sides.append(0.0 if float(velocity) == 0.0 and sticks else -1.0 if float(velocity) < 0.0 else 1.0)
+        return sides[0] if len(sides) == 1 else tuple(sides)
 
     def free(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what a switch decides.

@@ -1,0 +1,130 @@
+"""Returns to a section: where in the state space the turns of a motion are counted, and after how many it repeats."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
+from vibrocap.motion.equations import equations
+from vibrocap.motion.section import section_states
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.numbering import numbered
+from vibrocap.physics.system import System
+
+KINDS = ("stick", "slip_forward", "slip_back", "reversal", "impact")
+ARRIVED = 1e-6  # of the extents of the motion, within which a state is that of an earlier return
+RECURRENT = 0.03  # as near as a motion has to come for a cycle to be looked for there
+FEWEST = 3  # returns by default sections: fewer may belong to a motion that is coming to rest
+FINE = 4  # samples of a piece, between which a crossing is located
+
+
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """Where the turns of a motion are counted: at events of one kind and contact, or where an observable takes a value.
+
+    event: "stick", "slip_forward", "slip_back", "reversal" or "impact"; contact: its number, 1 for the first
+    observable: a state or an observable of the motion, in place of an event, which passes `value` upward
+        (`direction` 1) or downward (-1); a coordinate that turns passes it modulo whole turns
+    """
+
+    event: str | None = None
+    contact: int = 1
+    observable: str | None = None
+    value: float = 0.0
+    direction: int = 1
+
+    def times(self, motion: Trajectory) -> np.ndarray:
+        """When a motion passes the section."""
+        if self.observable is None:
+            kind = str(self.event) if self.event == "impact" else numbered(str(self.event), self.contact)
+            return np.array([event.time for event in motion.events if event.kind == kind])
+        return _passages(motion, self)
+
+    def __str__(self) -> str:
+        if self.observable is None:
+            return f"{self.event} of contact {self.contact}"
+        return f"{self.observable} = {self.value:g}, {'upward' if self.direction > 0 else 'downward'}"
+
+
+def checked_section(system: System, given: Any) -> Section | None:
+    """A section as given, or by the name of an event such as "stick" or "stick_2"; ArgumentError for any other."""
+    if given is None:
+        return None
+    contacts = len(system.laws)
+    if isinstance(given, str):
+        names = {numbered(kind, k): (kind, k) for kind in KINDS for k in range(1, contacts + 1)}
+        if given not in names:
+            raise ArgumentError("section", f"no event is called {given!r}; {suggestion(given, names)}")
+        kind, contact = names[given]
+        return Section(kind, contact)
+    if not isinstance(given, Section) or (given.event is None) == (given.observable is None):
+        raise ArgumentError("section", f"should be a Section with an event or an observable, got {given!r}")
+    if given.observable is None:
+        if given.event not in KINDS:
+            raise ArgumentError("section.event", f"should be {listed(KINDS, ' or ')}, got {given.event!r}")
+        if isinstance(given.contact, bool) or given.contact not in range(1, contacts + 1):
+            raise ArgumentError("section.contact", f"should be 1 to {contacts}, got {given.contact!r}")
+        return given
+    known = (*system.state_names, *equations(system).observables)
+    if given.observable not in known or given.observable == system.machine.cyclic:
+        useful = [name for name in known if name != system.machine.cyclic]
+        why = suggestion(given.observable, useful)
+        raise ArgumentError("section.observable", f"{given.observable!r} is none that comes back; {why}")
+    if not is_number(given.value) or not math.isfinite(given.value):
+        raise ArgumentError("section.value", f"should be a finite number, got {given.value!r}")
+    if given.direction not in (1, -1):
+        raise ArgumentError("section.direction", f"should be 1 (upward) or -1 (downward), got {given.direction!r}")
+    return given
+
+
+def default_sections(motion: Trajectory) -> list[Section]:
+    """Sections that a motion passes again and again: places of what turns, then sticks, slips and reversals."""
+    found = []
+    for name, turn in motion.system.machine.turns.items():
+        if len(motion.piece_start) and abs(np.ptp(motion.at([0.0, motion.end], name))) > FEWEST * turn:
+            ends = motion.at([0.0, motion.end], name)
+            marks = [event.time for event in motion.events][-2:]
+            here = 0.5 * sum(marks) if len(marks) == 2 else motion.end
+            found.append(Section(observable=name, value=float(motion.at(here, name)[0]), direction=_way(ends)))
+    sections = [Section(kind, k) for kind in KINDS for k in range(1, motion.piece_sides.shape[1] + 1)]
+    return found + [each for each in sections if len(each.times(motion)) > FEWEST]
+
+
+def recurrence(motion: Trajectory, times: np.ndarray, most: int) -> tuple[int, float]:
+    """(returns after which the last passage repeats, how far the states are apart); the least number that counts.
+
+    times: [returns + 1] of the passages; most: returns of a cycle
+    Distances are over the range of each state in the second half of the motion, which does not depend on natural sizes.
+    """
+    sizes = np.array(motion.system.scales(), dtype=float)
+    late = motion.piece_start[len(motion.piece_start) // 2 :]
+    extents = np.ptp(section_states(motion.system, motion.states(late).T, sizes), axis=0)
+    where = section_states(motion.system, motion.states(times[-1 - most :]).T, sizes)
+    extents[extents == 0.0] = 1.0
+    away = np.max(np.abs(where[-2::-1] - where[-1]) / extents, axis=1)
+    n = int(np.flatnonzero(away <= max(2.0 * np.min(away), ARRIVED))[0])
+    return n + 1, float(away[n])
+
+
+def _way(ends: np.ndarray) -> int:
+    return 1 if ends[-1] > ends[0] else -1
+
+
+def _passages(motion: Trajectory, section: Section) -> np.ndarray:
+    """When an observable passes a value in a direction."""
+    from scipy.optimize import brentq  # only here: most orbits are found without, and it takes long to load
+
+    name = str(section.observable)
+    turn = motion.system.machine.turns.get(name)
+
+    def above(t: Any) -> np.ndarray:
+        value = section.direction * (motion.at(t, name) - section.value)
+        return value if turn is None else np.sin(2.0 * math.pi / turn * value)
+
+    shares = np.arange(FINE) / FINE
+    t = (np.asarray(motion.piece_start)[:, None] + np.asarray(motion.piece_length)[:, None] * shares).ravel()
+    values = above(t)
+    places = np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))
+    return np.array([brentq(lambda x: float(above(x)[0]), t[k], t[k + 1], xtol=1e-12) for k in places])

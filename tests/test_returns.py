@@ -1,0 +1,88 @@
+"""Cycles by returns to a section: how many make a turn, and what is said where none is found."""
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+
+START = {"position": 1.0, "position_2": 1.0}
+
+
+def two_blocks(belt):
+    """Galvanetto and Bishop: unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
+    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
+    row = vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt)
+    return vc.System(row, laws, vc.Constant(force=0.0, duration=10.0))
+
+
+@pytest.mark.parametrize(("belt", "period"), [(0.15, 12.3929518), (0.2, 11.8962162), (0.3, 10.0706235)])
+def test_two_sticks_of_block_1_make_one_turn(belt, period):
+    """Periods of an independent event-driven solver."""
+    found = vc.orbit(two_blocks(belt), initial=START, settle_periods=120)
+    assert (found.status, found.returns) == (OrbitStatus.CONVERGED, 2)
+    assert found.period == pytest.approx(period, abs=6e-8)
+    # a simulation from its state keeps the period
+    sticks = vc.Section("stick", 1).times(found.motion(15.0 * found.period / 10.0))[::2]
+    assert np.diff(sticks) == pytest.approx([found.period] * (len(sticks) - 1), abs=1e-10)
+    assert found.stable
+    assert len(found.multipliers) == 3
+
+
+@pytest.mark.parametrize(
+    ("section", "returns"),
+    [
+        ("stick_2", None),
+        (vc.Section("slip_back", 2), None),
+        (vc.Section(observable="position", value=0.4), None),
+        (vc.Section(observable="position_2", value=0.5, direction=-1), None),
+    ],
+)
+def test_the_section_does_not_matter(section, returns):
+    """The same cycle from whichever section it passes, its length and multipliers to rounding."""
+    known = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
+    found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
+    assert found.status is OrbitStatus.CONVERGED
+    assert found.period == pytest.approx(known.period, abs=1e-10)
+    assert abs(found.multipliers[0]) == pytest.approx(abs(known.multipliers[0]), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("given", "status"),
+    [
+        ({"returns": 1, "section": "stick"}, OrbitStatus.MORE_RETURNS),
+        ({"section": vc.Section(observable="position", value=9.0)}, OrbitStatus.SECTION_NOT_MET),
+        ({"initial": {}, "settle_periods": 1, "section": "impact"}, OrbitStatus.SECTION_NOT_MET),
+    ],
+)
+def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
+    found = vc.orbit(two_blocks(0.2), **{"initial": START, "settle_periods": 120, **given})
+    assert found.status is status
+    assert not found.stable
+    assert not found.unstable
+    assert len(found.multipliers) == 0
+    assert "not known" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("section", "complaint"),
+    [
+        ("stik", "did you mean 'stick'"),
+        ("stick_3", "no event is called 'stick_3'"),
+        (vc.Section("stick", 3), "section.contact should be 1 to 2"),
+        (vc.Section(observable="positon"), "did you mean 'position'"),
+        (vc.Section(observable="position", value=np.nan), "section.value should be a finite number"),
+        (vc.Section(observable="position", direction=0), "section.direction should be 1"),
+        (vc.Section(), "section should be a Section with an event or an observable"),
+        (vc.Section("stick", observable="position"), "section should be a Section with an event or an observable"),
+    ],
+)
+def test_a_section_that_cannot_be_is_refused_by_name(section, complaint):
+    with pytest.raises(ArgumentError, match=complaint.replace("(", r"\(")):
+        vc.orbit(two_blocks(0.2), section=section)
+
+
+def test_a_driven_system_has_the_sections_of_its_drive():
+    with pytest.raises(ArgumentError, match="section should be None"):
+        vc.orbit(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic()), section="stick")
