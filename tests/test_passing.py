@@ -74,6 +74,14 @@ def test_a_jump_over_a_value_passes_it():
     assert blow in motion.crossings("displacement_rate", rate.mean(), direction=int(np.sign(rate[1] - rate[0])))
 
 
+def test_modulo_something_every_value_so_far_apart_counts(motion):
+    step, low, high = 0.02, motion["position"].min(), motion["position"].max()
+    places = 0.013 + step * np.arange(np.floor(low / step) - 1, np.ceil(high / step) + 1)
+    expected = np.sort(np.concatenate([motion.crossings("position", place, -1) for place in places]))
+    assert len(expected) > 2 * len(places)
+    assert motion.crossings("position", 0.013, -1, modulo=step) == pytest.approx(expected, rel=0, abs=1e-12)
+
+
 def test_of_a_motion_in_si_value_and_times_are_in_si(motion):
     in_si = vc.simulate(dataclasses.replace(CAPSULE, units=vc.PendulumScales(0.2, 0.1)), periods=6.3).si
     factor = in_si.units.factor
@@ -87,5 +95,7 @@ def test_bad_input_is_named(motion):
         motion.crossings("angel", 0.5)
     with pytest.raises(ArgumentError, match=r"direction should be 1 \(upwards\)"):
         motion.crossings("angle", 0.5, direction=0)
+    with pytest.raises(ArgumentError, match="modulo should be a positive number or None, not 0"):
+        motion.crossings("angle", 0.5, modulo=0)
     with pytest.raises(ArgumentError, match="value should be a finite number, not nan"):
         motion.crossings("angle", float("nan"))

@@ -1,10 +1,13 @@
 """Cycles by returns to a section: how many make a turn, and what is said where none is found."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
+from vibrocap.cli.commands.orbit import orbit_record
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
 START = {"position": 1.0, "position_2": 1.0}
@@ -31,15 +34,9 @@ def test_two_sticks_of_block_1_make_one_turn(belt, period):
 
 
 @pytest.mark.parametrize(
-    ("section", "returns"),
-    [
-        ("stick_2", None),
-        (vc.Section("slip_back", 2), None),
-        (vc.Section(observable="position", value=0.4), None),
-        (vc.Section(observable="position_2", value=0.5, direction=-1), None),
-    ],
+    "section", ["stick_2", vc.Section("slip_back", 2), "position=0.4", vc.Section(observable="position_2", value=0.5)]
 )
-def test_the_section_does_not_matter(section, returns):
+def test_the_section_does_not_matter(section):
     """The same cycle from whichever section it passes, its length and multipliers to rounding."""
     known = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
     found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120, section=section)
@@ -65,11 +62,23 @@ def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
     assert "not known" in str(found)
 
 
+def test_an_orbit_whose_motion_is_not_certified_shows_no_stability():
+    found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
+    refused = dataclasses.replace(found, status=OrbitStatus.NOT_CERTIFIED)
+    assert found.stable
+    assert not refused.stable
+    assert "not known" in str(refused)
+    assert orbit_record(refused)["stable"] is None
+    assert not orbit_record(refused)["multipliers"]
+
+
 @pytest.mark.parametrize(
     ("section", "complaint"),
     [
         ("stik", "did you mean 'stick'"),
         ("stick_3", "no event is called 'stick_3'"),
+        ("position=fast", "section should be NAME=VALUE"),
+        ("position=0.4:sideways", "section should be NAME=VALUE"),
         (vc.Section("stick", 3), "section.contact should be 1 to 2"),
         (vc.Section(observable="positon"), "did you mean 'position'"),
         (vc.Section(observable="position", value=np.nan), "section.value should be a finite number"),

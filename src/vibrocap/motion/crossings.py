@@ -23,7 +23,9 @@ POINTS = chebyshev.chebpts1(DEGREE + 1)  # on (-1, 1): no border of a piece, whe
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(POINTS, DEGREE))
 
 
-def crossings(motion: "Trajectory", name: str, value: float, direction: int | None = None) -> np.ndarray:
+def crossings(
+    motion: "Trajectory", name: str, value: float, direction: int | None = None, modulo: float | None = None
+) -> np.ndarray:
     """Times at which a quantity of a motion passes a value, see `Trajectory.crossings`."""
     if name not in motion.names:
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(motion.names)}")
@@ -31,43 +33,58 @@ def crossings(motion: "Trajectory", name: str, value: float, direction: int | No
         raise ArgumentError("direction", f"should be 1 (upwards), -1 (downwards) or None (both), not {direction!r}")
     if not np.isfinite(value):
         raise ArgumentError("value", f"should be a finite number, not {value!r}")
-    times, signs = _stretches(motion, name, float(value))
+    if modulo is not None and not (np.isfinite(modulo) and modulo > 0.0):
+        raise ArgumentError("modulo", f"should be a positive number or None, not {modulo!r}")
+    times, signs, values = _stretches(motion, name, float(value), modulo)
     other = signs != 0.0  # while the quantity keeps the value it is on no side of it
-    times, signs = times[other], signs[other]
-    passes = np.flatnonzero(signs[1:] != signs[:-1]) + 1
+    times, signs, values = times[other], signs[other], values[other]
+    passes = np.flatnonzero((signs[1:] != signs[:-1]) & (values[1:] == values[:-1])) + 1
     return times[passes if direction is None else passes[signs[passes] == direction]]
 
 
-def _stretches(motion: "Trajectory", name: str, value: float) -> tuple[np.ndarray, np.ndarray]:
-    """(starts, signs of the quantity less the value) of stretches of time without a change of sign, in order."""
+def _stretches(
+    motion: "Trajectory", name: str, value: float, modulo: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(starts, signs of the quantity less a value, that value) of stretches of time without a change of sign, in order.
+
+    Modulo something the value is that which the middle of a piece is nearest to.
+    """
     index = np.arange(len(motion.piece_start))
     begin, length = np.zeros(len(index)), motion.piece_length
     starts: list[np.ndarray] = [np.empty(0)]
     signs: list[np.ndarray] = [np.empty(0)]
+    values: list[np.ndarray] = [np.empty(0)]
     for halving in range(HALVINGS + 1):
         if not len(index):
             break
         s = begin[:, None] + 0.5 * length[:, None] * (1.0 + POINTS)
-        values = motion.piece_values(name, np.repeat(index, len(POINTS)), s.ravel()).reshape(s.shape)
-        coefficients = values @ TO_COEFFICIENTS.T
-        noise = NEGLIGIBLE * np.maximum(np.abs(coefficients).max(axis=1), abs(value))
-        coefficients[:, 0] -= value
+        quantity = motion.piece_values(name, np.repeat(index, len(POINTS)), s.ravel()).reshape(s.shape)
+        coefficients = quantity @ TO_COEFFICIENTS.T
+        away = coefficients[:, 0] - value
+        target = value + (0.0 * away if modulo is None else modulo * np.round(away / modulo))
+        noise = NEGLIGIBLE * np.maximum(np.abs(coefficients).max(axis=1), np.abs(target))
+        coefficients[:, 0] -= target
         later = np.abs(coefficients[:, 1:])
-        resolved = (later[:, -2:].max(axis=1) <= noise) | (halving == HALVINGS)
+        resolved = later[:, -2:].max(axis=1) <= noise
+        if modulo is not None:
+            resolved &= later.sum(axis=1) <= 0.25 * modulo  # no other value is near
+        resolved |= halving == HALVINGS
         apart = np.abs(coefficients[:, 0]) > np.where(resolved, 1.0, 2.0) * later.sum(axis=1)  # no root
         starts.append(motion.piece_start[index[apart]] + begin[apart])
         signs.append(np.where(np.abs(coefficients[apart, 0]) > noise[apart], np.sign(coefficients[apart, 0]), 0.0))
+        values.append(target[apart])
         for i in np.flatnonzero(resolved & ~apart):
             borders = np.concatenate(([-1.0], _roots(coefficients[i], noise[i]), [1.0]))
             starts.append(motion.piece_start[index[i]] + begin[i] + 0.5 * length[i] * (1.0 + borders[:-1]))
             between = chebyshev.chebval(0.5 * (borders[1:] + borders[:-1]), coefficients[i])
             signs.append(np.where(np.abs(between) > noise[i], np.sign(between), 0.0))
+            values.append(np.full(len(between), target[i]))
         left = ~(resolved | apart)
         index, begin, length = index[left], begin[left], 0.5 * length[left]
         index, begin, length = np.tile(index, 2), np.concatenate((begin, begin + length)), np.tile(length, 2)
     times = np.concatenate(starts)
     order = np.argsort(times, kind="stable")
-    return times[order], np.concatenate(signs)[order]
+    return times[order], np.concatenate(signs)[order], np.concatenate(values)[order]
 
 
 def _roots(coefficients: np.ndarray, noise: float) -> np.ndarray:

@@ -58,9 +58,12 @@ class MotionInSI:
         """A named quantity at times t in s."""
         return self.motion.at(np.asarray(t, dtype=float) / self.units.factor("time"), name) * self.units.factor(name)
 
-    def crossings(self, name: str, value: float, direction: int | None = None) -> np.ndarray:
+    def crossings(
+        self, name: str, value: float, direction: int | None = None, modulo: float | None = None
+    ) -> np.ndarray:
         """Times in s at which a quantity passes a value in its SI unit, see `Trajectory.crossings`."""
-        found = self.motion.crossings(name, value / self.units.factor(name), direction)
+        factor = self.units.factor(name)
+        found = self.motion.crossings(name, value / factor, direction, None if modulo is None else modulo / factor)
         return found * self.units.factor("time")
 
     def __getitem__(self, name: str) -> np.ndarray:

@@ -332,17 +332,21 @@ class Trajectory(Result):
             return self.piece_observables((name,), index, s)[0]
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
 
-    def crossings(self, name: str, value: float, direction: int | None = None) -> np.ndarray:
+    def crossings(
+        self, name: str, value: float, direction: int | None = None, modulo: float | None = None
+    ) -> np.ndarray:
         """Times at which a quantity passes a value, exact as the motion is: array [n], in order.
 
-        name: anything that `motion.at` knows; direction: 1 upwards only, -1 downwards only, None both. A value that is
-        touched without being passed is no crossing; one that is kept for a while, as velocity 0 at rest, is passed
-        where it is left for the other side. A jump (of a velocity in an impact) over the value passes it.
-        `motion.si.crossings` takes the value in SI and gives seconds.
+        name: anything that `motion.at` knows
+        direction: 1 upwards only, -1 downwards only, None both
+        modulo: value + k modulo counts for every whole k, as an angle that goes round passes at each turn
+        A value that is touched without being passed is no crossing; one that is kept for a while, as velocity 0 at
+        rest, is passed where it is left for the other side. A jump over the value, as of a velocity in an impact,
+        passes it. `motion.si.crossings` takes the value in SI and gives seconds.
         """
         from vibrocap.motion.crossings import crossings
 
-        return crossings(self, name, value, direction)
+        return crossings(self, name, value, direction, modulo)
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.at(self.time, name)

@@ -1,8 +1,9 @@
 """`vibrocap orbit` and `vibrocap crossing`: the steady motion of a case, and where a measure of it takes a value."""
 
 import dataclasses
+import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,10 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_si, orbit_units
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.system import System
+
+if TYPE_CHECKING:
+    from vibrocap.orbits.closing.returns import Section
 
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
@@ -25,6 +30,8 @@ def orbit(
     response_period: int | None = None,
     half: bool = False,
     settle_periods: int = 2000,
+    section: str | None = None,
+    returns: int = 64,
     tolerance: float = 1e-12,
     json: bool = False,
 ) -> int:
@@ -34,6 +41,8 @@ def orbit(
     by shooting, to rounding. A motion that settles near an unstable orbit is
     followed on to the orbit that it ends on. With --response-period or --half an
     unstable orbit can be asked for; the motions that replace it are printed too.
+    Without a drive that changes in time the motion is a cycle: it returns to a
+    section, once or several times, before it repeats. --section chooses another.
 
     Exit code 3: the motion did not settle, or no periodic motion was found.
 
@@ -47,6 +56,10 @@ def orbit(
         find an orbit that is its own mirror image, stable or not, near the start
     settle_periods
         drive periods simulated, at most
+    section
+        of a system that nothing drives in time: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down
+    returns
+        most returns to the section in one cycle
     tolerance
         error per step, relative to the states' natural size
     json
@@ -57,13 +70,18 @@ def orbit(
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
     given = read_source(case)
-    with progress("Closing the steady motion"), refusing("response_period", "half", "settle_periods", "tolerance"):
+    with (
+        progress("Closing the steady motion"),
+        refusing("response_period", "half", "settle_periods", "section", "returns", "tolerance"),
+    ):
         found = steady_motion(
             given.system,
             initial=given.initial,
             response_period=response_period,
             half=half,
             settle_periods=settle_periods,
+            section=_section(given.system, section),
+            returns=returns,
             tolerance=tolerance,
         )
     left = found.passed or (found if found.closes and found.unstable else None)
@@ -94,10 +112,21 @@ def orbit(
     return INCOMPLETE
 
 
+def _section(system: System, text: str | None) -> "Section | None":
+    """The section asked for, its value without units."""
+    from vibrocap.orbits.closing.returns import checked_section
+
+    found = checked_section(system, text)
+    if found is None or found.observable is None or system.units is None:
+        return found
+    return dataclasses.replace(found, value=found.value / system.si.factor(found.observable))
+
+
 def orbit_record(found: Any) -> dict[str, Any]:
     """What is known of an orbit, by name."""
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
+    known = found.status is OrbitStatus.CONVERGED
     closed = found.closes or found.status is OrbitStatus.CONTRADICTED
     twin = None
     if closed and found.mirrored_state is not None and not found.symmetric:
@@ -111,9 +140,12 @@ def orbit_record(found: Any) -> dict[str, Any]:
         "drift": found.drift,
         "mean_velocity": found.mean_velocity if found.period else None,
         **({"winding": found.winding} if found.system.machine.turns else {}),
-        "stable": found.stable if found.closes else None,
-        "stability": _stability(found) if found.closes else "not known",
-        "multipliers": [{"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in found.multipliers],
+        "returns": found.returns,
+        "stable": found.stable if known else None,
+        "stability": _stability(found) if known else "not known",
+        "multipliers": [
+            {"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in (found.multipliers if known else ())
+        ],
         "continuum": found.continuum,
         "symmetric": found.symmetric,
         "word": found.word if closed else None,
@@ -131,13 +163,15 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
     state = _state(record["state"], units)
     length, speed, second = (units.get(name, "") for name in ("drift", "mean_velocity", "period"))
     if not closed:
-        rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
+        tried = f"; what was tried last does not close by {record['residual']:.2g}"
+        rows = [("status", record["status"] + (tried if math.isfinite(record["residual"]) else ""))]
         rows += [("last state", state)]
         if "class" in record:
             rows += [("class", f"{record['class']['kind']}: {record['class']['reason']}")]
         page.rows(rows, 14)
         return
-    periods = f" ({record['response_period']} of the drive)" if record["response_period"] else " (its own)"
+    own = f" (its own, {record['returns']} returns)" if record["returns"] > 1 else " (its own)"
+    periods = f" ({record['response_period']} of the drive)" if record["response_period"] else own
     sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
     symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
     rows = [
@@ -147,7 +181,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("mean velocity", "none" if record["mean_velocity"] is None else said(record["mean_velocity"], speed, 12)),
         *(("winding", f"{turns} turn(s) of {name} per period") for name, turns in record.get("winding", {}).items()),
         ("stable", record["stability"]),
-        ("multipliers", sizes),
+        *([("multipliers", sizes)] if sizes else []),
         *([("continuum", "neighbours are steady too: the drift is not determined")] if record["continuum"] else []),
         ("symmetry", symmetric[record["symmetric"]]),
         ("word", record["word"]),

@@ -14,6 +14,7 @@ from vibrocap.orbits.closing.periodic_solution import (
     PeriodicSolution,
     floquet_multipliers,
     named_states,
+    state_vector,
 )
 from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, default_sections, recurrence
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
@@ -47,10 +48,11 @@ def autonomous_orbit(
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
     map_ = StroboscopicMap(system, tolerance)
-    guess = _turn(system, start, settle_periods, section, returns)
+    motion = simulate(system, periods=settle_periods, initial=named_states(system, start), tolerance=SIMULATED)
+    guess = _turn(motion, section, returns)
     if isinstance(guess, OrbitStatus):
-        unknown = np.full((map_.states,) * 2, np.nan)
-        return _record(map_, start, start, 0.0, unknown, np.inf, guess, 0)
+        unknown, ended = np.full((map_.states,) * 2, np.nan), state_vector(system, motion.state)
+        return _record(map_, ended, ended, 0.0, unknown, np.inf, guess, 0)
     state, sides, period, passed = guess
     found = _closed(map_, state, sides, period)
     return dataclasses.replace(found, returns=passed) if found.closes else found
@@ -104,11 +106,8 @@ def _image(
     return residual if found.finished[0] and np.isfinite(residual) else np.inf, found.state[0], found.jacobian[0]
 
 
-def _turn(
-    system: System, start: np.ndarray, periods: int, section: Section | None, most: int
-) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:
+def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:
     """(state, sides, time, returns) of the last turn of a simulation, amid the phase that begins at a return."""
-    motion = simulate(system, periods=periods, initial=named_states(system, start), tolerance=SIMULATED)
     if not motion.run_status.ok:
         return OrbitStatus.RUN_FAILED
     sections = default_sections(motion) if section is None else [section]

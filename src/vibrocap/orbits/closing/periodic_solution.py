@@ -113,7 +113,8 @@ class PeriodicSolution(Result):
             found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
         if self.returns:
             found["returns"] = f"{self.returns} return(s) to the section"
-        found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if self.closes else "stability not known"
+        known = self.status is OrbitStatus.CONVERGED
+        found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if known else "stability not known"
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
@@ -131,14 +132,16 @@ class PeriodicSolution(Result):
     def stable(self) -> bool:
         """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable.
 
-        Neither is an orbit that is not closed.
+        Nor is an orbit that is not closed or whose motion is not certified.
         """
-        return self.closes and bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
+        known = self.status is OrbitStatus.CONVERGED
+        return known and bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
 
     @property
     def unstable(self) -> bool:
         """Whether a multiplier is outside the unit circle: no simulation keeps such an orbit."""
-        return bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
+        known = self.status is OrbitStatus.CONVERGED
+        return known and bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
 
     @property
     def mean_velocity(self) -> float | None:

@@ -14,10 +14,10 @@ from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 
 KINDS = ("stick", "slip_forward", "slip_back", "reversal", "impact")
+WAYS = {"up": 1, "down": -1}
 ARRIVED = 1e-6  # of the extents of the motion, within which a state is that of an earlier return
 RECURRENT = 0.03  # as near as a motion has to come for a cycle to be looked for there
 FEWEST = 3  # returns by default sections: fewer may belong to a motion that is coming to rest
-FINE = 4  # samples of a piece, between which a crossing is located
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,7 +40,8 @@ class Section:
         if self.observable is None:
             kind = str(self.event) if self.event == "impact" else numbered(str(self.event), self.contact)
             return np.array([event.time for event in motion.events if event.kind == kind])
-        return _passages(motion, self)
+        turn = motion.system.machine.turns.get(self.observable)
+        return motion.crossings(self.observable, self.value, self.direction, turn)
 
     def __str__(self) -> str:
         if self.observable is None:
@@ -49,10 +50,19 @@ class Section:
 
 
 def checked_section(system: System, given: Any) -> Section | None:
-    """A section as given, or by the name of an event such as "stick" or "stick_2"; ArgumentError for any other."""
+    """A section as given or in words: "stick_2" (an event and its contact), "position=0.5", "position=0.5:down"."""
     if given is None:
         return None
     contacts = len(system.laws)
+    if isinstance(given, str) and "=" in given:
+        observable, _, place = given.partition("=")
+        value, _, way = place.partition(":")
+        try:
+            given = Section(observable=observable.strip(), value=float(value), direction=WAYS[way.strip() or "up"])
+        except (ValueError, KeyError):
+            raise ArgumentError(
+                "section", f"should be NAME=VALUE, NAME=VALUE:up or NAME=VALUE:down, got {given!r}"
+            ) from None
     if isinstance(given, str):
         names = {numbered(kind, k): (kind, k) for kind in KINDS for k in range(1, contacts + 1)}
         if given not in names:
@@ -110,21 +120,3 @@ def recurrence(motion: Trajectory, times: np.ndarray, most: int) -> tuple[int, f
 
 def _way(ends: np.ndarray) -> int:
     return 1 if ends[-1] > ends[0] else -1
-
-
-def _passages(motion: Trajectory, section: Section) -> np.ndarray:
-    """When an observable passes a value in a direction."""
-    from scipy.optimize import brentq  # only here: most orbits are found without, and it takes long to load
-
-    name = str(section.observable)
-    turn = motion.system.machine.turns.get(name)
-
-    def above(t: Any) -> np.ndarray:
-        value = section.direction * (motion.at(t, name) - section.value)
-        return value if turn is None else np.sin(2.0 * math.pi / turn * value)
-
-    shares = np.arange(FINE) / FINE
-    t = (np.asarray(motion.piece_start)[:, None] + np.asarray(motion.piece_length)[:, None] * shares).ravel()
-    values = above(t)
-    places = np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))
-    return np.array([brentq(lambda x: float(above(x)[0]), t[k], t[k + 1], xtol=1e-12) for k in places])
