@@ -94,12 +94,6 @@ def test_bad_input_is_refused(arguments, complaint):
         basins(capsule(), **{"plane": PLANE, **arguments})
 
 
-def test_what_does_not_travel_has_no_direction():
-    system = vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic())
-    with pytest.raises(ValueError, match="held to its place"):
-        basins(system, {"position": (-1, 1), "sliding_velocity": (-1, 1)})
-
-
 # --- basins ----------------------------------------------------------------------------------------------------------
 
 

@@ -266,12 +266,5 @@ def test_bad_input_is_refused(function, arguments, complaint):
         function(capsule(vc.Exponential()), **arguments)
 
 
-def test_a_system_without_a_drive_in_time_is_refused():
-    belt = vc.System(vc.Oscillator(belt_speed=0.1), vc.Exponential(), vc.Constant())
-    for function in (lyapunov_exponent, classify):
-        with pytest.raises(ValueError, match="nothing drives it in time"):
-            function(belt)
-
-
 def test_class_without_an_orbit_has_no_response_period():
     assert MotionClass("chaotic", "", 0.0, 0.0, None, {}).response_period is None

@@ -136,6 +136,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.system import System
     from vibrocap.plotting.basins import draw_basins
     from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
+    from vibrocap.plotting.diagrams import draw_bifurcation
     from vibrocap.plotting.equilibria import draw_equilibria
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
@@ -240,7 +241,7 @@ __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidat
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

@@ -49,22 +49,29 @@ def basin_figure(basins: Basins) -> Figure:
     Starts that failed, did not settle or are not certified are hatched, so that nothing depends on colour alone.
     """
     basins = _shown(basins)
-    several = len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
+    travels = basins.system.machine.cyclic is not None
+    several = travels and len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
+    which = "Which way each start travels" + (", and to which attractor" if several else "")
     words: Any = types.SimpleNamespace(
-        title="Which way each start travels" + (", and to which attractor" if several else ""),
+        title=which if travels else "Where each start leads",
         setting=_setting(basins),
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
     with style(PRINT):
         fig, axes = study_axes(words, 2 if several else 1)
-        drawn = _draw(axes[0], basins, basins.direction, WAYS)
-        _frame(axes[0], basins, first=True)
-        legend = [Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS]
-        if several:
-            _draw(axes[1], basins, basins.label, _attractor_colours(basins))
-            _frame(axes[1], basins, first=False)
-            axes[0].set_title("direction of travel")
-            axes[1].set_title("attractor")
+        legend = []
+        if travels:
+            drawn = _draw(axes[0], basins, basins.direction, WAYS)
+            _frame(axes[0], basins, first=True)
+            legend += [
+                Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS
+            ]
+        if several or not travels:
+            _draw(axes[-1], basins, basins.label, _attractor_colours(basins))
+            _frame(axes[-1], basins, first=not several)
+            if several:
+                axes[0].set_title("direction of travel")
+                axes[1].set_title("attractor")
             named = basins.attractors[: len(ATTRACTORS)]
             legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each, basins)) for k, each in enumerate(named)]
             if others := basins.attractors[len(ATTRACTORS) :]:

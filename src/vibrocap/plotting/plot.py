@@ -17,6 +17,7 @@ from vibrocap.laboratory.regularisation import Regularisation
 from vibrocap.laboratory.test_sheet import TestSheet
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.basins import Basins
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
@@ -25,6 +26,7 @@ from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, Equ
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.basins import basin_figure, draw_basins
 from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
+from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
 from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.laboratory import (
@@ -62,7 +64,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`,
+        `draw_bifurcation`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
@@ -91,6 +94,9 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         return draw_forces(result, what, ax=ax, **options)
     if isinstance(result, Basins):
         return draw_basins(result, what or "direction", ax=ax, **options)
+    if isinstance(result, BifurcationDiagram):
+        _check(what, result.system.state_names)
+        return draw_bifurcation(result, what, ax=ax, **options)
     if isinstance(result, Law):
         _check(what, ("steady", "presliding"))
         return (draw_presliding if what == "presliding" else draw_steady_curve)(result, ax=ax, **options)
@@ -106,8 +112,8 @@ def figure(result: Any, path: str | Path | None = None, **options: Any) -> Figur
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset
-        of a study
+        bifurcation diagram, a friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime
+        diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg or .pdf)
     options: of the figure, such as `multipliers=True` of a branch, `load=2.0` of a law, `measure="drift"` of a study
     """
@@ -138,6 +144,7 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     Comparison: comparison_figure,
     Match: match_figure,
     Basins: basin_figure,
+    BifurcationDiagram: bifurcation_figure,
     Law: law_figure,
     TestSheet: sheet_figure,
     Regularisation: regularisation_figure,

@@ -1,5 +1,6 @@
 """`vibrocap branch` and `vibrocap basins`: steady motions over a parameter, and which starts lead to which."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -197,8 +198,13 @@ def _basin_record(found: Any) -> dict[str, Any]:
         "starts": size,
         "directions": {word: int((found.direction == code).sum()) / size for code, word in words.items()},
         "attractors": [
-            {"index": i, "share": int((found.label == i).sum()) / size, "drift": _drift(found, i)}
-            for i in range(len(found.attractors))
+            {
+                "index": i,
+                "kind": each.motion.kind,
+                "share": int((found.label == i).sum()) / size,
+                "drift": _drift(found, i),
+            }
+            for i, each in enumerate(found.attractors)
         ],
     }
 
@@ -206,7 +212,7 @@ def _basin_record(found: Any) -> dict[str, Any]:
 def _drift(found: Any, index: int) -> float | None:
     """Drift per drive period of the motions that lead to an attractor."""
     drifts = found.drift[found.label == index]
-    return float(drifts[0]) if len(drifts) else None
+    return float(drifts[0]) if len(drifts) and math.isfinite(drifts[0]) else None
 
 
 def _print_basins(record: dict[str, Any]) -> None:
@@ -214,9 +220,9 @@ def _print_basins(record: dict[str, Any]) -> None:
     page = Page()
     page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
     for word, share in record["directions"].items():
-        if share:
+        if share and (word != "no travel" or any(each["drift"] is not None for each in record["attractors"])):
             page.print(f"  {word:<12}{share:.2%}")
     length = "m" if "units" in record else ""
     for each in record["attractors"]:
-        drift = "none" if each["drift"] is None else f"{said(each['drift'], length)} per drive period"
-        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, drift {drift}")
+        drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
+        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, {each['kind']}{drift}")

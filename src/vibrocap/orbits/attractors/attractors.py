@@ -10,6 +10,7 @@ from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.attractors.classification import (
     CLOUD,
     MotionClass,
+    class_of,
     class_of_iterates,
     class_of_orbit,
     mirrored_cloud,
@@ -17,6 +18,7 @@ from vibrocap.orbits.attractors.classification import (
     within_set,
 )
 from vibrocap.orbits.attractors.starts import Ranges, checked_ranges, spread_starts, visited_ranges
+from vibrocap.orbits.attractors.without_clock import settled_without_clock
 from vibrocap.orbits.closing.attractor_matching import (
     OrbitPoints,
     mirrored_points,
@@ -25,7 +27,7 @@ from vibrocap.orbits.closing.attractor_matching import (
     orbits_reached,
 )
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 
@@ -96,20 +98,23 @@ def attractors(
 
     starts: how many, of low discrepancy (the first thousand of two thousand are the same thousand)
     ranges: {state: (low, high)}; by default all states, as far as motions from within two natural sizes visit them
+    Where nothing drives the system in time, runs end at equilibria (a set of rest is one attractor) or on cycles with
+    periods of their own, which are closed as by `orbit`.
+
     initial: values of the states that have no range
     settle_periods: most drive periods of a run; tolerance: of the orbits, see `orbit`
     progress: True for a bar, or a function that is called now and then, from any thread, with the share of the starts
         that have begun
 
     An attractor with a small basin may be missed: one of the share s is, with the probability exp(-s starts).
-    Raises ValueError naming the argument; so it does for a system that nothing drives in time.
+    Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))
     check_whole("starts", starts, 1, 10_000_000)
     given = None if ranges is None else checked_ranges("ranges", system, ranges)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = driven_map(system, tolerance, threads)
+    map_ = StroboscopicMap(system, tolerance, threads)
     ranges = visited_ranges(map_, start) if given is None else given
     states = spread_starts(map_, start, ranges, starts)
     runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=told(progress))
@@ -132,6 +137,8 @@ def _attractors_of_good(
     map_: StroboscopicMap, runs: SettlingRuns, periods: int
 ) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
     """As `attractors_of`, of runs that failed or are certified."""
+    if not is_driven(map_.system):
+        return _attractors_without_clock(map_, runs, periods)
     orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
     settled = runs.response_period > 0
     waiting = np.flatnonzero(runs.finished & ~settled)
@@ -157,7 +164,30 @@ def _attractors_of_good(
                 orbits.append(orbit)
                 places.append(len(motions))
             motions.append(motion)
-    twins = _twins(map_, motions)
+    found, label = _in_order(motions, _twins(map_, motions), label)
+    return found, label, runs
+
+
+def _attractors_without_clock(
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int
+) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
+    """As `_attractors_of_good`, of a system that nothing drives in time."""
+    reached, which, runs = settled_without_clock(map_, runs, periods)
+    waiting = np.flatnonzero(runs.finished & (which < 0))
+    label = np.where(which >= 0, which, np.where(runs.finished, NOT_SETTLED, FAILED))
+    motions = [class_of(each) for each in reached]
+    for motion, among in zip(*_wandering(map_, runs.state[waiting]), strict=True):
+        if motion.kind not in ("failed", "not settled"):
+            label[waiting[among]] = len(motions)
+            motions.append(motion)
+    found, label = _in_order(motions, [None] * len(motions), label)
+    return found, label, runs
+
+
+def _in_order(
+    motions: list[MotionClass], twins: list[int | None], label: np.ndarray
+) -> tuple[tuple[Attractor, ...], np.ndarray]:
+    """(attractors, label [runs]) of motions and labels in any order: that with most starts first."""
     counts = [int(np.sum(label == k)) for k in range(len(motions))]
     order = sorted(range(len(motions)), key=lambda k: -counts[k])
     place = {k: new for new, k in enumerate(order)}
@@ -167,7 +197,7 @@ def _attractors_of_good(
         for k, other in zip(order, twin, strict=True)
     )
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
-    return found, np.where(label >= 0, moved[np.maximum(label, -1)], label), runs
+    return found, np.where(label >= 0, moved[np.maximum(label, -1)], label)
 
 
 def _those_with_most(orbits: list[OrbitPoints], which: np.ndarray) -> tuple[list[OrbitPoints], np.ndarray]:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -32,7 +32,8 @@ class Basins:
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
     phase: where in the drive's period the starts are, as a share of it, unless it is an axis
     initial: values of the other states
-    direction: 1 forward, 0 no travel, -1 back; or, as in `label`, NOT_SETTLED (-2), FAILED (-3), NOT_CERTIFIED (-5)
+    direction: 1 forward, 0 no travel, as of a machine that is held to its place, -1 back; or, as in `label`,
+        NOT_SETTLED (-2), FAILED (-3), NOT_CERTIFIED (-5)
     label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), NOT_CERTIFIED (-5), see `Attractors`
     drift: of the motion in the end, per drive period; NaN where it is not known
     attractors: that with most starts first
@@ -75,17 +76,21 @@ def basins(
 
     In a system with the half-period symmetry the basins are their own mirror image: the mirrored start half a period
     later leads to the mirror twin.
-    Raises ValueError naming the argument; so it does for a system that nothing drives in time, or without a coordinate
-    along which it travels.
+    A system that nothing drives in time has no phase.
+    Raises ValueError naming the argument.
     """
     start = initial_state(system, initial)
     axes, given = _checked_plane(system, plane)
     counts = _checked_resolution(resolution)
+    if not is_driven(system) and (PHASE in axes or phase):
+        raise ArgumentError(
+            "phase", "nothing drives the system in time, so that there is none; plane should name two states"
+        )
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
         raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = driven_map(system, tolerance, threads)
+    map_ = StroboscopicMap(system, tolerance, threads)
     visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
     visited |= {PHASE: (0.0, 1.0)}
     ranges = [pair or visited[name] for name, pair in zip(axes, given, strict=True)]
@@ -150,11 +155,6 @@ def _directions(found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarr
 
 def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float] | None]]:
     """(names, ranges as given) of two axes; ValueError for anything else."""
-    if system.machine.cyclic is None:
-        raise ValueError(
-            f"system: a {system.machine.name} is held to its place, so that it has no direction of travel; "
-            "attractors(system) tells what starts lead to"
-        )
     if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
         plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:

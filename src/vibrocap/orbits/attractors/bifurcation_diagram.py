@@ -6,19 +6,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.section import brought_back, whole_turns
-from vibrocap.motion.simulate import initial_state
+from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
+from vibrocap.orbits.closing.periodic_solution import named_states, state_vector
+from vibrocap.orbits.closing.returns import Section, checked_section, default_sections, recurrence
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
+REPEATS = 1e-4  # of the extents of a motion: what returns so near has settled to a cycle
 NOT_CERTIFIED, FAILED, NOT_SETTLED = -2, -1, 0
 
 
@@ -27,10 +30,12 @@ class BifurcationDiagram:
     """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
 
     over: path of the parameter; values: [points]; directions: "up" and "down"
-    states: [..., kept, states] at the section, the cyclic coordinate from zero at the first, one that turns within
+    states: [..., kept, states] at the section (the starts of drive periods; of a system that nothing drives in time its
+        returns to a `Section`), the cyclic coordinate from zero at the first, one that turns within
         half a turn; of a settled motion those of one response, of others `kept` of them; NaN where there are no more
-    response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point), -2: not
-        certified: what it settled to, or its last period, is no motion of the equations
+    response_period: drive periods, or returns to the section, after which the motion repeats (1 also of an equilibrium,
+        whose state is then recorded); 0: not settled, -1: the run failed (then it begins anew at the next point), -2:
+        not certified: what it settled to, or its last period, is no motion of the equations
     drift: gain of the cyclic coordinate per drive period over these states; NaN without one. Motions are settled to
         1e-6 of natural sizes, and that is how far the drift of a symmetric one is from zero
     """
@@ -57,6 +62,7 @@ def bifurcation_diagram(
     initial: Mapping[str, float] | None = None,
     settle_periods: int = 300,
     kept: int = 64,
+    section: Section | str | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> BifurcationDiagram:
@@ -71,6 +77,9 @@ def bifurcation_diagram(
         symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
         changes prefers one of two twins, so that of runs alone all would go to the same
     settle_periods: most drive periods at a point; kept: states kept of a motion that does not settle
+    section: of a system that nothing drives in time, where its returns are recorded, see `orbit`; by default the first
+        kind of event that comes again and again: sticks, slips, reversals. Runs settle for `settle_periods`, whatever
+        the length of these, and are recorded over as many more
     progress: True for a bar, or a function that is called at each point with the share done
 
     A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
@@ -79,7 +88,10 @@ def bifurcation_diagram(
     start = np.array(list(initial_state(system, initial).values()))
     low, high = checked_range(system, over, between)
     check_whole("points", points, 2, 1_000_000)
-    driven_map(system, ROUGH)
+    section = checked_section(system, section)
+    driven = is_driven(system)
+    if driven and section is not None:
+        raise ArgumentError("section", "should be None: the drive counts the turns of this system")
     values = np.linspace(low, high, points)
     check_whole("starts", starts, 1, 100_000)
     check_whole("settle_periods", settle_periods, 10, 10**7)
@@ -98,8 +110,12 @@ def bifurcation_diagram(
             row = [k for k, each in enumerate(directions) if _place(each, step, len(values)) == at]
             group = ends[row].reshape(-1, len(start))
             here = StroboscopicMap(systems[at], ROUGH, threads)
-            imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row))
-            done = _at_point(here, _nudged(here, group, step), settle_periods, kept, imaged)
+            begun = _nudged(here, group, step)
+            if driven:
+                imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row))
+                done = _at_point(here, begun, settle_periods, kept, imaged)
+            else:
+                done = _returns_at_point(here, begun, settle_periods, kept, section)
             each_shape = (len(row), starts)
             response[row, :, at] = done[0].reshape(each_shape)
             states[row, :, at] = done[1].reshape(*each_shape, kept, -1)
@@ -146,6 +162,42 @@ def _at_point(
     response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
     response = np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response)
     return response, found, drift, ends
+
+
+def _returns_at_point(
+    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, section: Section | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """As `_at_point`, at the returns to a section of a system that nothing drives in time."""
+    system, period = map_.system, map_.period(map_.parameters())
+    runs = settling_runs(map_, states, np.tile(map_.parameters(), (len(states), 1)), periods)
+    response = np.where(runs.finished, NOT_SETTLED, FAILED)
+    found = np.full((len(states), kept, map_.states), math.nan)
+    drift = np.full(len(states), math.nan)
+    ends = np.where(runs.finished[:, None], runs.state, math.nan)
+    for run in np.flatnonzero(runs.finished):
+        start = named_states(system, brought_back(system, runs.state[run]))
+        motion = simulate(system, periods=periods, initial=start, tolerance=ROUGH)
+        if not motion.run_status.ok:
+            response[run] = FAILED
+            continue
+        ends[run] = state_vector(system, motion.state)
+        which = section or next(iter(default_sections(motion)), None)
+        times = np.empty(0) if which is None else which.times(motion)[-kept - 1 :]
+        if len(times) < 2:
+            if runs.response_period[run] > 0:  # at rest, or sliding steadily
+                response[run], found[run, 0] = 1, ends[run]
+            continue
+        count, away = recurrence(motion, times, len(times) - 1)
+        response[run] = count if away <= REPEATS else NOT_SETTLED
+        times = times[-(count if away <= REPEATS else len(times) - 1) - 1 :]
+        path = motion.states(times).T
+        found[run, : len(times) - 1] = path[:-1] - whole_turns(system, path[:-1])
+        if map_.cyclic >= 0:
+            found[run, :, map_.cyclic] -= found[run, 0, map_.cyclic]
+            drift[run] = (path[-1, map_.cyclic] - path[0, map_.cyclic]) * period / (times[-1] - times[0])
+    ends = np.where(np.isfinite(ends), brought_back(system, ends), math.nan)
+    response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
+    return np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response), found, drift, ends
 
 
 def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
+from vibrocap.orbits.attractors.without_clock import settled_without_clock
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
 from vibrocap.orbits.closing.orbit import Orbit
@@ -20,8 +21,9 @@ from vibrocap.orbits.closing.periodic_solution import (
     state_vector,
 )
 from vibrocap.orbits.closing.shooting import closed, shortest
+from vibrocap.orbits.equilibria.equilibrium import Equilibrium
 from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
 
 SURE = 3.0  # errors by which an exponent differs from zero
@@ -38,7 +40,8 @@ CLOUD = 512  # states that are compared with their mirror images
 class MotionClass:
     """What a motion has become, and why it is called so.
 
-    kind: "period-1", "period-2", ...: repeats after so many drive periods up to a shift of the cyclic coordinate;
+    kind: "period-1", "period-2", ...: repeats after so many drive periods up to a shift of the cyclic coordinate; of a
+        system that nothing drives in time "cycle", or "steady sliding", "rest" and "partial rest" (equilibria);
         "quasi-periodic": two frequencies without a common period (a multiplier pair on the unit circle, or a largest
         Lyapunov exponent that is zero); "chaotic": a largest exponent above zero; "not settled": still on its way, or
         the numbers do not agree; "failed": a run could not be completed
@@ -65,8 +68,9 @@ class MotionClass:
 
     @property
     def response_period(self) -> int | None:
-        """Drive periods after which the motion repeats; None where it does not."""
-        return None if self.orbit is None or self.kind == "quasi-periodic" else self.orbit.response_period
+        """Drive periods after which the motion repeats; None where it does not, and of a cycle with its own period."""
+        periods = 0 if self.orbit is None or self.kind == "quasi-periodic" else self.orbit.response_period
+        return periods or None
 
 
 def classify(
@@ -84,15 +88,22 @@ def classify(
     does not settle within `settle_periods`, its largest Lyapunov exponent over `periods` more and the 0-1 test of its
     stroboscopic states have to agree on what it is; a negative exponent lets orbits of up to 128 periods be looked for.
 
-    Raises ValueError naming the argument; so it does for a system that nothing drives in time.
+    Where nothing drives the system in time, motions end at equilibria or on cycles with a period of their own.
+
+    Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("periods", periods, 200, 10**6)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = driven_map(system, tolerance, threads)
+    map_ = StroboscopicMap(system, tolerance, threads)
     parameters = map_.parameters()
     run = settling_runs(map_, start[None], parameters[None], settle_periods)
+    if not is_driven(system):
+        reached, which, run = settled_without_clock(map_, run, settle_periods)
+        if which[0] >= 0:
+            return class_of(reached[0])
+        run.response_period[:] = 0
     orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
     if not run.finished[0]:
         reason = f"the run did not go to its end: {STATUSES[int(run.ended[0])].text}"
@@ -102,9 +113,19 @@ def classify(
     return class_of_iterates(map_, iterates(map_, run.state, parameters[None], periods)[:, 0])
 
 
+def class_of(reached: Equilibrium | PeriodicSolution) -> MotionClass:
+    """Class of a motion that ended at an equilibrium, in a set of them, or on an orbit."""
+    if isinstance(reached, PeriodicSolution):
+        return class_of_orbit(reached)
+    drift = None if reached.travel is None else reached.travel * reached.system.drive.period
+    extent = f"one of a set of dimension {reached.dimension}; " if reached.dimension else ""
+    reason = f"all rates vanish but that of travel; {extent}it is {reached.stability}"
+    return MotionClass(reached.kind, reason, drift, 0.0, None, reached.state)
+
+
 def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     """Class of a motion that settled to an orbit."""
-    n = orbit.response_period
+    n = orbit.response_period or orbit.period / orbit.system.drive.period
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
     known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
@@ -114,15 +135,16 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     if not orbit.closes:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
         return MotionClass("not settled", reason, **known)
-    largest = orbit.multipliers[0]
-    size = float(np.abs(largest))
+    largest = complex(orbit.multipliers[0]) if len(orbit.multipliers) else 0.0j
+    size = abs(largest)
     if abs(size - 1.0) <= CLOSE_TO_CIRCLE and abs(largest.imag) > CLOSE_TO_CIRCLE:
         reason = f"the pair of multipliers {largest:.9f} is on the unit circle"
         return MotionClass("quasi-periodic", reason, **known)
-    reason = f"it closes after {n} drive periods to {orbit.residual:.2g}; largest multiplier {size:.9g}"
+    after = f"{n} drive periods" if orbit.response_period else f"the time {orbit.period:.10g}"
+    reason = f"it closes after {after} to {orbit.residual:.2g}; largest multiplier {size:.9g}"
     if known["orbit"].status is OrbitStatus.NOT_CERTIFIED:
         reason += "; not certified: it is no motion of the equations"
-    return MotionClass(f"period-{n}", reason, **known)
+    return MotionClass(f"period-{n}" if orbit.response_period else "cycle", reason, **known)
 
 
 def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
@@ -140,10 +162,11 @@ def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     half = len(cloud) // 2
     kind, reason = _decided(growth, chaos, period, same_set(cloud[:half], cloud[half:]))
     drift, error = _mean_drift(map_, states)
-    if kind == "not settled" and growth.value < 0.0 and (orbit := _long_orbit(map_, states, cloud)) is not None:
+    clock, returns = is_driven(map_.system), kind == "not settled" and growth.value < 0.0
+    if clock and returns and (orbit := _long_orbit(map_, states, cloud)) is not None:
         return class_of_orbit(orbit)
     symmetric, turns = None, map_.system.machine.turns
-    if map_.system.mirrored and kind != "not settled":
+    if clock and map_.system.mirrored and kind != "not settled":
         symmetric = same_set(cloud[-CLOUD:], mirrored_cloud(map_, states[-CLOUD:]))
     gained = (states[-1] - states[0]) / max(1, len(states) - 1)
     turned = {name: float(gained[map_.system.state_names.index(name)] / p) for name, p in turns.items()}

@@ -12,13 +12,14 @@ from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.maps.differences import differ, slopes_along
 from vibrocap.orbits.maps.settling_runs import iterates
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System
 
 ALIGNING = 0.1  # share of the periods in which directions turn towards those that grow most; not averaged
 BATCHES = 16  # of the periods, from whose means the error is estimated
 BLOCK = 4096  # periods of which derivatives are computed at a time
+STILL = 1e-6  # of natural sizes in a period: what moves less is at an equilibrium
 ASKED = 8  # periods whose derivative is compared with differences
 
 
@@ -28,8 +29,9 @@ class LyapunovExponents:
 
     value: the largest exponent: > 0 chaos, 0 quasi-periodic, < 0 what comes back. -inf where sticking forgets all
     error: estimate of how far `value` is from its limit, see `lyapunov_exponent`
-    spectrum: all of them [moving states], largest first, without that of the cyclic coordinate (which is 0); -inf for
-        each direction that sticking forgets; errors: theirs (0 for those)
+    spectrum: all of them [moving states], largest first, without that of the cyclic coordinate (which is 0) and, where
+        nothing drives the system in time, without that along the motion (which is 0 too); -inf for each direction that
+        sticking forgets; errors: theirs (0 for those)
     periods: drive periods averaged over; finished: False where the motion could not be completed: of what there was
     certified: whether the evidence of all these periods is within the bounds of a certificate (`motion.run_evidence`);
         False: the motion is not one of the equations, or not to the tolerance
@@ -60,7 +62,9 @@ def lyapunov_exponent(
     (Benettin et al. 1980; Shimada and Nagashima 1979), where J_k is the derivative of the stroboscopic map over period
     k, from the variational equations with saltation at every event, and the QR factors turn the directions anew in each
     period. A contact that sticks forgets a direction: R_ii is zero there and the exponent is -inf. For a periodic
-    orbit lambda_1 = log|largest multiplier|/period.
+    orbit lambda_1 = log|largest multiplier|/period. Where nothing drives the system in time, the map is that over
+    `drive.period`, of whatever length, and the first column of every Q is the direction of the motion: the others tell
+    how neighbouring paths part, whatever is gained or lost along them.
 
     initial: the start (states that are not named are zero); periods: averaged over, after `transient` others
     tolerance: of the runs, error per step over the natural size of each state
@@ -68,14 +72,13 @@ def lyapunov_exponent(
     what the tolerance leaves open of the derivatives: a motion that visits its attractor evenly gives an error that
     falls as 1/sqrt(N), a periodic one as 1/N. Differences over eight of the periods have to agree with the derivatives;
     where they do not, the error is what they make of it. Exponents below log(tolerance)/period are lost in rounding.
-    Returns `LyapunovExponents`. Raises ValueError naming the argument; so it does for a system that nothing drives in
-    time.
+    Returns `LyapunovExponents`. Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))
     check_whole("periods", periods, 20, 10**7)
     check_whole("transient", transient, 0, 10**9)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = driven_map(system, tolerance, threads)
+    map_ = StroboscopicMap(system, tolerance, threads)
     parameters = map_.parameters()
     state = advanced(map_, start, parameters, transient)
     if state is None:
@@ -103,7 +106,14 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     size = map_.scales(parameters)[moving]
     growth = np.empty((len(states), len(moving)))
     certified = True
-    directions = np.linalg.qr(np.random.default_rng(0).normal(size=(len(moving), len(moving))))[0]
+    directions = np.random.default_rng(0).normal(size=(len(moving), len(moving)))
+    flow = None if is_driven(map_.system) else _flow(map_, states, parameters)[:, moving] / size
+    if flow is not None and np.max(np.abs(flow[-1])) * map_.period(parameters) < STILL:
+        flow = None  # an equilibrium: every direction counts
+    if flow is not None:
+        directions[:, 0] = flow[0]
+    along = 0 if flow is None else 1  # the first direction that is not that of the motion
+    directions = np.linalg.qr(directions)[0]
     asked = dict.fromkeys(np.linspace(ALIGNING * len(states), len(states) - 1, ASKED).astype(int).tolist())
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
@@ -113,12 +123,21 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
         slopes = found.jacobian[:, moving][:, :, moving] * size / size[:, None]
         for k, slope in enumerate(slopes):
             if first + k in asked:
-                asked[first + k] = directions[:, 0], slope @ directions[:, 0], found.state[k]
-            directions, upper = np.linalg.qr(slope @ directions)
+                asked[first + k] = directions[:, along], slope @ directions[:, along], found.state[k]
+            grown = slope @ directions
+            if flow is not None and first + k + 1 < len(flow):
+                grown[:, 0] = flow[first + k + 1]
+            directions, upper = np.linalg.qr(grown)
             growth[first + k] = np.abs(np.diag(upper))
+    growth = growth[:, along:]
     doubt = _doubt(map_, states, asked, parameters)
     averaged = _averaged(map_, growth, map_.period(parameters), finished, doubt)
     return dataclasses.replace(averaged, certified=certified)
+
+
+def _flow(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """Rates y' at states [periods, states] on a motion, which the derivative of its map carries into one another."""
+    return np.array([map_.rates(state, map_.contact_side(state, parameters), parameters) for state in states])
 
 
 def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: np.ndarray) -> float:

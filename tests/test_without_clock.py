@@ -1,0 +1,132 @@
+"""What motions become that nothing drives in time: attractors, basins, exponents and diagrams of blocks on belts."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+
+IDLE = vc.Constant(duration=2.0 * math.pi)
+BLOCK = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), IDLE)
+RANGES = {"position": (-2.0, 2.0), "sliding_velocity": (-1.5, 0.5)}  # velocities of the block from 0 to 2
+
+
+def two_blocks(belt, duration=10.0):
+    """Galvanetto and Bishop: unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
+    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
+    row = vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt)
+    return vc.System(row, laws, vc.Constant(duration=duration))
+
+
+# --- attractors and basins -------------------------------------------------------------------------------------------
+
+
+def test_share_of_starts_that_come_to_slide_steadily():
+    """A published table of 4,000 labelled starts gives 0.3165; both shares have their standard errors."""
+    found = vc.attractors(BLOCK, 4000, RANGES)
+    shares = {each.motion.kind: each.share for each in found.attractors}
+    assert set(shares) == {"cycle", "steady sliding"}
+    error = math.sqrt(2 * 0.3165 * (1 - 0.3165) / 4000)
+    assert shares["steady sliding"] == pytest.approx(0.3165, abs=2.0 * error)
+    for label, start in list(zip(found.label, found.starts, strict=True))[:60]:
+        motion = vc.simulate(BLOCK, periods=60, initial=dict(zip(BLOCK.state_names, start, strict=True)))
+        sticks = any(event.kind == "stick" and event.time > 0.8 * motion.end for event in motion.events)
+        assert (found.attractors[label].motion.kind == "cycle") == sticks
+
+
+def test_the_length_of_an_idle_drive_does_not_matter():
+    short, long = (
+        vc.attractors(dataclasses.replace(BLOCK, drive=vc.Constant(duration=duration)), 60, RANGES)
+        for duration in (0.7, 6.316306358)
+    )
+    kinds = [[found.attractors[label].motion.kind for label in found.label] for found in (short, long)]
+    assert kinds[0] == kinds[1]
+    cycles = [next(each.motion.orbit for each in found.attractors if each.motion.orbit) for found in (short, long)]
+    assert cycles[0].period == pytest.approx(cycles[1].period, rel=1e-12)
+
+
+def test_a_set_of_rest_is_one_attractor():
+    still = BLOCK.with_parameters({"machine.belt_speed": 0.0})
+    found = vc.attractors(still, 50)
+    assert [each.motion.kind for each in found.attractors] == ["rest"]
+    assert np.all(found.label == 0)
+
+
+def test_a_cycle_that_runs_reach_slowly_is_one_attractor():
+    """At 0.05 what is left of a disturbance shrinks by 0.81 in a turn of 128: some runs end beside its path."""
+    found = vc.attractors(two_blocks(0.05), 40)
+    assert len(found.attractors) == 1
+    assert found.attractors[0].motion.orbit.returns == 8
+
+
+def test_basins_of_what_does_not_travel_are_labels():
+    found = vc.basins(BLOCK, RANGES, 12)
+    assert np.all(found.direction == 0)
+    for label, position, velocity in [(found.label[6, 0], found.x[6], found.y[0]), (found.label[0, 11], -2.0, 0.5)]:
+        start = {"position": float(position), "sliding_velocity": float(velocity)}
+        assert found.attractors[label].motion.kind == vc.classify(BLOCK, start).kind
+    assert found.label[6, 0] != found.label[0, 11]
+    with pytest.raises(ArgumentError, match="phase: nothing drives the system in time"):
+        vc.basins(BLOCK, {"position": (-1, 1), "phase": (0, 1)}, 4)
+
+
+# --- exponents -------------------------------------------------------------------------------------------------------
+
+
+def test_exponent_of_a_cycle_is_that_of_its_multiplier():
+    system = two_blocks(0.3)
+    cycle = vc.orbit(system, initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
+    found = vc.lyapunov_exponent(system, cycle.state, periods=200, transient=0)
+    assert len(found.spectrum) == 3  # of four: that along the motion is left out
+    assert found.error < 0.005
+    assert found.value == pytest.approx(math.log(abs(cycle.multipliers[0])) / cycle.period, abs=found.error)
+
+
+def test_exponents_at_an_equilibrium_are_its_eigenvalues():
+    (sliding,) = vc.equilibria(BLOCK)
+    found = vc.lyapunov_exponent(BLOCK, {"position": 0.6, "sliding_velocity": -1.5}, periods=200, transient=200)
+    assert found.spectrum == pytest.approx(np.real(sliding.eigenvalues), abs=3.0 * found.error)
+    assert found.error < 2e-3
+
+
+def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
+    found = [vc.classify(two_blocks(0.1, duration), {"position": 1.0}, periods=400) for duration in (10.0, 23.0)]
+    assert [each.kind for each in found] == ["chaotic", "chaotic"]
+    one, other = (each.lyapunov for each in found)
+    assert one.value > 10 * one.error > 0
+    assert one.value == pytest.approx(other.value, abs=3.0 * math.hypot(one.error, other.error))
+
+
+# --- diagrams --------------------------------------------------------------------------------------------------------
+
+
+def test_a_diagram_records_the_returns_of_cycles():
+    speeds = (0.15, 0.2, 0.3)
+    found = vc.bifurcation_diagram(
+        two_blocks(0.2), "machine.belt_speed", (0.15, 0.3), 4, starts=1, settle_periods=60, section="stick",
+        initial={"position": 1.0, "position_2": 1.0}, directions=("up",),
+    )  # fmt: skip
+    for speed in speeds:
+        at = int(np.argmin(np.abs(found.values - speed)))
+        cycle = vc.orbit(two_blocks(speed), initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
+        motion = cycle.motion(1.5 * cycle.period / 10.0)
+        expected = np.sort(motion.states(vc.Section("stick").times(motion)[:2])[0])
+        assert found.response_period[0, 0, at] == 2
+        assert np.sort(found.states[0, 0, at, :2, 0]) == pytest.approx(expected, abs=1e-5)
+    driven = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    with pytest.raises(ArgumentError, match="section should be None"):
+        vc.bifurcation_diagram(driven, "machine.mass_ratio", (1.0, 2.0), 2, section="stick")
+
+
+def test_steady_sliding_is_one_point_of_a_diagram():
+    start = {"position": 0.55, "sliding_velocity": -1.5}
+    found = vc.bifurcation_diagram(
+        BLOCK, "machine.belt_speed", (1.4, 1.5), 2, starts=1, initial=start, directions=("up",), settle_periods=300
+    )
+    assert found.response_period.tolist() == [[[1, 1]]]
+    (sliding,) = vc.equilibria(BLOCK)
+    assert found.states[0, 0, 1, 0] == pytest.approx(list(sliding.state.values()), abs=1e-5)
+    assert np.all(np.isnan(found.states[0, 0, 1, 1:]))
