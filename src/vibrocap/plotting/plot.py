@@ -27,6 +27,7 @@ from vibrocap.plotting.basins import basin_figure, draw_basins
 from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
 from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
+from vibrocap.plotting.fitted import finished
 from vibrocap.plotting.laboratory import (
     draw_presliding,
     draw_steady_curve,
@@ -35,6 +36,7 @@ from vibrocap.plotting.laboratory import (
     sheet_figure,
 )
 from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
+from vibrocap.plotting.page import on_page
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
@@ -102,31 +104,47 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
     )
 
 
-def figure(result: Any, path: str | Path | None = None, **options: Any) -> Figure:
+def figure(
+    result: Any,
+    path: str | Path | None = None,
+    *,
+    width: str | float | None = None,
+    header: bool = True,
+    **options: Any,
+) -> Figure:
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
         friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime diagram, a dataset
         of a study
     path: a file to write it to as well (.png, .svg or .pdf)
+    width: of a motion or an orbit, "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
+        and panels stand one below the other where they have no room side by side; by default what suits a screen
+    header: of a motion or an orbit, whether the parameters stand above the panels, and small print below; False for a figure with a caption
     options: of the figure, such as `multipliers=True` of a branch, `load=2.0` of a law, `measure="drift"` of a study
+
+    Settings of `matplotlib.rcParams` that the user has changed, by hand or by a style sheet, hold over the package's.
     """
     if isinstance(result, Orbit):
         result = result.motion()
-    settings = STYLE
+    if not isinstance(result, Trajectory) and (width is not None or not header):
+        raise ArgumentError("width", "width and header are arranged for motions and orbits only; draw panels by `plot`")
+    with on_page(width, header):
+        fig, settings = _sheet(result, options)
+        if path is not None:
+            save(fig, path, settings)
+    return fig
+
+
+def _sheet(result: Any, options: dict[str, Any]) -> tuple[Figure, dict[Any, Any]]:
+    """The sheet of a result on the present page, and the style in which it is written."""
     for kind, draw in FIGURES.items():
         if isinstance(result, kind):
-            fig = draw(result, **options)
-            settings = PRINT if kind is Basins else STYLE
-            break
-    else:
-        if not _is_dataset(result):
-            raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
-        border = options.pop("border", None)
-        fig, settings = study_figure(study_view(result, **options), border), PRINT
-    if path is not None:
-        save(fig, path, settings)
-    return fig
+            return finished(draw(result, **options)), PRINT if kind is Basins else STYLE
+    if not _is_dataset(result):
+        raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
+    border = options.pop("border", None)
+    return finished(study_figure(study_view(result, **options), border)), PRINT
 
 
 FIGURES: dict[type, Callable[..., Figure]] = {

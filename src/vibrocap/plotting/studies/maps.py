@@ -39,7 +39,7 @@ from vibrocap.plotting.studies.cells import (
 )
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, save, style
+from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, save, settings_of, style
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -89,7 +89,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
     borders = dict(zip(_listed(border), BORDERS, strict=False))
     lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
-    with style(PRINT):
+    with style(settings_of(PRINT)):
         if len(view.axes) == 1:
             fig, axes = study_axes(view, 1)
             handles = draw_lines(axes[0], view)
