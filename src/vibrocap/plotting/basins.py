@@ -28,7 +28,7 @@ from vibrocap.plotting.studies.maps import (
     study_axes,
 )
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, value_text
-from vibrocap.plotting.style import LABELS, given_axes, legend_below, style
+from vibrocap.plotting.style import LABELS, given_axes, legend_below, settings_of, style
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
@@ -57,7 +57,7 @@ def basin_figure(basins: Basins) -> Figure:
         setting=_setting(basins),
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
-    with style(PRINT):
+    with style(settings_of(PRINT)):
         fig, axes = study_axes(words, 2 if several else 1)
         legend = []
         if travels:

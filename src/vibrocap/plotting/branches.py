@@ -20,6 +20,7 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.page import page
 from vibrocap.plotting.style import figure, given_axes, legend_below, style
 
 QUANTITIES = {
@@ -94,7 +95,8 @@ def branch_figure(
     fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
     used: set[str] = set()
     with style():
-        fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
+        if page().header:
+            fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
         for column, each in enumerate(given):
             ax = axes[0, column]
             along = _along(each, over)

@@ -14,13 +14,25 @@ from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.labels import parts_title
-from vibrocap.plotting.style import STICK_SHADE, blank_figure, figure, footnote, given_axes, legend, setting, style
+from vibrocap.plotting.page import page
+from vibrocap.plotting.style import (
+    STICK_SHADE,
+    blank_figure,
+    figure,
+    footnote,
+    given_axes,
+    legend,
+    legend_below,
+    setting,
+    style,
+)
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
 CYCLES_SHOWN = 3.2  # of stick-slip
 WIDEST = 6.0  # speeds of the contact, of its steady curve
 CURVE: dict[str, Any] = {"color": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.0}
 FLAT = 1e-3  # of the break-away force: what is no lag, or no curve
+PRINTED = 2.4  # inches: the height of a row of panels on a page
 UNITS = "All quantities in the units of the law's parameters."
 SHAPES = {"tanh": VERMILION, "arctan": BLUE}
 FORMULAS = {"tanh": r"$\tanh(v/\epsilon)$", "arctan": r"$(2/\pi)\,\arctan(v/\epsilon)$"}
@@ -29,10 +41,11 @@ WIDTH = r"width of the smoothing $\epsilon$"
 
 def sheet_figure(sheet: TestSheet) -> Figure:
     """The canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
-    title = _title(sheet.law, sheet.load, 10.6)
-    fig = blank_figure((10.6, 7.4 + 0.17 * (title.count("\n") + 1)))
+    title = _title(sheet.law, sheet.load, page().width_or(10.6))
+    rows = 4 if page().narrow else 2
+    fig = blank_figure((page().width_or(10.6), _height(7.4, rows) + 0.17 * (title.count("\n") + 1)))
     with style():
-        (presliding, lag), (break_away, stick_slip) = fig.subplots(2, 2)
+        presliding, lag, break_away, stick_slip = fig.subplots(rows, 4 // rows).ravel()
         draw_presliding(sheet.presliding, ax=presliding).set_title("Presliding")
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
@@ -44,15 +57,21 @@ def sheet_figure(sheet: TestSheet) -> Figure:
 
 def law_figure(law: Law, *, load: float = 1.0) -> Figure:
     """A law: its steady curve and its presliding loops."""
-    title = _title(law, load, 9.4)
-    fig = blank_figure((9.4, 3.6 + 0.17 * (title.count("\n") + 1)))
+    title = _title(law, load, page().width_or(9.4))
+    rows = 2 if page().narrow else 1
+    fig = blank_figure((page().width_or(9.4), _height(3.6, rows) + 0.17 * (title.count("\n") + 1)))
     with style():
-        steady, loops = fig.subplots(1, 2)
+        steady, loops = fig.subplots(rows, 2 // rows).ravel()
         draw_steady_curve(law, load=load, ax=steady)
         draw_presliding(law, load=load, ax=loops).set_title("Presliding")
         setting(fig, title)
     footnote(fig, UNITS)
     return fig
+
+
+def _height(usual: float, rows: int) -> float:
+    """The height of a sheet, in inches: on a page so much for each row of panels."""
+    return usual if page().width is None else PRINTED * rows
 
 
 def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = None, ax: Axes | None = None) -> Axes:
@@ -175,7 +194,7 @@ def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
     words = f" of period {found.period:.4g}" if periodic else ""
     ax.set(title=f"Pulled through a spring: {found.regime}{words}", xlabel="time", ylabel="force")
     ax.set_xlim(max(begin, found.time[0]), found.time[-1])
-    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    legend_below(ax, ax.get_legend_handles_labels()[0], ncols=3)
 
 
 def _creep_label(sheet: TestSheet) -> str:

@@ -13,6 +13,7 @@ from vibrocap.physics.numbering import name_and_number, number_in, numbered
 from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
 from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
+from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     ANY_UNITS,
     DIMENSIONLESS,
@@ -31,6 +32,7 @@ DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
 WIDTH = 11.5  # inches of the whole picture
+PRINTED = 1.25  # inches: the height of a panel that is fitted to a page
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
 LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
@@ -51,12 +53,21 @@ def motion_figure(motion: Trajectory) -> Figure:
     on several contacts velocity, friction and mode of every one.
     """
     system = motion.system
-    title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
+    width, narrow = page().width_or(WIDTH), page().narrow
+    title = parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
     loaded, several = system.machine.follows_load or hides_lift_off(motion), bool(system.machine.contacts)
-    fig = blank_figure((WIDTH, 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)))
+    rows = 4 + loaded + several
+    if page().width is None:
+        height = 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)
+    else:
+        height = PRINTED * (rows + 3 * 1.2 * narrow)
+    fig = blank_figure((width, height))
     with style():
-        left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes = left.subplots(4 + loaded + several, 1)
+        if narrow:
+            left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, 3 * 1.2))[:, 0]
+        else:
+            left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
+        axes = left.subplots(rows, 1)
         if several:
             _histories_of_all(axes[:5], motion)
         else:

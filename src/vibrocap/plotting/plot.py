@@ -29,6 +29,7 @@ from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, d
 from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
 from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
+from vibrocap.plotting.fitted import finished
 from vibrocap.plotting.laboratory import (
     draw_presliding,
     draw_steady_curve,
@@ -37,6 +38,7 @@ from vibrocap.plotting.laboratory import (
     sheet_figure,
 )
 from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
+from vibrocap.plotting.page import on_page
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
@@ -108,31 +110,49 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
     )
 
 
-def figure(result: Any, path: str | Path | None = None, **options: Any) -> Figure:
+def figure(
+    result: Any,
+    path: str | Path | None = None,
+    *,
+    width: str | float | None = None,
+    header: bool = True,
+    **options: Any,
+) -> Figure:
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
         bifurcation diagram, a friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime
         diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg or .pdf)
+    width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
+        and the panels of a motion stand one below the other where they have no room side by side; by default what suits
+        a screen
+    header: whether the parameters stand above the panels, and small print below; False for a figure with a caption
     options: of the figure, such as `multipliers=True` of a branch, `load=2.0` of a law, `measure="drift"` of a study
+
+    Settings of `matplotlib.rcParams` that the user has changed, by hand or by a style sheet, hold over the package's.
     """
     if isinstance(result, Orbit):
         result = result.motion()
-    settings = STYLE
+    if isinstance(result, SCREEN_ONLY) and (width is not None or not header):
+        what = type(result).__name__
+        raise ArgumentError("width", f"is not arranged for the sheet of a {what}; draw its panels by `plot`")
+    with on_page(width, header):
+        fig, settings = _sheet(result, options)
+        if path is not None:
+            save(fig, path, settings)
+    return fig
+
+
+def _sheet(result: Any, options: dict[str, Any]) -> tuple[Figure, dict[Any, Any]]:
+    """The sheet of a result on the present page, and the style in which it is written."""
     for kind, draw in FIGURES.items():
         if isinstance(result, kind):
-            fig = draw(result, **options)
-            settings = PRINT if kind is Basins else STYLE
-            break
-    else:
-        if not _is_dataset(result):
-            raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
-        border = options.pop("border", None)
-        fig, settings = study_figure(study_view(result, **options), border), PRINT
-    if path is not None:
-        save(fig, path, settings)
-    return fig
+            return finished(draw(result, **options)), PRINT if kind is Basins else STYLE
+    if not _is_dataset(result):
+        raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
+    border = options.pop("border", None)
+    return finished(study_figure(study_view(result, **options), border)), PRINT
 
 
 FIGURES: dict[type, Callable[..., Figure]] = {
@@ -151,6 +171,8 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     StickSlip: stick_slip_figure,
     RegimeDiagram: regime_figure,
 }
+
+SCREEN_ONLY = (Fit, Comparison, Match, Regularisation, StickSlip, RegimeDiagram)  # not arranged for a page
 
 
 def thumbnail(result: Any) -> str:

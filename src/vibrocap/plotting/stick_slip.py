@@ -3,14 +3,13 @@
 import textwrap
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
-from vibrocap.plotting.style import STICK_SHADE, STYLE, blank_figure, decimated, footnote, heading, legend, unit_of
+from vibrocap.plotting.style import STICK_SHADE, blank_figure, decimated, footnote, heading, legend, style, unit_of
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
@@ -25,7 +24,7 @@ MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREE
 def stick_slip_figure(found: StickSlip) -> Figure:
     """The whole record above; below a detail with its phases and levels, the slider's velocity there, the periods."""
     fig = blank_figure((10.0, 7.4))
-    with matplotlib.rc_context(STYLE):
+    with style():
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
         _whole(top.subplots(), found)
         left, right = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
@@ -48,7 +47,7 @@ def stick_slip_figure(found: StickSlip) -> Figure:
 def regime_figure(diagram: RegimeDiagram) -> Figure:
     """Records as marks over stiffness and pulling speed; form and colour are the regime, the number P/T0."""
     fig = blank_figure((6.4, 4.6))
-    with matplotlib.rc_context(STYLE):
+    with style():
         ax = fig.subplots()
         ax.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="pulling speed V (m/s)")
         for regime, (mark, colour) in MARKS.items():
@@ -138,9 +137,9 @@ def _periods(ax: Axes, found: StickSlip) -> None:
         (found.recurrence.correlation_period, "correlation {:.4g} s", ORANGE, (0, (3, 1, 1, 1))),
         (found.regime.inertial_period, r"$2\pi\sqrt{{m/k}}$ = {:.4g} s", VERMILION, (0, (8, 2))),
     ]
-    for value, text, colour, style in lines:
+    for value, text, colour, dashes in lines:
         if value is not None:
-            ax.axvline(value, color=colour, linestyle=style, linewidth=1.2, label=text.format(value))
+            ax.axvline(value, color=colour, linestyle=dashes, linewidth=1.2, label=text.format(value))
     ax.set(xlabel="period (s)", ylabel="number of periods", title="Periods", xlim=(0.0, None))
     ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
@@ -153,9 +152,9 @@ def _levels(ax: Axes, found: StickSlip) -> None:
         (found.kinetic_level, "kinetic level", BLUE, (0, (5, 2))),
         (found.slip_end_level.mean if found.slip_end_level else None, "level at slip end", GREEN, (0, (1, 1.5))),
     )
-    for value, name, colour, style in lines:
+    for value, name, colour, dashes in lines:
         if value is not None:
-            ax.axhline(value, color=colour, linestyle=style, linewidth=1.1, label=f"{name} {value:.4g}")
+            ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.1, label=f"{name} {value:.4g}")
 
 
 def _shade(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:

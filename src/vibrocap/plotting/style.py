@@ -20,6 +20,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from vibrocap.files import replacing
 from vibrocap.plotting.colours import BLUE
+from vibrocap.plotting.page import page
 
 FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
 
@@ -75,8 +76,33 @@ STYLE: dict[Any, Any] = {
     "legend.framealpha": 0.9,
     "legend.edgecolor": "none",
     "legend.fontsize": 8.5,
+    "pdf.fonttype": 42,  # letters as outlines of a font that a journal takes and a reader can copy
+    "ps.fonttype": 42,
     "svg.hashsalt": "vibrocap",
 }
+# Over those, where a figure is fitted to a page.
+PAGE_STYLE: dict[Any, Any] = {
+    "savefig.dpi": 300,
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "axes.labelsize": 7.5,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+}
+HEAD = 6.5  # points: of what stands above and below the panels of such a figure
+
+
+def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
+    """Those settings of the package's style which the user has left as Matplotlib sets them."""
+    asked = package | (PAGE_STYLE if page().width is not None else {})
+    return {name: value for name, value in asked.items() if _untouched(name, asked)}
+
+
+def _untouched(name: Any, asked: Mapping[Any, Any]) -> bool:
+    """Whether a setting is Matplotlib's own, or one of the package's, as it is within `style`."""
+    ours = [each[name] for each in (STYLE, PAGE_STYLE, asked) if name in each]
+    return matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([each] for each in ours))
 
 
 @contextlib.contextmanager
@@ -84,8 +110,10 @@ def style(settings: Mapping[Any, Any] | None = None) -> Iterator[None]:
     """A context in which Matplotlib draws in the style of this package; it leaves no trace.
 
     settings: of Matplotlib, such as {"font.size": 12}, over those of the style
+
+    What the user has set in `matplotlib.rcParams`, or by a style sheet, stays as it is.
     """
-    with matplotlib.rc_context(STYLE | dict(settings or {})):
+    with matplotlib.rc_context(settings_of(STYLE) | dict(settings or {})):
         yield
 
 
@@ -120,14 +148,14 @@ def figure(
     Further options go to `Figure.subplots` (sharex, width_ratios, ...).
     """
     fig = blank_figure(size)
-    with matplotlib.rc_context(STYLE):
+    with style():
         axes = fig.subplots(nrows, ncols, squeeze=False, **options)
     return fig, axes
 
 
 def blank_figure(size: tuple[float, float]) -> ShownFigure:
     """A figure in the project's style without axes; `size` in inches."""
-    with matplotlib.rc_context(STYLE):
+    with style():
         fig = ShownFigure(figsize=size, layout="constrained")
         FigureCanvasAgg(fig)
     return fig
@@ -135,7 +163,7 @@ def blank_figure(size: tuple[float, float]) -> ShownFigure:
 
 def legend(axes: Axes, **options: Any) -> None:
     """A legend in the project's style."""
-    with matplotlib.rc_context(STYLE):
+    with style():
         axes.legend(**{"loc": "best", **options})
 
 
@@ -148,18 +176,25 @@ def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
 
 def legend_above(axes: Axes, **options: Any) -> None:
     """A legend in the line of the title, where it covers no data."""
-    look = {"ncols": 3, "columnspacing": 1.0, "handlelength": 1.5, "fontsize": 8} | options
+    look = {
+        "ncols": 3,
+        "columnspacing": 1.0,
+        "handlelength": 1.5,
+        "fontsize": 8 if page().width is None else 6.5,
+    } | options
     axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
 
 
 def heading(fig: Figure, text: str) -> None:
     """The title of a whole figure."""
-    fig.suptitle(text, fontsize=10.5, x=0.01, ha="left", weight="bold")
+    if page().header:
+        fig.suptitle(text, fontsize=10.5 if page().width is None else HEAD + 1.5, x=0.01, ha="left", weight="bold")
 
 
 def setting(fig: Figure, text: str) -> None:
     """The parameters of what a figure shows, above it."""
-    fig.suptitle(text, fontsize=9.5, x=0.01, ha="left")
+    if page().header:
+        fig.suptitle(text, fontsize=9.5 if page().width is None else HEAD, x=0.01, ha="left")
 
 
 def logarithmic(ax: Axes, name: str) -> None:
@@ -179,14 +214,15 @@ def logarithmic(ax: Axes, name: str) -> None:
 
 def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
     """A line of small print below the axes."""
-    fig.supxlabel(text, fontsize=7.5, color="#555555", x=0.01, ha="left")
+    if page().header:
+        fig.supxlabel(text, fontsize=7.5 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
 
 
 def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
     """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes."""
     path = Path(path)
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with replacing(path) as temporary, matplotlib.rc_context(style):
+    with replacing(path) as temporary, matplotlib.rc_context(settings_of(style)):
         fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
     return path
 

@@ -25,6 +25,7 @@ from matplotlib.path import Path as Outline
 from vibrocap.arguments import ArgumentError
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import filled
+from vibrocap.plotting.page import page
 from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
@@ -39,7 +40,7 @@ from vibrocap.plotting.studies.cells import (
 )
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, save, style
+from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, save, settings_of, style
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -89,7 +90,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
     borders = dict(zip(_listed(border), BORDERS, strict=False))
     lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
-    with style(PRINT):
+    with style(settings_of(PRINT)):
         if len(view.axes) == 1:
             fig, axes = study_axes(view, 1)
             handles = draw_lines(axes[0], view)
@@ -157,7 +158,7 @@ def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     title = textwrap.fill(view.title, round(12.5 * width))
     setting = filled(f"{view.setting}; {view.note}", round(19 * width))
     first = 0.06 + LINE_TITLE * (title.count("\n") + 1)
-    above = first + LINE_SMALL * (setting.count("\n") + 1) + 0.04
+    above = first + LINE_SMALL * (setting.count("\n") + 1) + 0.04 if page().header else 0.0
     below = 0.04
     if handles:
         for handle in handles:
@@ -165,8 +166,9 @@ def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
         below = _legend(fig, handles, 4 if width > COLUMN else 3)
     whole = height + above + below
     fig.set_size_inches(width, whole)
-    fig.text(0.015, 1.0 - 0.06 / whole, title, fontsize=8.5, fontweight="bold", va="top", linespacing=1.15)
-    fig.text(0.015, 1.0 - first / whole, setting, fontsize=6.5, color="#555555", va="top", linespacing=1.15)
+    if page().header:
+        fig.text(0.015, 1.0 - 0.06 / whole, title, fontsize=8.5, fontweight="bold", va="top", linespacing=1.15)
+        fig.text(0.015, 1.0 - first / whole, setting, fontsize=6.5, color="#555555", va="top", linespacing=1.15)
     fig.set_layout_engine("constrained", rect=(0.0, below / whole, 1.0, height / whole))
 
 
