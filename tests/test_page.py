@@ -3,11 +3,13 @@
 import itertools
 
 import matplotlib
+import matplotlib.image
 import numpy as np
 import pytest
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
+from vibrocap.cli.main import main
 from vibrocap.plotting.fitted import texts_of
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -89,6 +91,24 @@ def test_letters_of_a_pdf_are_outlines_of_a_font_that_journals_take(tmp_path):
     file = (tmp_path / "one.pdf").read_bytes()
     assert b"/Subtype /Type3" not in file
     assert b"/FontFile2" in file
+
+
+def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):
+    sheet = tmp_path / "journal.mplstyle"
+    sheet.write_text("savefig.dpi: 100\n")
+    given = ["friction", "show", "lugre", "--plot", str(tmp_path / "law.png")]
+    assert main([*given, "--width", "column", "--style", str(sheet)]) == 0
+    high, wide = matplotlib.image.imread(tmp_path / "law.png").shape[:2]
+    assert wide == 340
+    assert main([*given, "--width", "column", "--style", str(sheet), "--no-header"]) == 0
+    assert matplotlib.image.imread(tmp_path / "law.png").shape[0] < high
+    (tmp_path / "other.mplstyle").write_text("no setting\n")
+    wrong = {"--width": "colum", "--style": str(tmp_path / "other.mplstyle")}
+    for option, value in wrong.items():
+        capsys.readouterr()
+        assert main([*given, option, value]) == 2
+        assert option in capsys.readouterr().err
+    assert matplotlib.rcParams["savefig.dpi"] != 100
 
 
 @pytest.mark.parametrize("width", ["colum", 0.3, -7, float("nan"), None.__class__])

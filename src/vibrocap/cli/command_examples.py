@@ -27,7 +27,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "verify": ("vibrocap verify map",),
     "plot": (
         "vibrocap plot map --measure mean_velocity --out map.png",
-        "vibrocap plot map --at drive.amplitude=1.8 --out line.png",
+        "vibrocap plot map --at drive.amplitude=1.8 --out line.pdf --width column --no-header",
     ),
     "orbit": (
         "vibrocap orbit examples/travels-by-stick-slip.toml",

@@ -33,6 +33,7 @@ from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import check, taking_parts
+from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import (
     BROKEN_PIPE,
     INCOMPLETE,
@@ -137,6 +138,7 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
+WITH_PICTURES = (simulate, plot, branch, basins, equilibria)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
@@ -147,7 +149,8 @@ for command in (
         app.command(command)
     else:
         shown = examples_of(command.__name__.replace("_", "-"))
-        run = command if command in WITHOUT_PARTS else taking_parts(command)
+        run = taking_page(command) if command in WITH_PICTURES else command
+        run = run if command in WITHOUT_PARTS else taking_parts(run)
         app.command(run, help=paragraphs(command), help_epilogue=shown)
 
 

@@ -1,11 +1,12 @@
 """Options: how their texts are read, and the checks of what a command is to write, all of it before any work."""
 
 import contextlib
+import inspect
 import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -191,6 +192,26 @@ def own_names(option: str, folder: Path, *names: str) -> None:
     if there and not (folder / names[0]).is_file():
         reason = f"holds {there[0]}, but no {names[0]}, so that was not written by this command"
         raise Refusal(f"{option}: {str(folder)!r} {reason}; give another folder")
+
+
+def also_taking(
+    command: Callable[..., int], run: Callable[..., int], options: Mapping[str, tuple[Any, Any]], words: str
+) -> Callable[..., int]:
+    """`run`, which takes what the command takes and further options, with the signature and the help that this makes.
+
+    options: by name, (annotation, default); words: what their help says
+    """
+    signature = inspect.signature(command)
+    further = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in options.items()
+    ]
+    run.__signature__ = signature.replace(parameters=[*signature.parameters.values(), *further])  # type: ignore[attr-defined]
+    run.__annotations__ = {**command.__annotations__, **{name: kind for name, (kind, _) in options.items()}}
+    said = inspect.cleandoc(command.__doc__ or "")
+    heading = "" if "\nParameters\n---" in said else "\n\nParameters\n----------"
+    run.__doc__ = said + heading + "\n" + inspect.cleandoc(words) + "\n"
+    return run
 
 
 def needs(option: str, *packages: str) -> None:

@@ -2,13 +2,12 @@
 
 import dataclasses
 import functools
-import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import suggestion
-from vibrocap.cli.options import Refusal
+from vibrocap.cli.options import Refusal, also_taking
 from vibrocap.cli.terminal import OK, WRONG_INPUT, Page, progress
 from vibrocap.io.json_text import json_text
 
@@ -26,14 +25,7 @@ def taking_parts(command: Callable[..., int]) -> Callable[..., int]:
         load(parts or ())
         return command(*given, **options)
 
-    signature = inspect.signature(command)
-    option = inspect.Parameter("parts", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=list[Path] | None)
-    run.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])  # type: ignore[attr-defined]
-    run.__annotations__ = {**command.__annotations__, "parts": list[Path] | None}
-    words = inspect.cleandoc(command.__doc__ or "")
-    heading = "" if "\nParameters\n---" in words else "\n\nParameters\n----------"
-    run.__doc__ = words + heading + "\n" + inspect.cleandoc(HELP) + "\n"
-    return run
+    return also_taking(command, run, {"parts": (list[Path] | None, None)}, HELP)
 
 
 def load(files: "list[Path] | tuple[Path, ...]") -> tuple[type, ...]:

@@ -139,8 +139,9 @@ def figure(
         raise ArgumentError("width", f"is not arranged for the sheet of a {what}; draw its panels by `plot`")
     with on_page(width, header):
         fig, settings = _sheet(result, options)
-        if path is not None:
-            save(fig, path, settings)
+        if path is None:
+            return finished(fig)
+        save(fig, path, settings)
     return fig
 
 
@@ -148,11 +149,11 @@ def _sheet(result: Any, options: dict[str, Any]) -> tuple[Figure, dict[Any, Any]
     """The sheet of a result on the present page, and the style in which it is written."""
     for kind, draw in FIGURES.items():
         if isinstance(result, kind):
-            return finished(draw(result, **options)), PRINT if kind is Basins else STYLE
+            return draw(result, **options), PRINT if kind is Basins else STYLE
     if not _is_dataset(result):
         raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
     border = options.pop("border", None)
-    return finished(study_figure(study_view(result, **options), border)), PRINT
+    return study_figure(study_view(result, **options), border), PRINT
 
 
 FIGURES: dict[type, Callable[..., Figure]] = {

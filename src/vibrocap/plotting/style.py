@@ -219,8 +219,13 @@ def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
 
 
 def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
-    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes."""
-    path = Path(path)
+    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes.
+
+    It is fitted to the page for which is drawn, see `plotting.page`.
+    """
+    from vibrocap.plotting.fitted import finished
+
+    path, fig = Path(path), finished(fig)
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with replacing(path) as temporary, matplotlib.rc_context(settings_of(style)):
         fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))

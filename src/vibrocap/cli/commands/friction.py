@@ -13,6 +13,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
+from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import OK, Page, progress, said, table
 from vibrocap.io.in_si import LIMIT_UNITS, limits_in_si
 from vibrocap.io.json_text import json_text
@@ -55,6 +56,7 @@ def list_laws() -> int:
 
 @friction.command(help_epilogue=examples_of("friction show"))
 @taking_parts
+@taking_page
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
 
@@ -106,6 +108,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 
 @friction.command(name="test", help_epilogue=examples_of("friction test"))
 @taking_parts
+@taking_page
 def canonical_tests(
     name: str,
     /,
