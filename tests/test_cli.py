@@ -17,10 +17,11 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.case.case import read_case
+from vibrocap.case.case import case_from_text, read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
+from vibrocap.io.spreadsheets import beside
 
 CASE = """\
 [machine]
@@ -194,13 +195,16 @@ def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
     ("name", "content", "expected"),
     [
         ("other.csv", b"time,position\n0,0\n", "carries no case"),
-        ("binary.csv", b"\xff\xfe\x00", "UTF-8"),
+        ("binary.csv.toml", b"\xff\xfe\x00", "UTF-8"),
+        ("note.csv.toml", b"[machine\n", "was not written by vibrocap"),
         ("other.nc", b"not NetCDF at all", "is not a NetCDF 4 file"),
     ],
 )
 def test_exports_without_a_case(name, content, expected, tmp_path, capsys):
     (tmp_path / name).write_bytes(content)
-    assert expected in refused(capsys, "simulate", tmp_path / name)
+    table = tmp_path / name.removesuffix(".toml")
+    table.touch()
+    assert expected in refused(capsys, "simulate", table)
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------
@@ -287,7 +291,7 @@ def test_run_that_cannot_be_completed(setting, status, case, capsys):
     assert status in output.err
     assert setting.partition(" ")[0] in output.err  # what to try
     assert all(path.stat().st_size > 0 for path in files.values())
-    assert f"# status = '''{status}'''" in files["--out"].read_text()
+    assert f"status = '''{status}'''" in beside(files["--out"]).read_text()
     assert main(["simulate", str(case)]) == INCOMPLETE
     assert "time reached" in capsys.readouterr().out
 
@@ -322,12 +326,37 @@ def test_export_can_be_run_again_to_the_same_bits(kind, law, case, capsys):
 def test_csv_holds_the_motion_in_full_precision(case, capsys):
     out = case.parent / "run.csv"
     printed_json(capsys, "simulate", case, "--json", "--out", out)
-    lines = out.read_text().splitlines()
-    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    rows = list(csv.reader(out.read_text().splitlines()))
     table = dict(zip(rows[0], np.array(rows[1:], dtype=float).T, strict=True))
     check_columns(table, read_case(case).simulate())
     for name in table:
-        assert f'# {name} = "dimensionless"' in lines
+        assert f'{name} = "dimensionless"' in beside(out).read_text()
+
+
+def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("openpyxl")
+    scipy_io = pytest.importorskip("scipy.io")
+    motion, names = read_case(case).simulate(), {}
+    for kind in ("csv", "xlsx", "mat"):
+        names[kind] = case.parent / f"run.{kind}"
+        printed_json(capsys, "simulate", case, "--json", "--out", names[kind])
+    plain = pandas.read_csv(names["csv"])  # no option
+    book = pandas.read_excel(names["xlsx"], sheet_name=None)
+    arrays = scipy_io.loadmat(names["mat"], squeeze_me=True, simplify_cells=True)
+    check_columns({name: np.asarray(arrays[name], dtype=float) for name in plain}, motion)
+    assert np.array_equal(arrays["reaction"], motion["reaction"])
+    for table in (plain, book["motion"]):  # programs that read decimal numbers may round them once
+        for name in plain:
+            assert np.allclose(table[name], arrays[name], rtol=1e-15, atol=1e-300), name
+    assert book["events"]["time"].tolist() == pytest.approx(motion.event_times, rel=1e-15)
+    assert list(arrays["events"]["kind"]) == book["events"]["kind"].tolist() == motion.event_kinds.tolist()
+    assert arrays["units"]["position"] == "dimensionless"
+    assert case_from_text(arrays["case_toml"], "").system == read_case(case).system
+    assert dict(zip(book["columns"]["name"], book["columns"]["meaning"], strict=True))["status"] == "finished"
+    first = names["mat"].read_bytes()
+    printed_json(capsys, "simulate", case, "--json", "--out", names["mat"])
+    assert names["mat"].read_bytes() == first
 
 
 def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):

@@ -1,4 +1,4 @@
-"""Studies as NetCDF and CSV: everything is in them, in full precision, and the case with it."""
+"""Studies as files: everything is in them, in full precision, and the case with it."""
 
 import csv
 import errno
@@ -15,8 +15,9 @@ from thinned import slow_but
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.files import WriteError
-from vibrocap.io import netcdf
+from vibrocap.io import netcdf, spreadsheets
 from vibrocap.io import study_file as export
+from vibrocap.io.spreadsheets import beside
 from vibrocap.io.study_file import write_study
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.plan.designs import Design
@@ -50,10 +51,9 @@ def found(request, tmp_path):
 
 
 def rows(path):
-    """(header without its marks, rows as dicts) of a CSV file."""
+    """(what is beside it, rows as dicts) of a CSV file."""
     lines = path.read_text(encoding="utf-8").splitlines()
-    header = [line.removeprefix("#").removeprefix(" ") for line in lines if line.startswith("#")]
-    return "\n".join(header), list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    return beside(path).read_text(encoding="utf-8"), list(csv.DictReader(lines))
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -74,6 +74,33 @@ def test_a_table_has_one_row_per_run(found, tmp_path, whole):
     assert said["result"]["identity"] == found.attrs["identity"]
     assert set(said["result"]["meaning"]) == set(table[0])
     assert case_from_text(header.partition("\n[result]\n")[0]).system == SYSTEM
+
+
+def test_workbooks_and_matlab_files_hold_the_same(found, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("openpyxl")
+    scipy_io = pytest.importorskip("scipy.io")
+    plain = pandas.read_csv(write_study(found, tmp_path / "study.csv"))
+    book = pandas.read_excel(write_study(found, tmp_path / "study.xlsx"))
+    assert list(book) == list(plain)
+    for name in plain:  # programs that read decimal numbers may round them once
+        one, other = book[name], plain[name]
+        if one.dtype.kind in "fi":
+            assert np.allclose(one, other, rtol=1e-15, atol=0.0, equal_nan=True), name
+        else:
+            assert one.dropna().tolist() == other.dropna().tolist(), name
+    arrays = scipy_io.loadmat(write_study(found, tmp_path / "study.mat"), squeeze_me=True, simplify_cells=True)
+    assert np.array_equal(arrays["mean_velocity"], found["mean_velocity"].values, equal_nan=True)
+    assert list(np.atleast_1d(arrays["axes"])) == list(found["status"].dims)
+    assert arrays["result"]["identity"] == found.attrs["identity"]
+
+
+def test_more_runs_than_a_sheet_holds_are_refused(found, tmp_path, monkeypatch):
+    pytest.importorskip("openpyxl")
+    monkeypatch.setattr(spreadsheets, "ROWS", 2)
+    with pytest.raises(ValueError, match="a sheet of Excel has at most 2 rows"):
+        write_study(found, tmp_path / "study.xlsx")
+    assert not (tmp_path / "study.xlsx").exists()
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -168,14 +195,15 @@ def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending,
     for size in {0, 1, 512, len(whole) - 1, *range(97, len(whole), len(whole) // 3)}:
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         try:
-            with pytest.raises(WriteError, match=f"study{ending}: cannot be written: File too large"):
+            with pytest.raises(WriteError, match=rf"study{ending}(\.toml)?: cannot be written: File too large"):
                 write_study(tmp_path / "study", path)
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
         assert path.read_bytes() == whole
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["study", path.name]
+    kept = {"study", path.name, f"{path.name}.toml"} if ending == ".csv" else {"study", path.name}
+    assert {each.name for each in tmp_path.iterdir()} == kept
 
 
 def test_other_kinds_of_file_are_refused(found, tmp_path):
-    with pytest.raises(ValueError, match=r"\.nc or \.csv"):
-        write_study(found, tmp_path / "study.xlsx")
+    with pytest.raises(ValueError, match=r"\.nc, \.csv, \.xlsx or \.mat"):
+        write_study(found, tmp_path / "study.ods")

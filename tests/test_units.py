@@ -12,6 +12,7 @@ import vibrocap as vc
 from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.io.spreadsheets import beside
 from vibrocap.physics.scales import SIScales
 
 CASE = """\
@@ -220,7 +221,7 @@ def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
 
     known, plain = motions
     case = case_from_text(CASE)
-    path = write_motion(known, case, tmp_path / f"motion.{ending}")
+    path = write_motion(known, tmp_path / f"motion.{ending}", case)
     assert read_source(path) == case
     if ending == "nc":
         with xarray.open_dataset(path) as found:
@@ -230,9 +231,8 @@ def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
             scale = found["velocity"].attrs["dimensionless_unit"]
             assert found["velocity"].values / scale == pytest.approx(plain["velocity"], rel=1e-15)
         return
-    text = path.read_text(encoding="utf-8")
-    assert '# velocity = "m/s"\n' in text
-    rows = np.genfromtxt([line for line in text.splitlines() if line[0] != "#"], delimiter=",", names=True)
+    assert '\nvelocity = "m/s"\n' in beside(path).read_text(encoding="utf-8")
+    rows = np.genfromtxt(path, delimiter=",", names=True)
     assert np.array_equal(rows["drive"], known.si["drive"])
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.identification.fitting.steady_fit import steady_fit
     from vibrocap.identification.result.fit_result import Fit
     from vibrocap.io.labelled import to_pandas, to_xarray
+    from vibrocap.io.motion_file import write_motion
     from vibrocap.io.study_file import write_study
     from vibrocap.laboratory.break_away import BreakAway, break_away
     from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
@@ -185,6 +186,7 @@ __all__ += ["Phase", "Status", "System", "Trajectory", "simulate", "Start"]
 __all__ += ["plot", "figure", "style", "thumbnail", "to_xarray", "to_pandas"]
 # studies
 __all__ += ["sweep", "Design", "open_study", "verify_study", "Verification", "write_study", "adaptive_map"]
+__all__ += ["write_motion"]
 __all__ += ["border", "ensemble"]
 # measures
 __all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "winding", "MeanVelocity"]

@@ -15,10 +15,11 @@ from cyclopts import Parameter
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
 from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
+from vibrocap.io.spreadsheets import BESIDE, ROWS, beside
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
-PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
+PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
 
 
 Settings = Annotated[list[str] | None, Parameter(name="--set")]
@@ -163,11 +164,23 @@ def writable_film(option: str, path: Path | None) -> None:
             )
 
 
-def writable_table(option: str, path: Path | None, *packages: str) -> None:
-    """Refusal for numbers that cannot be written, as NetCDF (with packages besides its own) or CSV. None is no file."""
+def writable_table(option: str, path: Path | None, *packages: str, rows: int = 0) -> None:
+    """Refusal for numbers that cannot be written, such as NetCDF without its packages. None is no file.
+
+    packages: that NetCDF takes here besides its own; rows: of the table, where that is known
+    """
     writable_file(option, path, TABLES)
-    if path is not None and path.suffix.lower() == ".nc":
+    if path is None:
+        return
+    kind = path.suffix.lower()
+    if kind == ".nc":
         needs(option, *packages, "h5netcdf", "h5py")
+    if kind == ".csv":
+        writable_file(option, beside(path), (BESIDE,))
+    if kind == ".xlsx":
+        needs(option, "openpyxl")
+        if rows >= ROWS:
+            raise Refusal(f"{option}: {rows:,} rows are more than a sheet of Excel holds; write a .csv or .nc")
 
 
 def writable_folder(option: str, folder: Path) -> None:

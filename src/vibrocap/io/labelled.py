@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.arguments import require
-from vibrocap.case.case import Case
 from vibrocap.identification.result.fit_result import Fit
-from vibrocap.io.motion_file import columns, motion_dataset
+from vibrocap.io.motion_file import case_of, columns, motion_dataset
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
@@ -81,10 +80,8 @@ def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":
     from vibrocap.io.json_text import json_text
 
     certificate = vars(motion).get("certificate")  # what was not asked for costs a run
-    case = Case(motion.system, dict(motion.initial), periods=motion.periods, tolerance=motion.tolerance)
     text = None if certificate is None else json_text(certificate.record())
-    start = {"start_time": motion.start_time, "start_phase": motion.start_phase} if motion.start_time else {}
-    return motion_dataset(motion, case, text).assign_attrs(start)
+    return motion_dataset(motion, case_of(motion), text)
 
 
 def _branch_table(branch: Branch) -> "pandas.DataFrame":

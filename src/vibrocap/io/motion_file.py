@@ -1,4 +1,4 @@
-"""Motions as files, NetCDF and CSV, that carry their case: such a file can be run again."""
+"""Motions as files: NetCDF and CSV, which carry their case and can be run again, Excel workbooks and MATLAB files."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.arguments import lacking
+from vibrocap.arguments import lacking, listed
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
-from vibrocap.files import replacing
 from vibrocap.inputs import require_plain_file
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
+from vibrocap.io.spreadsheets import beside, write_csv, write_matlab, write_workbook
 
 if TYPE_CHECKING:
     import xarray
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
 IN_SI = "SI; a value over the dimensionless_unit of its column is the value without units"
+LOAD = "reaction"
 MEANINGS = {
     "time": "time",
     "angle": "pendulum angle [rad]",
@@ -33,6 +34,7 @@ MEANINGS = {
     "friction": "friction force on the capsule",
     "drive": "drive torque",
     "impulse": "integral of the friction force from the start",
+    LOAD: "normal load that the ground gives",
     "side": "contact: 1 slides forward, -1 slides back, 0 stuck",
 }
 
@@ -44,7 +46,7 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
     else:
         names = (*motion.state_names, *motion.integral_names)
         found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
-        found |= {name: motion[name] for name in ("friction", "drive", "side")}
+        found |= {name: motion[name] for name in ("friction", "drive", LOAD, "side") if name in motion.names}
     if motion.system.units is None:
         return found
     return {name: values * _scale(motion, name) if name != "side" else values for name, values in found.items()}
@@ -59,16 +61,34 @@ def _scale(motion: "Trajectory", name: str) -> float:
     return 1.0 if motion.system.units is None else motion.system.si.factor(name)
 
 
-def write_motion(motion: "Trajectory", case: Case, path: Path) -> Path:
-    """Write a motion, with its case, to a file ending in .nc or .csv, whole or not at all.
+def write_motion(motion: "Trajectory", path: str | Path, case: Case | None = None) -> Path:
+    """Write a motion on its time grid to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
 
+    Units and meanings go along, and the case that makes it again (by default that of the motion itself): of a CSV file
+    in a file of TOML beside it, with `.toml` behind the whole name.
     Raises ValueError for another ending, WriteError where it cannot be written.
     """
-    writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
+    writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {
+        ".nc": _write_netcdf,
+        ".csv": _write_csv,
+        ".xlsx": _write_workbook,
+        ".mat": _write_matlab,
+    }
+    path = Path(path)
     if path.suffix.lower() not in writers:
-        raise ValueError(f"a motion is written to {' or '.join(writers)}, not to {str(path)!r}")
-    writers[path.suffix.lower()](motion, case, path)
+        raise ValueError(f"a motion is written to {listed(writers, ' or ')}, not to {str(path)!r}")
+    writers[path.suffix.lower()](motion, case_of(motion) if case is None else case, path)
     return path
+
+
+def case_of(motion: "Trajectory") -> Case:
+    """The case that makes a motion again, but for a start at another time than 0, see `start_of`."""
+    return Case(motion.system, dict(motion.initial), periods=motion.periods, tolerance=motion.tolerance)
+
+
+def start_of(motion: "Trajectory") -> dict[str, float]:
+    """What a case does not say of the start of a motion: nothing where it starts with its drive, at time 0."""
+    return {"start_time": motion.start_time, "start_phase": motion.start_phase} if motion.start_time else {}
 
 
 def read_source(path: Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
@@ -95,6 +115,7 @@ def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = N
     import xarray
 
     known = {} if certificate is None else {"certificate": certificate}
+    known |= start_of(motion)
     table = columns(motion)
     variables = {
         name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(motion, name))
@@ -141,49 +162,91 @@ def _certificate_text(motion: "Trajectory") -> str:
     return json_text(motion.certificate.record()) if len(motion.piece_start) else "null"
 
 
-def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
-    """A header of comments, which without their `# ` are the case and the section [result] in TOML, then the table."""
-    table = columns(motion)
-    result = {
+def _facts(motion: "Trajectory") -> dict[str, str]:
+    """What is known of a motion as a whole."""
+    certificate = " ".join(_certificate_text(motion).split())  # before the status, which it may change
+    return {
         "source": f"vibrocap {version('vibrocap')}",
-        "certificate": " ".join(_certificate_text(motion).split()),
+        "certificate": certificate,
         "status": motion.status.value,
         "status_text": motion.status.text,
         "scales": SCALES if motion.system.units is None else IN_SI,
+        **{name: repr(value) for name, value in start_of(motion).items()},
     }
+
+
+def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
+    """The table; beside it the case and the section [result] in TOML."""
+    table = columns(motion)
     header = case_text(case).splitlines()
-    header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in result.items())]
+    header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in _facts(motion).items())]
     header += ["", "[result.units]", *(f'{name} = "{_unit(motion, name)}"' for name in table)]
     if motion.system.units is not None:
         header += ["", "[result.dimensionless_unit]", *(f"{name} = {_scale(motion, name)!r}" for name in table)]
     header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
     numbers = {name: values.tolist() for name, values in table.items()}
     lists = [map(str, map(int, each)) if name == "side" else map(repr, each) for name, each in numbers.items()]
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines(f"# {line}".rstrip() + "\n" for line in header)
-        file.write(",".join(table) + "\n")
-        file.writelines(",".join(row) + "\n" for row in zip(*lists, strict=True))
+    write_csv(path, header, list(table), zip(*lists, strict=True))
+
+
+def _write_workbook(motion: "Trajectory", case: Case, path: Path) -> None:
+    """Sheets with the motion, its events, what the columns mean, and the case."""
+    table = columns(motion)
+    events = (
+        (time, kind, contact)
+        for time, kind, contact in zip(
+            (motion.event_times * _scale(motion, "time")).tolist(),
+            motion.event_kinds.tolist(),
+            motion.event_contacts.tolist(),
+            strict=True,
+        )
+    )
+    meanings = [(name, _unit(motion, name), _meaning(name)) for name in table]
+    known = [*meanings, *((key, "", value) for key, value in _facts(motion).items())]
+    write_workbook(
+        path,
+        {
+            "motion": (list(table), zip(*(values.tolist() for values in table.values()), strict=True)),
+            "events": (("time", "kind", "contact"), events),
+            "columns": (("name", "unit", "meaning"), known),
+            "case": (("case",), ((line,) for line in case_text(case).splitlines())),
+        },
+        max(len(table["time"]), len(motion.event_times)),
+    )
+
+
+def _write_matlab(motion: "Trajectory", case: Case, path: Path) -> None:
+    """The columns as variables; structs with events, units, meanings and what is known of the motion; the case."""
+    table = columns(motion)
+    events = {"time": motion.event_times * _scale(motion, "time"), "kind": motion.event_kinds}
+    about = {
+        "events": events | {"contact": motion.event_contacts},
+        "units": {name: _unit(motion, name) for name in table},
+        "meaning": {name: _meaning(name) for name in table},
+        "result": _facts(motion),
+        "case_toml": case_text(case),
+    }
+    write_matlab(path, {**table, **about})
 
 
 def _case_in_csv(path: Path) -> str:
-    header = []
     require_plain_file(path)
+    about = beside(path)
+    if not about.is_file():
+        what = f"a CSV file of vibrocap has it beside it, in {about.name}"
+        raise CaseError([f"carries no case: {what}"], str(path))
+    require_plain_file(about)
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            for line in file:
-                if not line.startswith("#"):
-                    break
-                header.append(line.removeprefix("#").removeprefix(" "))
+        text = about.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise CaseError(["is not a text file in UTF-8"], str(path)) from None
-    text = "".join(header)
+        raise CaseError(["is not a text file in UTF-8"], str(about)) from None
     case, _, _ = text.partition("\n[result]\n")
     try:
         if tomllib.loads(case):
             return case
     except (ValueError, RecursionError):
         pass
-    raise CaseError(["carries no case: a CSV file of vibrocap begins with it, as comments"], str(path))
+    raise CaseError(["carries no case: it was not written by vibrocap"], str(about))
 
 
 def _case_in_netcdf(path: Path) -> str:

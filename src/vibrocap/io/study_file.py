@@ -1,6 +1,5 @@
-"""Exports of a study: NetCDF for programs that read labelled arrays, CSV with one row per run for all others."""
+"""Exports of a study: NetCDF and MATLAB files hold labelled arrays, CSV files and workbooks one row per run."""
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -8,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrocap.files import replacing
+from vibrocap.arguments import listed
 from vibrocap.io.netcdf import write_netcdf
+from vibrocap.io.spreadsheets import write_csv, write_matlab, write_workbook
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
 
@@ -20,15 +20,23 @@ ROWS = 65_536  # of a table in memory at a time
 
 
 def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path:
-    """Write a study, a dataset or the folder of one, to a file ending in .nc or .csv, whole or not at all.
+    """Write a study, a dataset or the folder of one, to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
 
-    The same study gives the same bytes, from its folder or from memory. Memory does not grow with a study that is read
-    from its folder, beyond 256 MiB. Raises ValueError for another ending, WriteError where it cannot be written.
+    Of a CSV file the case and the meanings are beside it, in a file of TOML with `.toml` behind the whole name. MATLAB
+    files hold the arrays as they are, dots in names become underscores. NetCDF, CSV and MATLAB files of one study have
+    the same bytes, from its folder or from memory. Memory does not grow with a study that is read from its folder, but
+    for MATLAB files and workbooks, beyond 256 MiB. Raises ValueError for another ending, WriteError where it cannot be
+    written.
     """
     path = Path(path)
-    writers: dict[str, Callable[[xarray.Dataset, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
+    writers: dict[str, Callable[[xarray.Dataset, Path], None]] = {
+        ".nc": _write_netcdf,
+        ".csv": _write_csv,
+        ".xlsx": _write_workbook,
+        ".mat": _write_matlab,
+    }
     if path.suffix.lower() not in writers:
-        raise ValueError(f"a study is written to {' or '.join(writers)}, not to {str(path)!r}")
+        raise ValueError(f"a study is written to {listed(writers, ' or ')}, not to {str(path)!r}")
     if isinstance(source, (str, Path)):
         source = open_study(source, chunks={} if path.suffix.lower() == ".nc" else None)
     writers[path.suffix.lower()](_in_order(source), path)
@@ -55,23 +63,57 @@ def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     write_netcdf(dataset, path)
 
 
+def _columns(dataset: "xarray.Dataset") -> list[str]:
+    return [str(name) for name in (*dataset.coords, *dataset.data_vars)]
+
+
+def _meaning(dataset: "xarray.Dataset", name: str) -> str:
+    return str(dataset[name].attrs.get("long_name", name))
+
+
 def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
-    """A header of comments, which without their `# ` are the case and the section [result] in TOML, then the table."""
+    """The table; beside it the case and the section [result] in TOML."""
     header = [*str(dataset.attrs["case"]).splitlines(), "", "[result]"]
     header += [f"{key} = '''{value}'''" for key, value in dataset.attrs.items() if key != "case"]
-    columns = [*(name for name in dataset.coords), *dataset.data_vars]
+    columns = _columns(dataset)
     header += ["", "[result.meaning]"]
-    header += [f"\"{name}\" = '''{dataset[name].attrs.get('long_name', name)}'''" for name in columns]
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        file.writelines(f"# {line}".rstrip() + "\n" for line in header)
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(columns)
-        for rows in _rows(dataset, [str(name) for name in columns]):
-            table.writerows(rows)
+    header += [f"\"{name}\" = '''{_meaning(dataset, name)}'''" for name in columns]
+    texts = (tuple(_text(value) for value in row) for rows in _rows(dataset, columns) for row in rows)
+    write_csv(path, header, columns, texts)
 
 
-def _rows(dataset: "xarray.Dataset", columns: list[str]) -> Iterator[Iterable[tuple[str, ...]]]:
-    """The runs in C order, some of them at a time."""
+def _write_workbook(dataset: "xarray.Dataset", path: Path) -> None:
+    """Sheets with the runs, what the columns mean, and the case."""
+    columns = _columns(dataset)
+    about = [(name, str(dataset[name].attrs.get("units", "")), _meaning(dataset, name)) for name in columns]
+    about += [(key, "", str(value)) for key, value in dataset.attrs.items() if key != "case"]
+    write_workbook(
+        path,
+        {
+            "runs": (columns, (row for rows in _rows(dataset, columns) for row in rows)),
+            "columns": (("name", "unit", "meaning"), about),
+            "case": (("case",), ((line,) for line in str(dataset.attrs["case"]).splitlines())),
+        },
+        dataset["status"].size,
+    )
+
+
+def _write_matlab(dataset: "xarray.Dataset", path: Path) -> None:
+    """Axes and arrays as variables, whose dimensions are in the order of `axes`; structs with meanings; the case."""
+    columns = _columns(dataset)
+    about = {
+        "axes": np.array([str(dim) for dim in dataset["status"].dims], dtype=object),
+        "meaning": {name: _meaning(dataset, name) for name in columns},
+        "status_words": np.array([word for _, word in _flags(dataset)], dtype=object),
+        "status_numbers": np.array([code for code, _ in _flags(dataset)]),
+        "result": {key: str(value) for key, value in dataset.attrs.items() if key != "case"},
+        "case_toml": str(dataset.attrs["case"]),
+    }
+    write_matlab(path, {**{name: dataset[name].values for name in columns}, **about})
+
+
+def _rows(dataset: "xarray.Dataset", columns: list[str]) -> Iterator[Iterable[tuple]]:
+    """The runs in C order, some of them at a time; the status in words."""
     dims = [str(dim) for dim in dataset["status"].dims]
     shape = dataset["status"].shape
     words = {int(code): word for code, word in _flags(dataset)}
@@ -85,7 +127,7 @@ def _rows(dataset: "xarray.Dataset", columns: list[str]) -> Iterator[Iterable[tu
             array = part[name]
             axes = tuple(size if dim in array.dims else 1 for dim, size in zip(dims, sizes, strict=True))
             values = np.broadcast_to(array.values.reshape(axes), sizes).ravel().tolist()
-            texts.append([words[value] for value in values] if name == "status" else [_text(value) for value in values])
+            texts.append([words[value] for value in values] if name == "status" else values)
         assert all(len(text) == math.prod(sizes) for text in texts)
         yield zip(*texts, strict=True)
 

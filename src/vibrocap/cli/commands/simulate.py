@@ -87,7 +87,7 @@ def simulate(
     json
         print one JSON object in full precision instead of tables
     out
-        export the motion, with its case, to FILE.nc (NetCDF) or FILE.csv
+        export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
     plot
         draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
     animate
@@ -127,7 +127,7 @@ def simulate(
         if motion.system.units is not None:
             record = record_in_si(record, motion.system)
     if out is not None:
-        write_motion(motion, setup, out)
+        write_motion(motion, out, setup)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
         from vibrocap.plotting.motion import motion_figure

@@ -73,7 +73,7 @@ def sweep(
     mixed
         with --resume, continue even if the study was started by another version or processor; new tiles are marked
     export
-        write the results to FILE.nc (NetCDF) or FILE.csv too
+        write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too
     cases
         instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
     design

@@ -80,6 +80,8 @@ class SweepRequest(Execution):
         else:
             if self.adaptive and not complaints:
                 complaints += _map_complaints(study)
+            with complaints.collected():
+                writable_table("--export", self.export, rows=0 if self.adaptive else study.plan.count)
             if not complaints:
                 return study
         raise CaseError(complaints, "the study")

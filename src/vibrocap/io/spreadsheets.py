@@ -1,0 +1,97 @@
+"""Tables for other programs: CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
+
+import contextlib
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import require
+from vibrocap.files import replacing
+
+BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
+LONGEST_NAME = 63  # of a variable in MATLAB
+MATLAB = b"MATLAB 5.0 MAT-file, written by vibrocap".ljust(116)
+ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
+
+
+def write_csv(path: Path, header: Sequence[str], columns: Sequence[str], rows: Iterable[Iterable[str]]) -> None:
+    """A table that begins with its headings; the header, lines of TOML, goes into a file of its own beside it.
+
+    Both are written, or none. Nothing goes beside a pipe.
+    """
+    alone = path.exists() and not path.is_file()
+    with contextlib.nullcontext() if alone else replacing(beside(path)) as about:
+        if about is not None:
+            about.write_text("".join(f"{line}\n" for line in header), encoding="utf-8", newline="\n")
+        with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(columns)
+            table.writerows(rows)
+
+
+def beside(path: Path) -> Path:
+    """Where the case and the meaning of the columns of a CSV file are."""
+    return path.with_name(path.name + BESIDE)
+
+
+def write_workbook(
+    path: Path, sheets: Mapping[str, tuple[Sequence[str], Iterable[Iterable[Any]]]], longest: int
+) -> None:
+    """An Excel workbook; sheets: by name, (headings, rows), of which none has more rows than `longest`.
+
+    Raises ValueError for more rows than a sheet holds.
+    """
+    require("a workbook", "openpyxl")
+    widest = max(len(headings) for headings, _ in sheets.values())
+    if longest >= ROWS or widest > COLUMNS:
+        limits = f"{ROWS:,} rows and {COLUMNS:,} columns"
+        raise ValueError(f"{str(path)!r}: a sheet of Excel has at most {limits}; write a .csv or .nc")
+    import openpyxl
+
+    book = openpyxl.Workbook(write_only=True)
+    for name, (headings, rows) in sheets.items():
+        sheet = book.create_sheet(name)
+        sheet.freeze_panes = "A2"
+        sheet.append(list(headings))
+        for row in rows:
+            sheet.append([_cell(value) for value in row])
+    memory = io.BytesIO()
+    book.save(memory)
+    with replacing(path) as temporary:
+        temporary.write_bytes(memory.getvalue())
+
+
+def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
+    """A MATLAB file (level 5). Dots and other signs in names become underscores; text becomes char or cell arrays."""
+    from scipy.io import savemat  # takes long to load
+
+    memory = io.BytesIO()
+    found = {_name(name): _matlab(value) for name, value in variables.items()}
+    savemat(memory, found, long_field_names=True, do_compression=True, oned_as="column")
+    data = memory.getbuffer()
+    data[: len(MATLAB)] = MATLAB  # in place of the date: the same results give the same bytes
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def _matlab(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {_name(name): _matlab(each) for name, each in value.items()}
+    array = np.asarray(value)
+    return array.astype(object) if array.dtype.kind in "UO" and array.ndim else array
+
+
+def _name(name: str) -> str:
+    word = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+    return (word if word[:1].isalpha() else f"x{word}")[:LONGEST_NAME]
+
+
+def _cell(value: Any) -> Any:
+    """A value as Excel takes it: no NaN or infinity, which it has not."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and value != value else str(value) if value in (np.inf, -np.inf) else value
