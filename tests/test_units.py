@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
+from vibrocap.physics.conversion import quantity_in_si
 from vibrocap.physics.scales import SIScales
 
 CASE = """\
@@ -387,3 +389,19 @@ def test_an_adaptive_map_in_si_is_the_map_without_units():
         assert found[name].attrs["units"] == unit
     assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
     assert found["machine.capsule_mass_kg"].attrs["coarse_spacing"] == pytest.approx(0.2, rel=1e-14)
+
+
+def test_a_system_is_changed_in_si():
+    system = case_from_text(CASE).system
+    path = next(quantity_in_si(each, system).path for each in system.parameter_paths if each == "drive.frequency")
+    faster = system.with_parameters({path: 2.0 * system.parameter(path)})
+    assert faster.parameter(path) == pytest.approx(2.0 * system.parameter(path), rel=1e-15)
+    assert faster.drive.period == pytest.approx(0.5 * system.drive.period, rel=1e-15)
+    assert faster.units == system.units
+    assert system.with_parameters({"drive.frequency": 1.25}).drive.frequency == 1.25  # without units by the plain path
+    with pytest.raises(ArgumentError, match=f"did you mean '{path}'"):
+        system.with_parameters({path.replace("qu", "q"): 1.0})
+    with pytest.raises(ArgumentError, match="is given in two ways"):
+        system.with_parameters({path: 1.0, "drive.frequency": 1.0})
+    with pytest.raises(ArgumentError, match="the case does not say what its units are; give drive"):
+        dataclasses.replace(system, units=None).with_parameters({path: 1.0})

@@ -6,7 +6,7 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.conversion import parts_without_units
+from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
@@ -275,14 +275,23 @@ class System:
         return tuple(f"{part}.{info.name}" for part, record in self.parts.items() for info in parameter_table(record))
 
     def parameter(self, path: str) -> Any:
-        """The value of the parameter at a path such as "machine.mass_ratio"; ValueError for a path that is none."""
-        part, name = self._resolved(path)
-        return getattr(self.parts[part], name)
+        """The value of the parameter at a path such as "machine.mass_ratio"; ValueError for a path that is none.
 
-    def with_parameters(self, values: dict[str, Any]) -> "System":
-        """The same system with other values at the given parameter paths; ValueError for what a part does not take."""
+        Of a system that knows its scales also in SI, by the keys of a case in SI, such as "drive.frequency_Hz".
+        """
+        asked = quantity(path, self) if self.units is not None else None
+        part, name = self._resolved(path if asked is None else asked.plain)
+        value = getattr(self.parts[part], name)
+        return value if asked is None or asked.plain == path or isinstance(value, str) else value * asked.scale
+
+    def with_parameters(self, values: Mapping[str, Any]) -> "System":
+        """The same system with other values at the given parameter paths; ValueError for what a part does not take.
+
+        A path such as "drive.frequency" takes a value without units; of a system that knows its scales there are the
+        keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.
+        """
         changes: dict[str, dict[str, Any]] = {}
-        for path, value in values.items():
+        for path, value in values_without_units(values, self.units, self.parts).items():
             part, name = self._resolved(path)
             changes.setdefault(part, {})[name] = value
         parts = self.parts
@@ -303,7 +312,9 @@ class System:
             if 2 <= number_in(part, "friction") <= 1 + len(self.machine.contacts):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")
-            near = suggestion(path, self.parameter_paths, cutoff=0.0)
+            _ = quantity(path, self)  # in SI, where no scales are known: that is said
+            known = [quantity_in_si(each, self).path for each in self.parameter_paths]
+            near = suggestion(path, known, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         part, name = path.split(".", 1)
         return part, name
