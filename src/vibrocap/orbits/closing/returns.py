@@ -16,7 +16,7 @@ from vibrocap.physics.system import System
 KINDS = ("stick", "slip_forward", "slip_back", "reversal", "impact")
 WAYS = {"up": 1, "down": -1}
 ARRIVED = 1e-6  # of the extents of the motion, within which a state is that of an earlier return
-RECURRENT = 0.03  # as near as a motion has to come for a cycle to be looked for there
+RECURRENT = 0.03  # as near as a motion has to come for Newton's method, which decides, to be tried there
 FEWEST = 3  # returns by default sections: fewer may belong to a motion that is coming to rest
 
 
