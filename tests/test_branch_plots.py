@@ -12,7 +12,7 @@ from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.orbits.maps.itinerary import WordChange
 from vibrocap.plotting import branches as branch_plots
-from vibrocap.plotting.style import save
+from vibrocap.plotting.finishing import save
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

@@ -178,8 +178,8 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.identification.experiments.motions import ramp
     from vibrocap.physics.friction.exponential import Exponential
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.plotting.finishing import save
     from vibrocap.plotting.fits import match_figure
-    from vibrocap.plotting.style import save
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)

@@ -10,7 +10,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
-from vibrocap.plotting.fitted import texts_of
+from vibrocap.plotting.finishing import texts_of
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 BELT = vc.System(

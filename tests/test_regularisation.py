@@ -17,8 +17,8 @@ from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.plotting import style as plots
+from vibrocap.plotting.finishing import save
 from vibrocap.plotting.laboratory import draw_errors, draw_steps, regularisation_figure
-from vibrocap.plotting.style import save
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import vibrocap as vc
 from vibrocap.plotting.branches import branch_figure
-from vibrocap.plotting.style import save
+from vibrocap.plotting.finishing import save
 
 if __name__ == "__main__":
     start = {"angle": math.pi / 3}

@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -49,22 +48,11 @@ def _styled(path: Path | None) -> contextlib.AbstractContextManager:
     if path is None:
         return contextlib.nullcontext()
     needs("--style", "matplotlib")
-    import matplotlib
+    from vibrocap.plotting.style import read_style_sheet, with_settings
 
     if not path.is_file():
         raise Refusal(f"--style: {str(path)!r} is no file")
-    said: list[str] = []
-    handler, logger = logging.Handler(), logging.getLogger("matplotlib")
-    handler.emit = lambda record: said.append(" ".join(record.getMessage().split()))
-    logger.addHandler(handler)  # Matplotlib warns of lines that are no settings, and goes on
-    propagated, logger.propagate = logger.propagate, False
     try:
-        settings = matplotlib.rc_params_from_file(path, use_default_template=False)
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise Refusal(f"--style: {str(path)!r} cannot be read: {error}") from None
-    finally:
-        logger.removeHandler(handler)
-        logger.propagate = propagated
-    if said:
-        raise Refusal(f"--style: {str(path)!r} is no style sheet of Matplotlib: {said[0]}")
-    return matplotlib.rc_context(settings)
+        return with_settings(read_style_sheet(path))
+    except ValueError as error:
+        raise Refusal(f"--style: {error}") from None

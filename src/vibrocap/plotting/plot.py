@@ -28,8 +28,8 @@ from vibrocap.plotting.basins import basin_figure, draw_basins
 from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
 from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
 from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
+from vibrocap.plotting.finishing import finished, save
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
-from vibrocap.plotting.fitted import finished
 from vibrocap.plotting.laboratory import (
     draw_presliding,
     draw_steady_curve,
@@ -42,7 +42,7 @@ from vibrocap.plotting.page import on_page
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
-from vibrocap.plotting.style import STYLE, save
+from vibrocap.plotting.style import STYLE
 from vibrocap.plotting.style import figure as empty_figure
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.stick_slip import StickSlip

@@ -6,6 +6,7 @@ draws into axes that it is given does so within `style()`, which ends with it.
 
 import contextlib
 import io
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from vibrocap.files import replacing
 from vibrocap.plotting.colours import BLUE
 from vibrocap.plotting.page import page
 
@@ -91,6 +91,30 @@ PAGE_STYLE: dict[Any, Any] = {
     "legend.fontsize": 7,
 }
 HEAD = 6.5  # points: of what stands above and below the panels of such a figure
+
+
+def read_style_sheet(path: Path) -> dict[Any, Any]:
+    """The settings of a style sheet of Matplotlib; ValueError for a file that is none."""
+    said: list[str] = []
+    handler, logger = logging.Handler(), logging.getLogger("matplotlib")
+    handler.emit = lambda record: said.append(" ".join(record.getMessage().split()))
+    logger.addHandler(handler)  # Matplotlib warns of lines that are no settings, and goes on
+    propagated, logger.propagate = logger.propagate, False
+    try:
+        settings = matplotlib.rc_params_from_file(path, use_default_template=False)
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f"{str(path)!r} cannot be read: {error}") from None
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = propagated
+    if said:
+        raise ValueError(f"{str(path)!r} is no style sheet of Matplotlib: {said[0]}")
+    return dict(settings)
+
+
+def with_settings(settings: Mapping[Any, Any]) -> contextlib.AbstractContextManager:
+    """A context in which these are the user's settings, which hold over those of the package."""
+    return matplotlib.rc_context(dict(settings))
 
 
 def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
@@ -216,20 +240,6 @@ def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
     """A line of small print below the axes."""
     if page().header:
         fig.supxlabel(text, fontsize=7.5 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
-
-
-def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
-    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes.
-
-    It is fitted to the page for which is drawn, see `plotting.page`.
-    """
-    from vibrocap.plotting.fitted import finished
-
-    path, fig = Path(path), finished(fig)
-    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with replacing(path) as temporary, matplotlib.rc_context(settings_of(style)):
-        fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
-    return path
 
 
 def decimated(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:

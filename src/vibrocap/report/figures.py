@@ -14,10 +14,10 @@ from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTrav
 from vibrocap.plotting import style as plots
 from vibrocap.plotting.branches import branch_figure
 from vibrocap.plotting.colours import BLACK, GREEN
+from vibrocap.plotting.finishing import save
 from vibrocap.plotting.studies.maps import plot_view
 from vibrocap.plotting.studies.view import Panel as StudyPanel
 from vibrocap.plotting.studies.view import View, ViewAxis
-from vibrocap.plotting.style import save
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
 NARROW = 3.3  # for three

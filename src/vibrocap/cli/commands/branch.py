@@ -78,7 +78,7 @@ def branch(
         Page().say(str(shown))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.plotting.branches import branch_figure
-        from vibrocap.plotting.style import save
+        from vibrocap.plotting.finishing import save
 
         drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
         save(branch_figure(found, drawn, over=along.path), plot)
@@ -152,7 +152,7 @@ def basins(
         _print_basins(record)
     if plot is not None:
         from vibrocap.plotting.basins import PRINT, basin_figure
-        from vibrocap.plotting.style import save
+        from vibrocap.plotting.finishing import save
 
         save(basin_figure(found), plot, PRINT)
         if not json:

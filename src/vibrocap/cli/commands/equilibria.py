@@ -130,7 +130,7 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
         _print_branch(record, unit)
     if plot is not None:
         from vibrocap.plotting.equilibria import equilibrium_figure
-        from vibrocap.plotting.style import save
+        from vibrocap.plotting.finishing import save
 
         save(equilibrium_figure(found), plot)
         if not json:

@@ -98,8 +98,8 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     creeps = "yes" if law.creeps else "no"
     page.say(f"creeps     {creeps}, under an oscillating force below break-away")
     if plot is not None:
+        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.laboratory import law_figure
-        from vibrocap.plotting.style import save
 
         with progress(f"Drawing {name}"):
             page.say(f"picture    {save(law_figure(law), plot)}")
@@ -163,8 +163,8 @@ def canonical_tests(
     else:
         print_sheet(page, name, sheet)
     if plot is not None:
+        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.laboratory import sheet_figure
-        from vibrocap.plotting.style import save
 
         save(sheet_figure(sheet), plot)
         if not json:

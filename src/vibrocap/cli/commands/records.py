@@ -118,8 +118,8 @@ def stick_slip(
 
 
 def _draw(found: "list[StickSlip]", path: Path) -> None:
+    from vibrocap.plotting.finishing import save
     from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
-    from vibrocap.plotting.style import save
     from vibrocap.records.regime_diagram import regime_diagram
 
     if len(found) == 1:

@@ -130,8 +130,8 @@ def simulate(
         write_motion(motion, out, setup)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
+        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.motion import motion_figure
-        from vibrocap.plotting.style import save
 
         save(motion_figure(motion), plot)
     if animate is not None and moved:

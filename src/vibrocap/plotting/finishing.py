@@ -1,8 +1,14 @@
-"""A figure fitted to the width of a page: what would run into its neighbour is broken, thinned out or moved apart."""
+"""The last steps of a figure: fitted to the width of a page, then written to a file.
+
+What would run into its neighbour on a page is broken, thinned out or moved apart.
+"""
 
 import itertools
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
+import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure, SubFigure
@@ -10,14 +16,27 @@ from matplotlib.legend import Legend
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
+from vibrocap.files import replacing
 from vibrocap.plotting.labels import filled
 from vibrocap.plotting.page import page
-from vibrocap.plotting.style import style
+from vibrocap.plotting.style import STYLE, settings_of, style
 
 GAP = 3.0  # points between what stands side by side
 LEAST_TICKS = 2
 LEAST_HEIGHT = 0.75  # of the height for a screen: labels and legends do not shrink as panels do
 ROUNDS = 3  # each changes the room that the next finds
+
+
+def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Path:
+    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes.
+
+    It is fitted to the page for which is drawn, see `plotting.page`.
+    """
+    path, fig = Path(path), finished(fig)
+    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with replacing(path) as temporary, matplotlib.rc_context(settings_of(settings)):
+        fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
+    return path
 
 
 def finished(fig: Figure) -> Figure:
