@@ -55,7 +55,7 @@ def draw(figure: Figure, path: Path) -> Path:
     roles = {curve.role for panel in figure.panels for curve in panel.curves}
     laws = [words for role, words in LAWS.items() if role in roles]
     plots.footnote(fig, " ".join([*laws, plots.DIMENSIONLESS]))
-    return plots.save(fig, path)
+    return save(fig, path)
 
 
 def _panel(ax: Any, panel: Panel) -> None:
