@@ -31,6 +31,7 @@ def multipliers(mu, machine=MACHINE, period=1.0):
     system = vc.System(machine, vc.Coulomb(mu, mu), drive)
     start = steady_sliding(machine, mu)
     found = vc.orbit(system, initial=start)
+    found = found.passed or found  # what grows leaves it, and settles nowhere
     for name, value in start.items():
         assert found.state[name] == pytest.approx(value, abs=1e-12)
     return found.multipliers
