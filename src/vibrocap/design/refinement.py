@@ -106,7 +106,7 @@ class ClosedDesigns:
         from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
         moving = self.problem.space.continuous
-        if self.best is None or not len(moving):
+        if self.best is None or not len(moving) or evaluations == 0:
             return
         base, size = self.best.shares.copy(), max(abs(self.best.merit), 1e-12)
 
@@ -194,5 +194,3 @@ class ClosedDesigns:
             elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):
                 found.append(f"no closed orbit beyond it over {space.paths[i]}")
         return tuple(found) or ("nothing: the slopes vanish",)
-
-
