@@ -122,7 +122,7 @@ def optimise(
     Populations of designs run as ensembles in a restarted differential evolution. The best candidates are closed to
     periodic orbits, whose multipliers have to be within the unit circle by a margin, and refined on those orbits.
 
-    over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, kinds, three or more numbers)
+    over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
     objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
         maximised. Of a system with mirror twins the size of travel counts, not its sign
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
