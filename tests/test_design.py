@@ -1,10 +1,13 @@
 """Design: known optima from several seeds, unstable orbits that must not win, stores, bad input."""
 
+import json
+
 import numpy as np
 import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import CaseError
+from vibrocap.cli.main import main
 from vibrocap.design.optimise import optimise
 
 START = [{"angle": np.pi / 3}]
@@ -68,3 +71,33 @@ def test_constraint_that_no_design_fulfils(biharmonic):
 def test_bad_input_is_named_before_any_work(biharmonic, asked, said):
     with pytest.raises(CaseError, match=said):
         optimise(biharmonic, **({"over": FREQUENCY_AND_PHASE} | asked))
+
+
+@pytest.mark.slow
+def test_unstable_orbit_of_the_trap_does_not_win():
+    """A closed orbit with V = 0.39276 has the multiplier -1.79; stable designs were known up to 0.3899."""
+    trap = vc.System(
+        machine=vc.PendulumCapsule(mass_ratio=1.0, stiffness=1.2, damping=1.0, normal_load="dynamic"),
+        friction=vc.Exponential(),
+        drive=vc.Harmonic(amplitude=0.8, frequency=1.0),
+    )
+    over = {"machine.mass_ratio": (0.2, 6.0), "machine.stiffness": (0.1, 6.0), "machine.damping": (0.1, 3.0)}
+    over |= {"drive.amplitude": (0.5, 3.0), "drive.frequency": (0.3, 3.0)}
+    found = optimise(trap, over, subject_to="least_reaction > 0.1", starts=START)
+    assert found.value is not None
+    assert found.orbit is not None
+    assert 0.3899 < found.value < 0.39276
+    assert found.orbit.stable
+    assert "stability" in found.limits
+
+
+def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
+    case, out = tmp_path / "case.toml", tmp_path / "design"
+    assert main(["new", "--out", str(case)]) == 0
+    asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--evaluations", "64", "--out", str(out)]
+    assert main(asked) == 0
+    found = json.loads((out / "design.json").read_text(encoding="utf-8"))
+    motion = vc.read_case(out / "best.toml").simulate()
+    assert vc.mean_velocity(motion, periods=1).value == pytest.approx(found["value"], abs=1e-8)
+    assert main(asked) == 2
+    assert "--out" in capsys.readouterr().err
