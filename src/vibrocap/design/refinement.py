@@ -133,7 +133,7 @@ class ClosedDesigns:
                 cost,
                 self.best.shares[moving],
                 method="COBYQA",
-                bounds=Bounds(np.zeros(len(moving)), np.ones(len(moving))),
+                bounds=Bounds(np.zeros(len(moving)), np.ones(len(moving))),  # type: ignore[arg-type]
                 constraints=[NonlinearConstraint(margins, 0.0, np.inf)],
                 options={
                     "initial_tr_radius": radius,

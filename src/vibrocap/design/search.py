@@ -73,7 +73,7 @@ def searched(
             differential_evolution(
                 costs,
                 [(0.0, 1.0)] * variables,
-                init=points,
+                init=points,  # type: ignore[arg-type]
                 rng=generator,
                 maxiter=most,
                 vectorized=True,
