@@ -19,6 +19,7 @@ TITLES = {
     "measures": "Measures",
     "studies": "Studies",
     "orbits": "Steady motions",
+    "design": "Design",
     "laboratory": "The laboratory",
     "records": "Records",
     "identification": "Identification",

@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
+    from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -237,6 +238,8 @@ __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
+# design
+__all__ += ["optimise", "Optimum", "OptimumStatus"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

@@ -26,6 +26,7 @@ from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
 from vibrocap.cli.commands.friction import friction, limits
 from vibrocap.cli.commands.lab import lab
+from vibrocap.cli.commands.optimise import optimise
 from vibrocap.cli.commands.orbit import crossing, orbit
 from vibrocap.cli.commands.records import datasets, stick_slip
 from vibrocap.cli.commands.simulate import simulate
@@ -143,7 +144,7 @@ WITH_PICTURES = (simulate, plot, branch, basins, equilibria)
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

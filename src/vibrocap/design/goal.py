@@ -1,0 +1,144 @@
+"""Goals: the measure that a design is to make large or small, and constraints on measures."""
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaints, check_one_of, shown
+from vibrocap.measures.during_run import resolved
+from vibrocap.measures.measure import Measure
+from vibrocap.physics.system import System
+from vibrocap.studies.variables import unit_and_scale
+
+SENSES = ("maximise", "minimise")
+MINIMISED = ("cost_of_transport", "time_to_settle")  # which nobody wants large
+SIGNED = ("mean_velocity", "drift", "displacement")  # measures whose sign the mirror twin turns
+FORM = "MEASURE > NUMBER or MEASURE < NUMBER, such as 'least_reaction > 0.1'"
+INFEASIBLE, UNSETTLED, FAILED = 1e100, 2e100, 3e100  # costs, beyond those of any design that is allowed
+
+
+@dataclasses.dataclass(frozen=True)
+class Constraint:
+    """A bound on a measure: at least `limit` where `at_least`, else at most. Without units, as measures are."""
+
+    measure: str
+    at_least: bool
+    limit: float
+    words: str
+
+    def margin(self, value: Any) -> Any:
+        """How far a value, or an array of them, is on the allowed side; negative where it is violated."""
+        return value - self.limit if self.at_least else self.limit - value
+
+
+@dataclasses.dataclass(frozen=True)
+class Goal:
+    """What a design is to achieve: a measure, whether a large or a small one is better, and constraints.
+
+    size: whether the size of the measure counts, not its sign: the mirror twin of a motion travels the other way
+    """
+
+    measure: str
+    maximise: bool
+    constraints: tuple[Constraint, ...]
+    size: bool
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """All measures that have to be known."""
+        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
+
+    @property
+    def words(self) -> str:
+        """The goal in a line."""
+        sense = "largest" if self.maximise else "least"
+        subject = f", {', '.join(each.words for each in self.constraints)}" if self.constraints else ""
+        return f"{sense} {'size of ' if self.size else ''}{self.measure}{subject}"
+
+    def merit(self, value: Any) -> Any:
+        """What is to be made as large as possible, of a value of the measure or an array of them."""
+        sized = np.abs(value) if self.size else np.asarray(value)
+        return sized if self.maximise else -sized
+
+    def costs(self, found: Mapping[str, np.ndarray], settled: np.ndarray, failed: np.ndarray) -> np.ndarray:
+        """What a search makes as small as possible, an array like those given.
+
+        Allowed designs come first, by merit; then those that violate a constraint, by how much; then those that did not
+        settle; then those that failed.
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            violation = np.zeros(settled.shape)
+            for each in self.constraints:
+                lacking = np.maximum(-each.margin(found[each.measure]), 0.0) / max(abs(each.limit), 1e-3)
+                violation += np.where(np.isnan(lacking), np.inf, lacking)
+            cost = -self.merit(found[self.measure])
+            share = np.where(np.isinf(violation), 1.0, violation / (1.0 + np.where(np.isinf(violation), 0, violation)))
+        cost = np.where(np.isfinite(cost), cost, INFEASIBLE)
+        cost = np.where(violation > 0.0, INFEASIBLE * (1.0 + 0.5 * share), cost)
+        return np.where(failed, FAILED, np.where(settled, cost, UNSETTLED))
+
+
+def goal_of(
+    system: System, objective: Any, sense: Any, subject_to: Any, complaints: Complaints
+) -> tuple[Goal, tuple[str | Measure, ...]]:
+    """(the goal that the arguments of `optimise` describe, the measures to ask for); complaints are added.
+
+    Limits of constraints are in SI where the results of the system are.
+    """
+    nothing = Goal("mean_velocity", True, (), False)
+    given = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
+    split = [_split(text, complaints) for text in given]
+    asked: list[str | Measure] = []
+    for field, name in [("objective", objective), *(("subject_to", each[0]) for each in split if each)]:
+        try:
+            measures, _ = resolved([name], system)
+        except ValueError as error:
+            said = getattr(error, "complaint", None)
+            complaints.add(field, said.text if said else str(error))
+            continue
+        if getattr(measures[0].how, "text", False):
+            complaints.add(field, f"{measures[0].name!r} is a text; give a measure that is a number")
+        asked.append(name)
+    if sense is not None:
+        with complaints.collected():
+            check_one_of("sense", sense, SENSES)
+    if complaints:
+        return nothing, ()
+    constraints = tuple(_scaled(system, *each) for each in split if each)
+    name = objective.name if isinstance(objective, Measure) else objective
+    maximise = name not in MINIMISED if sense is None else sense == "maximise"
+    size = name in SIGNED and system.mirrored
+    return Goal(name, maximise, constraints, size), tuple(dict.fromkeys(asked))
+
+
+def _split(text: Any, complaints: Complaints) -> tuple[str, bool, float, str] | None:
+    """(measure, at least, limit, words) of a constraint."""
+    found = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(>=?|<=?)\s*(\S+)\s*", text) if isinstance(text, str) else None
+    try:
+        limit = float(found[3]) if found else math.nan
+    except ValueError:
+        limit = math.nan
+    if found is None or not math.isfinite(limit):
+        complaints.add("subject_to", f"should be {FORM}, got {shown(text)}")
+        return None
+    return found[1], found[2][0] == ">", limit, f"{found[1]} {found[2]} {found[3]}"
+
+
+def _scaled(system: System, measure: str, at_least: bool, limit: float, words: str) -> Constraint:
+    return Constraint(measure, at_least, limit / measure_unit(system, measure)[1], words)
+
+
+def measure_unit(system: System, measure: str | Measure) -> tuple[str, float]:
+    """(unit of a measure in the results of a system, what one dimensionless unit is in it)."""
+    (known,), _ = resolved([measure], system)
+    unit, scale = unit_and_scale(known.unit, known.si_unit, system)
+    return unit, 1.0 if scale is None else scale
+
+
+def names(measures: Iterable[str | Measure]) -> list[str]:
+    """Names of measures."""
+    return [each if isinstance(each, str) else each.name for each in measures]

@@ -1,0 +1,253 @@
+"""optimise(system, over=...): the design whose settled, stable motion is best, and what keeps it from being better."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaints, check_whole, is_number, is_positive, shown
+from vibrocap.case.case import Case, CaseError, case_text
+from vibrocap.design.goal import Goal, goal_of, measure_unit
+from vibrocap.design.population import Population, Problem, evaluated, together
+from vibrocap.design.refinement import ClosedDesigns, Refined
+from vibrocap.design.search import best_designs, searched
+from vibrocap.design.search_store import opened_store
+from vibrocap.design.variables import design_space
+from vibrocap.measures.measure import Measure
+from vibrocap.motion.simulate import initial_state
+from vibrocap.orbits.closing.orbit import Orbit, orbit
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.results import Advised, Result
+
+APART = 0.05  # share of every range within which designs count as the same candidate
+TRIED, REFINED = 20, 3  # most candidates that are closed; most that are refined
+REACHED = 1e-4  # relative difference of a measure within which a start leads to the orbit
+
+
+class OptimumStatus(Advised):
+    """How a search for a design ended; `advice` says what to try."""
+
+    FOUND = "found", "A settled, stable design was found; no search can prove that there is no better one."
+    NOT_ALLOWED = (
+        "no allowed design",
+        "No design settles and fulfils the constraints. Loosen the constraints, widen the bounds, give other `starts`, "
+        "or raise `evaluations` or `periods`.",
+    )
+    NOT_STABLE = (
+        "no stable design",
+        "The best designs that were tried do not close to stable orbits that fulfil the constraints. Loosen `margin` "
+        "or the constraints, or raise `evaluations`.",
+    )
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Optimum(Result):
+    """The best design of a search.
+
+    status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
+    design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
+        travels the other way
+    orbit: its steady motion, closed to rounding, with its multipliers
+    constraints: values of the constrained measures, by constraint
+    limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
+    reached_from: the numbers of the starts from which its runs settle to this motion
+    counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
+    rejected: better candidates that do not win, each with the reason
+    population: every design that was evaluated
+    """
+
+    status: OptimumStatus
+    design: dict[str, float | str] | None
+    measure: str
+    value: float | None
+    unit: str
+    orbit: Orbit | None
+    constraints: dict[str, float]
+    limits: tuple[str, ...]
+    slopes: dict[str, tuple[float | None, float | None]]
+    starts: tuple[dict[str, float], ...]
+    reached_from: tuple[int, ...]
+    counts: dict[str, int]
+    rejected: tuple[str, ...]
+    population: Population = dataclasses.field(compare=False)
+
+    @property
+    def heading(self) -> str:
+        return f"best design for {self.measure}: {self.status.value}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        found = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
+        if self.design is None or self.value is None:
+            return found | {"advice": self.status.advice}
+        values = (f"{path} {x if isinstance(x, str) else format(x, '.8g')}" for path, x in self.design.items())
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": ", ".join(values)}
+        return best | {"limits": f"limited by {', '.join(self.limits)}"} | found
+
+    def case(self, periods: float = 40) -> Case:
+        """A case of the design that starts on its orbit. Raises ValueError where no design was found."""
+        if self.orbit is None:
+            raise ValueError(f"there is no design: {self.status.advice}")
+        return Case(self.orbit.system, self.orbit.state, periods=periods)
+
+
+@shows_progress("Searching for the best design")
+def optimise(
+    system: System | Case,
+    over: Mapping[str, Any],
+    objective: str | Measure = "mean_velocity",
+    *,
+    sense: str | None = None,
+    subject_to: str | Sequence[str] = (),
+    starts: Sequence[Mapping[str, float]] | None = None,
+    evaluations: int = 10_000,
+    seed: int = 0,
+    margin: float = 1e-3,
+    periods: int = 300,
+    settle: float = 1e-6,
+    tolerance: float = 1e-8,
+    refinement: int = 300,
+    store: str | Path | None = None,
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Optimum:
+    """The design whose settled and stable motion has the best measure.
+
+    Populations of designs run as ensembles in a restarted differential evolution. The best candidates are closed to
+    periodic orbits, whose multipliers have to be within the unit circle by a margin, and refined on those orbits.
+
+    over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
+    objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
+        maximised. Of a system with mirror twins the size of travel counts, not its sign
+    subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
+    starts: from which each design runs, by state; by default the start of the case. Its best motion counts
+    evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
+    margin: by which the largest multiplier has to be below 1
+    periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at most
+    store, resume: a folder for all populations, from which an interrupted search continues
+
+    Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
+    ArgumentError for another argument, before any work.
+    """
+    case = system if isinstance(system, Case) else Case(system)
+    system = case.system
+    complaints = Complaints()
+    if not is_driven(system):
+        complaints.add("system", "should have a drive that changes in time")
+    given = [case.initial] if starts is None else list(starts)
+    if not given:
+        complaints.add("starts", "should hold at least one start")
+    for name, value, least in (("evaluations", evaluations, 1), ("seed", seed, 0), ("refinement", refinement, 0)):
+        with complaints.collected():
+            check_whole(name, value, least)
+    if not (is_number(margin) and 0.0 <= margin < 1.0):
+        complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
+    if not is_positive(settle):
+        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
+    space = design_space(system, over, complaints)
+    goal, measures = goal_of(system, objective, sense, subject_to, complaints)
+    begun = []
+    for each in given:
+        with complaints.collected():
+            begun.append(initial_state(system, each))
+    if complaints:
+        raise CaseError(complaints, "the search")
+    problem = Problem(system, space, goal, measures, tuple(begun), periods, settle, tolerance, threads)
+    kept = None if store is None else opened_store(store, _record(case, problem, seed), resume)
+    populations = searched(problem, evaluations, seed, kept, told(progress))
+    found, rejected = _refined(problem, populations, margin, refinement)
+    return _optimum(problem, together(problem, populations), found, rejected)
+
+
+def _record(case: Case, problem: Problem, seed: int) -> dict[str, Any]:
+    """All that decides the populations of a search."""
+    from vibrocap import __version__
+
+    runs = {name: getattr(problem, name) for name in ("periods", "settle", "tolerance")}
+    start = [dict(each) for each in problem.starts]
+    what = {"over": problem.space.record(), "goal": problem.goal.words, "starts": start, "seed": seed}
+    return {"version": __version__, "case": case_text(case), **what, **runs}
+
+
+def _refined(
+    problem: Problem, populations: list[Population], margin: float, refinement: int
+) -> tuple[ClosedDesigns | None, tuple[str, ...]]:
+    """(the best candidate, refined; why better ones do not win)."""
+    best: ClosedDesigns | None = None
+    rejected: list[str] = []
+    accepted = 0
+    for shares, start, cost in best_designs(problem, populations, APART, TRIED):
+        if accepted == REFINED:
+            break
+        steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start])
+        near = ClosedDesigns(problem, steady, shares, margin) if steady.closes and not steady.continuum else None
+        if near is None or near.best is None or not near.best.allowed:
+            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {_reason(steady, near, problem.goal)}")
+            continue
+        accepted += 1
+        near.refine(refinement)
+        if best is None or _of(near).merit > _of(best).merit:
+            best = near
+    return best, tuple(rejected)
+
+
+def _of(found: ClosedDesigns) -> Refined:
+    assert found.best is not None
+    return found.best
+
+
+def _reason(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
+    """Why a candidate does not win."""
+    if steady.continuum:
+        return "one of a continuum of orbits, so that the measure is not determined"
+    if not steady.closes or near is None or near.best is None:
+        return f"its orbit: {steady.status.value}"
+    if near.best.margins[-1] < 0.0:
+        return f"largest multiplier {np.max(np.abs(steady.multipliers)):.6g}"
+    broken = [each.words for each, margin in zip(goal.constraints, near.best.margins, strict=False) if margin < 0.0]
+    return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
+
+
+def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...]) -> Optimum:
+    """The result of a search."""
+    goal, starts = problem.goal, tuple(dict(each) for each in problem.starts)
+    unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
+    if near is None:
+        status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
+        counts = every.counts()
+        return Optimum(
+            status, None, goal.measure, None, unit, None, {}, (), {}, starts, (), counts, rejected, every
+        )  # fmt: skip
+    best = _of(near)
+    steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
+    value = best.found[goal.measure]
+    turned = goal.size and value < 0.0
+    runs = evaluated(problem, best.shares[None])
+    with np.errstate(invalid="ignore"):
+        away = np.abs(goal.merit(runs.found[goal.measure][0]) - best.merit)
+    reached = np.flatnonzero(runs.settled[0] & (away <= REACHED * max(abs(best.merit), 1e-12)))
+    sign = -scale if turned else scale
+    slopes = {path: tuple(None if x is None else float(sign * x) for x in pair) for path, pair in near.slopes().items()}
+    return Optimum(
+        status=OptimumStatus.FOUND,
+        design=problem.space.design(best.shares),
+        measure=goal.measure,
+        value=float(sign * value),
+        unit=unit,
+        orbit=steady.twin() if turned else steady,
+        constraints={each.words: best.found[each.measure] * measure_unit(problem.system, each.measure)[1]
+                     for each in goal.constraints},
+        limits=near.limits(),
+        slopes=slopes,  # type: ignore[arg-type]
+        starts=starts,
+        reached_from=tuple(map(int, reached)),
+        counts=every.counts(),
+        rejected=rejected,
+        population=every,
+    )  # fmt: skip

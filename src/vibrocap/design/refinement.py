@@ -1,0 +1,196 @@
+"""Refinement of a design on its closed orbit: measures to rounding, stability by multipliers, an optimum to 1e-9.
+
+The measures of runs are as exact as a run has settled. Those of a closed orbit are exact to rounding, so an optimum can
+be followed until its slopes vanish, or something that can be named is in the way.
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from vibrocap.design.population import Problem
+from vibrocap.measures.during_run import measured
+from vibrocap.measures.sticking import spelled
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
+from vibrocap.orbits.closing.shooting import closed
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+
+TOLERANCE = 1e-12  # of the runs that close an orbit
+REGION = 0.01, 1e-9  # first and last radius of the trust region, in shares of the ranges
+STEP = 1e-5  # of the differences that give slopes, in shares of the ranges
+ALLOWED = 1e-9  # by which a constraint may be violated, relative to its limit: what rounding leaves of an active one
+
+
+@dataclasses.dataclass(frozen=True)
+class Refined:
+    """A design with its closed orbit.
+
+    shares: [variables]; solution: the periodic solution; found: the measures by name; margins: of the constraints,
+    relative to their limits, and last of stability; merit: what is made as large as possible
+    """
+
+    shares: np.ndarray
+    solution: PeriodicSolution
+    found: dict[str, float]
+    margins: np.ndarray
+    merit: float
+
+    @property
+    def allowed(self) -> bool:
+        """Whether it closes, is certified, is stable with its margin, and fulfils the constraints."""
+        return self.solution.stable and bool(np.all(self.margins >= -ALLOWED))
+
+    @functools.cached_property
+    def motion(self) -> Trajectory:
+        """The motion along the orbit."""
+        return self.solution.motion(tolerance=1e-11)
+
+    @property
+    def word(self) -> str:
+        """The mode sequence along the orbit; "" with a smooth law."""
+        if self.solution.system.friction.kind == "smooth":
+            return ""
+        return spelled(self.motion, 0.0, self.motion.end)
+
+
+class ClosedDesigns:
+    """Designs near one whose orbit is known, each with its own orbit, closed from that of the best so far."""
+
+    def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray, margin: float):
+        """margin: by which the largest multiplier has to be less than 1."""
+        self.problem, self.margin = problem, margin
+        self.map_ = StroboscopicMap(solution.system, TOLERANCE)
+        self.near = solution
+        self.known: dict[bytes, Refined | None] = {}
+        self.best: Refined | None = self.at(shares)
+
+    def at(self, shares: np.ndarray) -> Refined | None:
+        """The design at some shares; None where no orbit closes, or its motion did not go to its end."""
+        shares = np.clip(shares, 0.0, 1.0)
+        key = shares.tobytes()
+        if key not in self.known:
+            self.known[key] = self._closed(shares)
+        return self.known[key]
+
+    def _closed(self, shares: np.ndarray) -> Refined | None:
+        goal = self.problem.goal
+        try:
+            system = self.problem.of(self.problem.space.design(shares))
+        except ValueError:  # a part refuses it
+            return None
+        state, periods = state_vector(system, self.near.state), self.near.response_period
+        solution = closed(self.map_.of(system), state, periods)
+        if not solution.closes:
+            return None
+        motion = solution.motion(tolerance=1e-11)
+        if not motion.status.ok:
+            return None
+        found = measured(motion, list(self.problem.measures), window=periods)
+        if "mean_velocity" in found and solution.mean_velocity is not None:
+            found["mean_velocity"] = solution.mean_velocity
+        margins = [each.margin(found[each.measure]) / max(abs(each.limit), 1e-3) for each in goal.constraints]
+        largest = float(np.max(np.abs(solution.multipliers), initial=0.0))
+        margins.append(1.0 - self.margin - largest)
+        merit = float(goal.merit(found[goal.measure]))
+        if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
+            return None
+        return Refined(shares, solution, found, np.array(margins), merit)
+
+    def refine(self, evaluations: int) -> None:
+        """Make the best design better, by a trust region of quadratic models (COBYQA, Ragonneau and Zhang 2024).
+
+        Its models interpolate, so they serve where the mode sequence changes and a derivative jumps, if more slowly.
+        """
+        from scipy.optimize import Bounds, NonlinearConstraint, minimize
+
+        moving = self.problem.space.continuous
+        if self.best is None or not len(moving) or evaluations == 0:
+            return
+        base, size = self.best.shares.copy(), max(abs(self.best.merit), 1e-12)
+
+        def at(x: np.ndarray) -> Refined | None:
+            shares = base.copy()
+            shares[moving] = x
+            found = self.at(shares)
+            if found is not None and found.allowed and self.best is not None and found.merit > self.best.merit:
+                self.best, self.near = found, found.solution
+            return found
+
+        def cost(x: np.ndarray) -> float:
+            found = at(x)
+            return 1.0 if found is None else -found.merit / size
+
+        def margins(x: np.ndarray) -> np.ndarray:
+            found = at(x)
+            return np.full(len(self.problem.goal.constraints) + 1, -1.0) if found is None else found.margins
+
+        for radius in (REGION[0], REGION[0] / 10.0):
+            assert self.best is not None
+            before = self.best.merit
+            minimize(
+                cost,
+                self.best.shares[moving],
+                method="COBYQA",
+                bounds=Bounds(np.zeros(len(moving)), np.ones(len(moving))),  # type: ignore[arg-type]
+                constraints=[NonlinearConstraint(margins, 0.0, np.inf)],
+                options={
+                    "initial_tr_radius": radius,
+                    "final_tr_radius": REGION[1],
+                    "maxfev": evaluations,
+                    "feasibility_tol": ALLOWED,
+                },
+            )
+            if self.best.merit - before <= 1e-11 * size:
+                return
+
+    def slopes(self) -> dict[str, tuple[float | None, float | None]]:
+        """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached."""
+        best = self.best
+        assert best is not None
+        found = {}
+        for i in map(int, self.problem.space.continuous):
+            sides: list[float | None] = []
+            for sign in (-1.0, 1.0):
+                near = self._beside(i, sign)
+                slope = None
+                if near is not None:
+                    name = self.problem.goal.measure
+                    change = near.found[name] - best.found[name]
+                    slope = change / (near.shares[i] - best.shares[i])
+                    slope /= self.problem.space.derivative(i, float(best.shares[i]))
+                sides.append(slope)
+            found[self.problem.space.paths[i]] = (sides[0], sides[1])
+        return found
+
+    def _beside(self, variable: int, sign: float) -> Refined | None:
+        """The design a little below or above the best one; None beyond a bound."""
+        assert self.best is not None
+        shares = self.best.shares.copy()
+        shares[variable] += sign * STEP
+        return self.at(shares) if 0.0 <= shares[variable] <= 1.0 else None
+
+    def limits(self) -> tuple[str, ...]:
+        """What keeps the best design from being better, by name: what is active there."""
+        best = self.best
+        assert best is not None
+        space, goal = self.problem.space, self.problem.goal
+        found = []
+        for i in map(int, space.continuous):
+            for end, name in ((0.0, "lower"), (1.0, "upper")):
+                if abs(best.shares[i] - end) <= 10.0 * REGION[1]:
+                    found.append(f"{name} bound of {space.paths[i]}")
+        for each, margin in zip(goal.constraints, best.margins[:-1], strict=True):
+            if margin <= 1e-6:
+                found.append(f"constraint {each.words}")
+        if best.margins[-1] <= 1e-6:
+            found.append("stability")
+        for i in map(int, space.continuous):
+            near = [side for sign in (-1.0, 1.0) if (side := self._beside(i, sign)) is not None]
+            words = dict.fromkeys([best.word, *(each.word for each in near)])
+            if len(words) > 1:
+                found.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
+            elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):
+                found.append(f"no closed orbit beyond it over {space.paths[i]}")
+        return tuple(found) or ("nothing: the slopes vanish",)

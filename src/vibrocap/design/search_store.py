@@ -1,0 +1,67 @@
+"""The store of a search: every population that was evaluated, so that an interrupted search continues where it was.
+
+A search is deterministic, so it is resumed by going through it again: populations that are stored are read, the others
+are run. The bytes are the same as those of a search that nothing interrupted.
+"""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.files import made_folder, replacing, write_text
+from vibrocap.inputs import read_input
+
+RECORD, POPULATIONS = "search.json", "populations"
+LARGEST = 2**28  # bytes of a file that is read
+
+
+@dataclasses.dataclass(frozen=True)
+class SearchStore:
+    """A folder with the record of a search and its populations, `populations/00000.npz` and so on."""
+
+    folder: Path
+
+    def _file(self, number: int) -> Path:
+        return self.folder / POPULATIONS / f"{number:05d}.npz"
+
+    def read(self, number: int, shares: np.ndarray) -> dict[str, np.ndarray] | None:
+        """The arrays of a population, if it is stored, whole, and of these designs."""
+        try:
+            with np.load(self._file(number), allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files}
+        except (OSError, ValueError, EOFError, KeyError):  # not there, or damaged: it is run again
+            return None
+        return arrays if np.array_equal(arrays.get("shares", ()), shares) else None
+
+    def write(self, number: int, arrays: dict[str, np.ndarray]) -> None:
+        """Store the arrays of a population, whole or not at all."""
+        with replacing(self._file(number)) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+
+
+def opened_store(folder: str | Path, record: dict[str, Any], resume: bool) -> SearchStore:
+    """The store in a folder, made where there is none; record: all that decides the populations of the search.
+
+    Raises ArgumentError where the folder holds a search and `resume` is False, or another search.
+    """
+    folder = Path(folder)
+    path = folder / RECORD
+    if path.exists():
+        if not resume:
+            raise ArgumentError("store", f"{str(folder)!r} holds a search; resume it, or give another folder")
+        try:
+            before = json.loads(read_input(path, LARGEST))
+        except (OSError, ValueError) as error:
+            raise ArgumentError("store", f"{str(path)!r} cannot be read as the record of a search ({error})") from None
+        differing = [name for name in record if not isinstance(before, dict) or before.get(name) != record[name]]
+        if differing:
+            raise ArgumentError(
+                "store", f"{str(folder)!r} holds another search (another {', '.join(differing)}); give another folder"
+            )
+    made_folder(folder / POPULATIONS)
+    write_text(path, json.dumps(record, indent=2, ensure_ascii=False) + "\n")
+    return SearchStore(folder)

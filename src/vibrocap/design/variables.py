@@ -1,0 +1,123 @@
+"""Design variables: what may be varied, between which bounds or among which choices."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaint, Complaints, is_number
+from vibrocap.case.sections import is_kind
+from vibrocap.physics.conversion import quantity
+from vibrocap.physics.system import System
+from vibrocap.studies.plan.axes import Axis, axis_of
+from vibrocap.studies.plan.designs import Range, range_from
+from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
+
+
+@dataclasses.dataclass(frozen=True)
+class DesignSpace:
+    """The design variables of a search, each a range of numbers or a list of choices.
+
+    A design is a point of the unit cube, [variables]: the share of each range, logarithmic where the range is; of n
+    choices, the share k/n to (k+1)/n stands for choice k.
+    """
+
+    variables: tuple[Range | Axis, ...]
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths of the variables, as they were given."""
+        return tuple(each.path for each in self.variables)
+
+    @property
+    def continuous(self) -> np.ndarray:
+        """Indices of the variables that are ranges."""
+        return np.flatnonzero([isinstance(each, Range) for each in self.variables])
+
+    def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
+        """Values [designs] by path at shares [designs, variables]; of objects where there are words."""
+        return {each.path: _values(each, shares[:, i]) for i, each in enumerate(self.variables)}
+
+    def design(self, share: np.ndarray) -> dict[str, float | str]:
+        """The values of one design, at its shares [variables]."""
+        values = self.values(share[None])
+        return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
+
+    def derivative(self, index: int, share: float) -> float:
+        """d(value)/d(share) of a range."""
+        each = self.variables[index]
+        assert isinstance(each, Range)
+        if not each.logarithmic:
+            return each.high - each.low
+        return math.log(each.high / each.low) * math.exp(math.log(each.low) + math.log(each.high / each.low) * share)
+
+    def record(self) -> dict[str, Any]:
+        """The variables by path, in the words in which they can be given again."""
+        return {each.path: _words(each) for each in self.variables}
+
+
+def _words(each: Range | Axis) -> Any:
+    if isinstance(each, Axis):
+        return list(each.values)
+    return f"{'log:' if each.logarithmic else ''}{each.low!r}:{each.high!r}"
+
+
+def _values(each: Range | Axis, share: np.ndarray) -> np.ndarray:
+    if isinstance(each, Range):
+        return each.at(share)
+    many = len(each.values)
+    return each.array[np.minimum((share * many).astype(int), many - 1)]
+
+
+def design_space(system: System, over: Any, complaints: Complaints) -> DesignSpace:
+    """The space that `over` of `optimise` describes; what is wrong with it is added to the complaints."""
+    if not isinstance(over, Mapping) or not over:
+        wanted = "should name at least one design variable with its bounds, such as drive.frequency=0.5:3"
+        complaints.add("over", wanted)
+        return DesignSpace(())
+    found: list[Range | Axis] = []
+    begun = len(complaints)
+    for path, given in over.items():
+        each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
+        complaints += wrong
+        found.append(each)
+    space = DesignSpace(tuple(found))
+    kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Axis)}
+    if len(complaints) == begun:
+        complaints += path_complaints(over, [kinds_chosen(system, kinds)], system.units)
+        complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(over)]
+    if len(complaints) == begun:
+        plain = [quantity(path, system).plain for path in over]
+        twice = [path for path, name in zip(over, plain, strict=True) if plain.count(name) > 1]
+        if twice:
+            complaints.add(twice[0], f"is the same quantity as {twice[1]}; give it once")
+        complaints += _end_complaints(system, space)
+    return space
+
+
+def _is_choice(path: str, given: Any) -> bool:
+    """Whether choices are given, not the two ends of a range."""
+    if is_kind(path):
+        return True
+    if isinstance(given, str):
+        return ":" not in given
+    pair = isinstance(given, (Sequence, np.ndarray)) and len(given) == 2 and all(map(is_number, given))
+    return isinstance(given, (Sequence, np.ndarray)) and not pair
+
+
+def _starts(over: Mapping[str, Any]) -> list[str]:
+    return [path for path in over if path.startswith("initial.")]
+
+
+def _end_complaints(system: System, space: DesignSpace) -> list[str]:
+    """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
+    found: list[str] = []
+    for each in space.variables:
+        part = system.parts.get(each.path.partition(".")[0])
+        ruled = part is None or type(part).__pydantic_decorators__.model_validators or hasattr(part, "__post_init__")
+        if isinstance(each, Range) and not ruled:
+            complaints = [said for end in (each.low, each.high) for said in refusal(system, {each.path: end})]
+            found += complaints[:1]
+    return found

@@ -1,0 +1,103 @@
+"""Design: known optima from several seeds, unstable orbits that must not win, stores, bad input."""
+
+import json
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import CaseError
+from vibrocap.cli.main import main
+from vibrocap.design.optimise import optimise
+
+START = [{"angle": np.pi / 3}]
+FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
+
+
+@pytest.fixture(scope="module")
+def biharmonic() -> vc.System:
+    return vc.System(
+        machine=vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0, normal_load="dynamic"),
+        friction=vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.1),
+        drive=vc.Biharmonic(amplitude=1.2, second_amplitude=0.4),
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_known_optimum_over_frequency_and_phase(biharmonic, seed):
+    """Value and place of an independent search; at a smooth optimum the place is known to the root of the value."""
+    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=2000, seed=seed)
+    assert found.value == pytest.approx(0.104919431678, abs=1e-9)
+    assert found.design is not None
+    assert list(found.design.values()) == pytest.approx([0.90985583, 2.20068755], abs=3e-5)
+    assert found.orbit is not None
+    assert found.orbit.stable
+    assert found.reached_from == (0,)
+
+
+def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
+    asked = {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
+    whole = optimise(biharmonic, evaluations=128, threads=1, **asked)
+    optimise(biharmonic, evaluations=64, store=tmp_path, threads=2, **asked)
+    resumed = optimise(biharmonic, evaluations=128, store=tmp_path, resume=True, threads=2, **asked)
+    assert resumed == whole
+    assert np.array_equal(resumed.population.cost, whole.population.cost)
+    with pytest.raises(ValueError, match="another search"):
+        optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, seed=1, **asked)
+
+
+def test_constraint_that_no_design_fulfils(biharmonic):
+    found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
+    assert found.status.value == "no allowed design"
+    assert found.value is None
+    assert found.counts["infeasible"] > 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"objective": "speed"}, "mean_velocity"),
+        ({"objective": "distance"}, "displacement"),
+        ({"over": {"drive.frequency": (3.0, 0.5)}}, "reversed"),
+        ({"over": {"drive.frequency": (-1.0, 0.5)}}, "drive.frequency"),
+        ({"over": {"drive.frequenzy": (0.5, 3.0)}}, "drive.frequency"),
+        ({"over": {}}, "over"),
+        ({"subject_to": "least_reaction"}, "MEASURE > NUMBER"),
+        ({"subject_to": "least_reaction > abc"}, "MEASURE > NUMBER"),
+        ({"sense": "largest"}, "maximise, minimise"),
+        ({"evaluations": 0}, "evaluations"),
+    ],
+)
+def test_bad_input_is_named_before_any_work(biharmonic, asked, said):
+    with pytest.raises(CaseError, match=said):
+        optimise(biharmonic, **({"over": FREQUENCY_AND_PHASE} | asked))
+
+
+@pytest.mark.slow
+def test_unstable_orbit_of_the_trap_does_not_win():
+    """A closed orbit with V = 0.39276 has the multiplier -1.79; stable designs were known up to 0.3899."""
+    trap = vc.System(
+        machine=vc.PendulumCapsule(mass_ratio=1.0, stiffness=1.2, damping=1.0, normal_load="dynamic"),
+        friction=vc.Exponential(),
+        drive=vc.Harmonic(amplitude=0.8, frequency=1.0),
+    )
+    over = {"machine.mass_ratio": (0.2, 6.0), "machine.stiffness": (0.1, 6.0), "machine.damping": (0.1, 3.0)}
+    over |= {"drive.amplitude": (0.5, 3.0), "drive.frequency": (0.3, 3.0)}
+    found = optimise(trap, over, subject_to="least_reaction > 0.1", starts=START)
+    assert found.value is not None
+    assert found.orbit is not None
+    assert 0.3899 < found.value < 0.39276
+    assert found.orbit.stable
+    assert "stability" in found.limits
+
+
+def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
+    case, out = tmp_path / "case.toml", tmp_path / "design"
+    assert main(["new", "--out", str(case)]) == 0
+    asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--evaluations", "64", "--out", str(out)]
+    assert main(asked) == 0
+    found = json.loads((out / "design.json").read_text(encoding="utf-8"))
+    motion = vc.read_case(out / "best.toml").simulate()
+    assert vc.mean_velocity(motion, periods=1).value == pytest.approx(found["value"], abs=1e-8)
+    assert main(asked) == 2
+    assert "--out" in capsys.readouterr().err
