@@ -165,7 +165,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
 __version__: str
 
 if not TYPE_CHECKING:  # which would let every name pass
-    _asked_for = _opened(__name__)
+    _asked_for = _opened(__name__, "vibrocap.quantities.opening:opened_in_si")
 
     def __getattr__(name: str) -> Any:
         if name != "__version__":

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from vibrocap.quantities.dimensional import Dimensional
+
 if TYPE_CHECKING:
     import pandas
     import xarray
@@ -43,7 +45,7 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b) or (isinstance(a, float) and isinstance(b, float) and a != a and b != b)
 
 
-class Result:
+class Result(Dimensional):
     """A frozen record that is equal to another by value (see `same`) and shows itself in a few words.
 
     Give a subclass `heading` (what it is, in a line) and `facts` (a few names with what is to be said of them), and

@@ -21,6 +21,7 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import UNDECLARED, undeclared
+from vibrocap.quantities.dimensional import in_si
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -67,10 +68,10 @@ class Case:
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
 
     def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
-        """The motion of this case."""
+        """The motion of this case, in SI where its results are."""
         from vibrocap.motion.simulate import simulate
 
-        return simulate(self.system, initial=self.initial, **self.run, progress=progress)
+        return in_si(simulate(self.system, initial=self.initial, **self.run, progress=progress))
 
     def save(self, path: str | Path, units: str | None = None) -> Path:
         """Write the case to a TOML file, in SI where its results are, or as `units` says, "SI" or "dimensionless".

@@ -12,6 +12,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
+from vibrocap.measures.of_measure import ByMeasure
 from vibrocap.measures.standard import TRAVEL, further_measure, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
@@ -66,7 +67,7 @@ def measured(
     *,
     window: int | None = None,
     settle: float | None = None,
-) -> dict[str, Any]:
+) -> ByMeasure:
     """Measures of a stored motion, taken by the very code that takes them during a run.
 
     measures: names of `measure_table(motion.system)`, or measures of one's own

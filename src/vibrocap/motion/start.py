@@ -3,13 +3,15 @@
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.states import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
+from vibrocap.quantities.declared import Number, Time
+from vibrocap.quantities.dimensional import Dimensional
 
 AT_STOP = 1e-9  # of a stop, over the natural size: a printed state of a mass that touches it is there
 BRANCH = "as it says which branch of the equations holds"
@@ -17,15 +19,17 @@ WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is 
 
 
 @dataclasses.dataclass(frozen=True)
-class Start:
+class Start(Dimensional):
     """When a motion begins, and where in its period the drive is then.
 
     phase: share of the drive's period, whole parts do not matter; by default what the time says, time/T, for a drive
     is a function of time that begins a period at time 0
     """
 
-    time: float = 0.0
-    phase: float | None = None
+    time: Time = 0.0
+    phase: Number | None = None
+
+    given: ClassVar[bool] = True
 
     def __post_init__(self):
         for name, value in (("time", self.time), ("phase", 0.0 if self.phase is None else self.phase)):

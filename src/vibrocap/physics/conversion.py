@@ -2,7 +2,9 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
@@ -18,6 +20,7 @@ from vibrocap.physics.units import (
     state_keys,
     state_units,
 )
+from vibrocap.quantities.declared import Context, Declared
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,6 +118,40 @@ def quantity_in_si(plain: str, system: Any) -> Quantity:
             if place is not None and place[0] == plain and place[1].has_unit:
                 return quantity(path, system)
     return Quantity(plain, plain)
+
+
+class Along(Declared):
+    """A parameter along which something is known: of a number its value, of a path the path that says its unit.
+
+    The path is what the record or the call around has as `over`. One that is given without its unit ("drive.frequency")
+    takes numbers without units; what is shown is in SI.
+    """
+
+    def _shown(self, context: Context) -> Quantity:
+        paths = [path for path in context.known("over") if isinstance(path, str)]
+        found = (quantity(path, context.system) for path in paths)
+        in_si = next((each for each in found if each.path != each.plain), None)
+        return quantity_in_si(paths[0], context.system) if in_si is None else in_si
+
+    def unit(self, context: Context) -> str:
+        return self._shown(context).unit
+
+    def scale(self, context: Context) -> float:
+        return self._shown(context).scale
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        call = context.around[0] if context.around and isinstance(context.around[0], Mapping) else {}
+        if isinstance(value, str):
+            return quantity(value, context.system).plain if back else self._shown(context).path
+        if back and "over" in call:
+            asked = quantity(call["over"], context.system)
+            return value if asked.path == asked.plain else super().converted(value, context, back)
+        return super().converted(value, context, back)
+
+
+Path = Annotated[str, Along()]
+Parameter = Annotated[float, Along()]
+Parameters = Annotated[np.ndarray, Along()]
 
 
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import further_laws, state_names
 from vibrocap.physics.units import Units, state_units
+from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
 OPTIONAL = ("environment", "actuator")  # besides laws of further contacts
@@ -174,6 +175,15 @@ class System:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
         return Units(self.units, self.machine.effort, state_units(self.parts))
+
+    def si_context(self) -> Context | None:
+        """Where numbers of this system stand in SI; None where the scales are not known."""
+        return None if self.units is None else Context(self)
+
+    @property
+    def dimensionless(self) -> "System":
+        """The same system without units, whose results have none."""
+        return self if self.units is None else dataclasses.replace(self, units=None)
 
     @property
     def further_laws(self) -> tuple[Law, ...]:

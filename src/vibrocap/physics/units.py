@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
@@ -192,6 +193,22 @@ class Units:
     def factor_of(self, unit: str) -> float:
         """What one dimensionless unit of that dimension is in a unit such as "N s/m"."""
         return self.scales.of(dimension_of_unit(unit), self.effort)
+
+    def states_of(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by state, numbers or (low, high), those under keys with a unit ("angle_deg") without units."""
+        keys = {name: key for name, key in state_keys(self.states).items() if key.has_unit and name not in self.states}
+        found: dict[str, Any] = {}
+        for name, value in values.items():
+            key = keys.get(name)
+            if key is not None and key.name in {*values, *found}:
+                raise ArgumentError(name, "is given in two ways; give one of them")
+            found[name if key is None else key.name] = value if key is None else self._over(value, key)
+        return found
+
+    def _over(self, value: Any, key: Key) -> Any:
+        if isinstance(value, (tuple, list)):
+            return type(value)(self._over(each, key) for each in value)
+        return value / self.per_key(key) if is_number(value) else value
 
     def per_key(self, key: Key) -> float:
         """What one dimensionless unit is in the unit of a key."""

@@ -12,10 +12,10 @@ from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.in_si import in_si, orbit_units
-from vibrocap.io.json_text import json_text
+from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import in_si, units_of
 
 if TYPE_CHECKING:
     from vibrocap.orbits.closing.returns import Section
@@ -85,19 +85,11 @@ def orbit(
             tolerance=tolerance,
         )
     left = found.passed or (found if found.closes and found.unstable else None)
-    record = orbit_record(found)
-    if left is not None and left.response_period:
-        record["unstable_orbit"] = {
-            "drift": left.drift,
-            "state": left.state,
-            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
-            "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
-        }
+    ways = left.pushed_off(settle_periods=settle_periods) if left is not None and left.response_period else None
+    what = None
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
         what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
-        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
-    if given.system.units is not None:
-        record = in_si(record, orbit_units(record, given.system), given.system)
+    record = whole_record(found, left, ways, what)
     if json:
         print(json_text(record))
     else:
@@ -112,14 +104,54 @@ def orbit(
     return INCOMPLETE
 
 
+def whole_record(found: Any, left: Any, ways: Any, what: Any) -> dict[str, Any]:
+    """What is known of an orbit, of one that is unstable and what it gives way to, and of a motion that is no orbit.
+
+    In SI where the system knows its scales, and the numbers without units beside it.
+    """
+    record = _whole_record(found, left, ways, what)
+    if (shown := in_si(found)) is found:
+        return record
+    seen = (in_si(each, found.system) for each in (left, ways, what))
+    units = {name: unit for name, unit in _whole_units(shown).items() if record.get(name) is not None}
+    return in_both(_whole_record(shown, *seen), units, record)
+
+
+def _whole_record(found: Any, left: Any, ways: Any, what: Any) -> dict[str, Any]:
+    record = orbit_record(found)
+    if ways is not None:
+        record["unstable_orbit"] = {
+            "drift": left.drift,
+            "state": left.state,
+            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
+            "gives_way_to": [orbit_record(each) for each in ways],
+        }
+    if what is not None:
+        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
+    return record
+
+
+def _whole_units(found: Any) -> dict[str, Any]:
+    """The units of the record of an orbit in SI, in its form."""
+    travel = units_of(found, "drift", "state")
+    return orbit_units(found) | {
+        "unstable_orbit": {**travel, "gives_way_to": orbit_units(found)},
+        "class": units_of(found, "drift"),
+    }
+
+
+def orbit_units(found: Any) -> dict[str, Any]:
+    """The units of `orbit_record` of an orbit in SI."""
+    units = units_of(found, "period", "mean_velocity", "drift", "state")
+    return units | {"twin": {name: units[name] for name in ("drift", "state") if name in units}}
+
+
 def _section(system: System, text: str | None) -> "Section | None":
     """The section asked for, its value without units."""
-    from vibrocap.orbits.closing.returns import checked_section
+    from vibrocap.orbits.closing.returns import OfSection, checked_section
 
-    found = checked_section(system, text)
-    if found is None or found.observable is None or system.units is None:
-        return found
-    return dataclasses.replace(found, value=found.value / system.si.factor(found.observable))
+    found, context = checked_section(system, text), system.si_context()
+    return found if context is None else OfSection().converted(found, context, back=True)
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
@@ -275,13 +307,13 @@ def crossing(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.io.steady_in_si import crossing_units, crossings_in_si, measure_scale
+    from vibrocap.measures.of_measure import unit_and_scale
     from vibrocap.orbits.crossings.crossing import crossing as crossings
     from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
     given = read_source(case)
     along, low, high = quantity_range(over, given.system)
-    unit, size = measure_scale(measure, given.system)
+    unit, size = unit_and_scale(measure, given.system)
     other = None if against is None else _other(given.system, against)
     names = ("measure", "value", "against", "points", "periods", "over")
     options = {"between": "--over", "measures": "--measure"}
@@ -298,11 +330,9 @@ def crossing(
             periods=periods,
             progress=report,
         )
-    record = _crossings_record(found)
-    if given.system.units is not None:
-        found, plain = crossings_in_si(found, along, given.system), record
-        record = _crossings_record(found)
-        record |= {"units": crossing_units(found, along, given.system), "dimensionless": plain}
+    record, shown = _crossings_record(found), in_si(found, given.system, over=along.path)
+    if shown is not found:
+        record = _crossings_record(shown) | {"units": units_of(shown), "dimensionless": record}
     if json:
         print(json_text(record))
     else:
@@ -311,7 +341,7 @@ def crossing(
         if against is not None:
             wanted = f"{found.measure} less that with {against} = {said(value, unit, 6)}"
         page.say(f"{wanted} over {along.path}", style="bold")
-        for line in str(found).splitlines():
+        for line in str(shown).splitlines():
             page.say(f"  {line}")
     lost = [each for each in found.found if each.kind is CrossingKind.LOST]
     if found.unsettled or lost:

@@ -1,7 +1,7 @@
 """branches(...): a motion followed over a parameter together with all that branches off from it."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,10 @@ from vibrocap.orbits.continuation.branch import Branch, branch, check_options, f
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
+from vibrocap.physics.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName
 from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
@@ -48,8 +50,8 @@ class BranchDiagram(Result):
     """
 
     system: System
-    over: str
-    between: tuple[float, float]
+    over: Path
+    between: tuple[Parameter, Parameter]
     branches: tuple[Branch, ...]
     joins: tuple[Join, ...]
     unfollowed: tuple[tuple[int, int], ...]
@@ -84,11 +86,11 @@ class BranchDiagram(Result):
 @shows_progress("Following branches")
 def branches(
     system: System,
-    over: str,
-    between: tuple[float, float],
+    over: Path,
+    between: tuple[Parameter, Parameter],
     *,
     orbit: Orbit | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     depth: int = 2,
     points: int = 1000,
     step: float = 0.01,

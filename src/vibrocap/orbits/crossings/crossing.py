@@ -9,12 +9,16 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number
 from vibrocap.measures.during_run import check_travel, known_measure, measure_table, near_measure, resolved
+from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName
+from vibrocap.quantities.dimensional import Dimensional
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
@@ -22,7 +26,7 @@ NOTHING = 1e-9  # a difference of no more than this share of the measure's range
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Crossings:
+class Crossings(Dimensional):
     """All places found, and what the scan saw.
 
     found: `Crossing`s in the order of the parameter
@@ -33,16 +37,16 @@ class Crossings:
     """
 
     measure: str
-    over: str
-    value: float
+    over: Path
+    value: OneOfMeasure
     found: tuple[Crossing, ...]
-    equal: tuple[tuple[float, float], ...]
-    unsettled: tuple[float, ...]
-    parameters: np.ndarray
-    differences: np.ndarray
+    equal: tuple[tuple[Parameter, Parameter], ...]
+    unsettled: tuple[Parameter, ...]
+    parameters: Parameters
+    differences: ManyOfMeasure
 
     @property
-    def places(self) -> tuple[float, ...]:
+    def places(self) -> tuple[Parameter, ...]:
         """The parameters of the crossings proper."""
         return tuple(each.at for each in self.found if each.kind is CrossingKind.CROSSING)
 
@@ -73,12 +77,12 @@ class Crossings:
 def crossing(
     system: System,
     measure: str = "drift",
-    over: str = "machine.mass_ratio",
-    between: tuple[float, float] = (0.01, 8.1),
+    over: Path = "machine.mass_ratio",
+    between: tuple[Parameter, Parameter] = (0.01, 8.1),
     *,
-    value: float = 0.0,
+    value: OneOfMeasure = 0.0,
     against: System | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     points: int = 200,
     periods: int = 2000,
     tolerance: float = 1e-12,

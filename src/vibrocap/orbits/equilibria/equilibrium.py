@@ -11,6 +11,7 @@ from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, Force, Speed, States
 from vibrocap.results import Result
 
 NEUTRAL = 1e-10  # real part over the largest eigenvalue below which its sign is rounding
@@ -33,13 +34,13 @@ class Equilibrium(Result):
 
     system: System
     sides: tuple[int, ...]
-    state: dict[str, float]
-    least: dict[str, float]
-    most: dict[str, float]
+    state: States
+    least: States
+    most: States
     dimension: int
-    travel: float | None
-    friction: tuple[float, ...]
-    eigenvalues: np.ndarray
+    travel: Speed | None
+    friction: tuple[Force, ...]
+    eigenvalues: AngularFrequencies
     stable: bool | None
 
     @property
@@ -55,7 +56,7 @@ class Equilibrium(Result):
         return {True: "stable", False: "unstable", None: "not decided"}[self.stable]
 
     @property
-    def frequency(self) -> float | None:
+    def frequency(self) -> AngularFrequency | None:
         """Angular frequency of the oscillation that decays least or grows most; None where nothing oscillates."""
         pairs = self.eigenvalues[np.imag(self.eigenvalues) > 0.0]
         return float(pairs[np.argmax(np.real(pairs))].imag) if len(pairs) else None

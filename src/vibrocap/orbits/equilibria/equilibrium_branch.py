@@ -14,7 +14,17 @@ from vibrocap.orbits.equilibria.rest_set import RestSet
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
 from vibrocap.orbits.parameter_range import checked_range, system_at
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import (
+    AngularFrequencies,
+    AngularFrequency,
+    Number,
+    Numbers,
+    Speeds,
+    StateColumns,
+    States,
+)
 from vibrocap.results import Result
 
 ON_AXIS = 1e-9  # real part over the eigenvalue that is zero up to rounding
@@ -58,13 +68,13 @@ class EquilibriumPoint(Result):
     """
 
     kind: EquilibriumPointKind
-    parameter: float
-    error: float
-    state: dict[str, float]
+    parameter: Parameter
+    error: Parameter
+    state: States
     after_point: int
-    frequency: float | None
-    lyapunov: float | None
-    vector: np.ndarray
+    frequency: AngularFrequency | None
+    lyapunov: Number | None
+    vector: Numbers
     unstable_before: int
     unstable_after: int
 
@@ -111,15 +121,15 @@ class EquilibriumBranch(Result):
     """
 
     system: System
-    over: str
-    between: tuple[float, float]
+    over: Path
+    between: tuple[Parameter, Parameter]
     sides: tuple[int, ...]
-    parameter: np.ndarray
-    states: np.ndarray
-    travel: np.ndarray
-    eigenvalues: np.ndarray
-    unstable: np.ndarray
-    stable: np.ndarray
+    parameter: Parameters
+    states: StateColumns
+    travel: Speeds
+    eigenvalues: AngularFrequencies
+    unstable: Numbers
+    stable: Numbers
     special_points: tuple[EquilibriumPoint, ...]
     ends: tuple[EquilibriumEnd, EquilibriumEnd]
     mode: Mode = dataclasses.field(compare=False)
@@ -180,7 +190,12 @@ class EquilibriumBranch(Result):
 
 
 def equilibrium_branch(
-    system: System, over: str, between: tuple[float, float], *, start: Equilibrium | None = None, points: int = 2000
+    system: System,
+    over: Path,
+    between: tuple[Parameter, Parameter],
+    *,
+    start: Equilibrium | None = None,
+    points: int = 2000,
 ) -> EquilibriumBranch:
     """The branch of steady sliding through one state of it, over a range of a parameter.
 
