@@ -192,7 +192,7 @@ def test_a_motion_in_si_is_the_motion_without_units(motions):
     assert np.array_equal(known.dimensionless.coefficients, plain.coefficients)
     assert known["position"] == pytest.approx(plain["position"] * 0.25, rel=1e-15)
     assert known.end == pytest.approx(12 / 1.1, rel=1e-14)
-    assert known.unit("velocity") == "m/s"
+    assert known.unit_of("velocity") == "m/s"
     for unit, names in {
         "J": ("energy", "contact_energy", "drive_work"),
         "N": ("friction", "holding_force", "holding_limit", "reaction", "outer_force"),
@@ -200,11 +200,11 @@ def test_a_motion_in_si_is_the_motion_without_units(motions):
         "N m": ("drive",),
         "W": ("drive_power",),
     }.items():
-        assert {known.unit(name) for name in names} == {unit}
+        assert {known.unit_of(name) for name in names} == {unit}
     t = np.array([0.1, 1.0])
     drive = 0.9 * np.cos(2 * np.pi * 1.1 * t)
     assert known.at(t, "drive") == pytest.approx(drive, rel=1e-13)
-    assert plain.unit("velocity") == "1"
+    assert plain.unit_of("velocity") == "1"
 
 
 def test_a_start_in_si_is_the_start_without_units(motions):

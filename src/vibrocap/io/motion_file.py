@@ -54,7 +54,7 @@ def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
 
 
 def _unit(motion: "Trajectory", name: str) -> str:
-    return UNITS if motion.si_context() is None else motion.unit(name)
+    return UNITS if motion.si_context() is None else motion.unit_of(name)
 
 
 def write_motion(motion: Shown, path: str | Path, case: Case | None = None) -> Path:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.standard import known_measure
 from vibrocap.physics.conversion import Along
 from vibrocap.quantities.declared import Context, Declared, In
 
@@ -32,23 +33,26 @@ class OfMeasures(Declared):
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         asked = next(iter(context.known("measures")), ())
-        own = {each.name: each for each in ((asked,) if isinstance(asked, (str, Measure)) else asked)
-               if isinstance(each, Measure)}  # fmt: skip
+        asked = (asked,) if isinstance(asked, (str, Measure)) else asked
+        own = {each.name: each for each in asked if isinstance(each, Measure)}
         return {
             name: In(_unit(own.get(name, name), context)).converted(each, context, back) for name, each in value.items()
         }
 
 
-def unit_and_scale(measure: str | Measure, system: Any) -> tuple[str, float]:
-    """(SI unit, what one dimensionless unit is in it) of a measure of a system; ("1", 1.0) where there is none."""
+def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None]:
+    """(unit of a measure in the results of a system, what one dimensionless unit is in it; None where it has none)."""
+    known = measure if isinstance(measure, Measure) else known_measure(measure, system)
+    return ("1", None) if known is None else unit_in(known.unit, known.si_unit, system)
+
+
+def unit_in(unit: str, si_unit: str, system: Any) -> tuple[str, float | None]:
+    """The same of a measure that has these units, without scales and in SI."""
     context = system.si_context()
-    unit = "1" if context is None else _unit(measure, context)
-    return unit, 1.0 if unit == "1" else context.units.factor_of(unit)
+    return (unit, None) if context is None or si_unit == "1" else (si_unit, context.units.factor_of(si_unit))
 
 
-def _unit(measure: Any, context: Context) -> str:
-    from vibrocap.measures.during_run import known_measure
-
+def _unit(measure: str | Measure, context: Context) -> str:
     known = measure if isinstance(measure, Measure) else known_measure(measure, context.system)
     return "1" if known is None else known.si_unit
 

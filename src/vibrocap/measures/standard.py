@@ -31,6 +31,11 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     return _standard_measures(system, (type(system.machine),), (type(system.friction),))
 
 
+def known_measure(name: str, system: System | None = None) -> Measure | None:
+    """The measure of a name: one that a system has, one that there is of any, or one of any further contact."""
+    return standard_measures(system).get(name) or standard_measures().get(name) or further_measure(name)
+
+
 @functools.lru_cache(maxsize=16)
 def _standard_measures(
     system: System | None, kinds: tuple[type[Machine], ...], contacts: tuple[type[Law], ...]

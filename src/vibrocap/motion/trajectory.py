@@ -129,7 +129,7 @@ class Trajectory(Result):
         return {
             "length": f"{self.periods:g} periods, time {self.start_time:.6g} to {self.said('end', 6)}",
             "events": f"{len(self.event_times)} events" + (f" ({what})" if what else ""),
-            "end": ", ".join(f"{name} = {said(value, self.unit(name), 5)}" for name, value in self.state.items()),
+            "end": ", ".join(f"{name} = {said(value, self.unit_of(name), 5)}" for name, value in self.state.items()),
             "status": self.status.value,
         }
 

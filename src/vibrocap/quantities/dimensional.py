@@ -32,13 +32,13 @@ class Dimensional:
         """The numbers without units: the record itself, unless it is in SI."""
         return self
 
-    def unit(self, name: str) -> str:
+    def unit_of(self, name: str) -> str:
         """The SI unit of a field or property, "1" for one that has none; so is each where nothing is in SI."""
         return "1"
 
     def said(self, name: str, digits: int = 10) -> str:
         """A number of the record in words, with its unit."""
-        return said(getattr(self, name), self.unit(name), digits)
+        return said(getattr(self, name), self.unit_of(name), digits)
 
     def si_context(self) -> Context | None:
         """Where its numbers stand in SI; None where they are without units."""
@@ -71,7 +71,7 @@ class InSI:
         """Where its numbers stand."""
         return self._context
 
-    def unit(self, name: str) -> str:
+    def unit_of(self, name: str) -> str:
         """The SI unit of a field or property, or else of a quantity of a motion; "1" for one that has none."""
         hints = _member_hints(type(self._computed))
         if name not in hints:
@@ -97,7 +97,7 @@ class InSI:
 def _in_words(record: Any, name: str) -> str:
     value = getattr(record, name)
     try:
-        unit = record.unit(name) if isinstance(value, float) else _unit_of_all(record, name, value)
+        unit = record.unit_of(name) if isinstance(value, float) else _unit_of_all(record, name, value)
     except NotImplementedError:
         unit = "1"
     return repr(value) if unit == "1" else f"{value!r} {unit}"

@@ -189,7 +189,7 @@ def _diagram_record(found: Any) -> dict[str, Any]:
 
 def _diagram_units(found: Any) -> dict[str, str]:
     """The units of the record of branches in SI, by name."""
-    along = found.unit("over")
+    along = found.unit_of("over")
     units = dict.fromkeys(("between", "parameter", found.over, "error"), along)
     return units | (units_of(found.branches[0], "period", "drift", "mean_velocity") if found.branches else {})
 

@@ -94,14 +94,14 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
         found = _refused_by_drive(equilibrium_branch, system, along.plain, (low, high), start=begun, points=points)
     record, shown = _branch_record(found), in_si(found, over=along.path)
     if shown is not found:
-        states = {name: shown.unit(name) for name in system.state_names}
+        states = {name: shown.unit_of(name) for name in system.state_names}
         units = {"state": states} | _rates(shown) | units_of(shown, "between", "parameter")
         units["special_points"] = _units(shown.special_points[0]) if found.special_points else {}
         record = in_both(_branch_record(shown), units, record)
     if json:
         print(json_text(record))
     else:
-        _print_branch(record, shown.unit("over"))
+        _print_branch(record, shown.unit_of("over"))
     if plot is not None:
         from vibrocap.plotting.equilibria import equilibrium_figure
         from vibrocap.plotting.finishing import save
@@ -123,7 +123,7 @@ def _units(found: Any) -> dict[str, Any]:
 
 def _rates(found: Any) -> dict[str, Any]:
     """The units of eigenvalues in SI, where there are any."""
-    rate = found.unit("eigenvalues") if hasattr(found, "eigenvalues") else ""
+    rate = found.unit_of("eigenvalues") if hasattr(found, "eigenvalues") else ""
     return {"eigenvalues": {"real": rate, "imaginary": rate}} if rate else {}
 
 

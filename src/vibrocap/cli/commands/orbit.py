@@ -307,13 +307,13 @@ def crossing(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.measures.of_measure import unit_and_scale
+    from vibrocap.measures.of_measure import measure_unit
     from vibrocap.orbits.crossings.crossing import crossing as crossings
     from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
     given = read_source(case)
     along, low, high = quantity_range(over, given.system)
-    unit, size = unit_and_scale(measure, given.system)
+    unit, scale = measure_unit(measure, given.system)
     other = None if against is None else _other(given.system, against)
     names = ("measure", "value", "against", "points", "periods", "over")
     options = {"between": "--over", "measures": "--measure"}
@@ -323,7 +323,7 @@ def crossing(
             measure,
             along.plain,
             (low, high),
-            value=value / size,
+            value=value if scale is None else value / scale,
             against=other,
             initial=given.initial,
             points=points,

@@ -151,7 +151,7 @@ def simulate(
         return INCOMPLETE
     complain(
         f"The run could not be completed ({motion.status.value}): it stopped at time {motion.said('end')} of "
-        f"{said(motion.periods * motion.period, motion.unit('period'))}.\n{motion.status.text}"
+        f"{said(motion.periods * motion.period, motion.unit_of('period'))}.\n{motion.status.text}"
         + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
     )
     return INCOMPLETE
@@ -193,9 +193,9 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     if motion.si_context() is None:
         return record
     units = {
-        "state": {name: motion.unit(name) for name in motion.state},
-        "time": motion.unit("end"),
-        "drift": motion.unit("displacement"),
+        "state": {name: motion.unit_of(name) for name in motion.state},
+        "time": motion.unit_of("end"),
+        "drift": motion.unit_of("displacement"),
         "mean_velocity": {} if velocity is None else units_of(velocity),
         "energy": {} if balance is None else _units_of_works(balance, works),
     }

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number
-from vibrocap.measures.during_run import check_travel, known_measure, measure_table, near_measure, resolved
+from vibrocap.measures.during_run import check_travel, measure_table, near_measure, resolved
 from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
+from vibrocap.measures.standard import known_measure
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
