@@ -17,7 +17,7 @@ from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Number, Numbers, Speed, Speeds
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.dimensional import Dimensional, said
 
 Shape = Literal["tanh", "arctan"]
 LOOSER = 10.0  # times the tolerance: that of the run beside each, which tells the noise
@@ -94,14 +94,14 @@ class Regularisation(Dimensional):
     def text(self) -> str:
         """The report in words."""
         widest, narrowest = self.runs[0], self.runs[-1]
+        ends = f"{widest.value:.6g} at width {widest.width:.2g} and {narrowest.said('value', 6)} at"
         words = (
-            f"{self.measure} is {self.exact.value:.6g} exactly, in {self.exact.steps} steps; smoothed by {self.shape} "
-            f"it is {widest.value:.6g} at width {widest.width:.2g} and {narrowest.value:.6g} at {narrowest.width:.2g}, "
-            f"in {narrowest.steps} steps."
+            f"{self.measure} is {self.exact.said('value', 6)} exactly, in {self.exact.steps} steps; smoothed by "
+            f"{self.shape} it is {ends} {narrowest.said('width', 2)}, in {narrowest.steps} steps."
         )
         if self.order is not None and self.order_range is not None:
             low, high = self.order_range
-            words += f" Its error goes with the width to the power {self.order:.2f} between {low:.2g} and {high:.2g}."
+            words += f" Its error goes with the width to the power {self.order:.2f} between {low:.2g} and {said(high, narrowest.unit_of('width'), 2)}."
         return words if self.smooth else f"{words} It is not smooth in the width: the error jumps or changes its sign."
 
 

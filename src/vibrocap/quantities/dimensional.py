@@ -95,24 +95,12 @@ class InSI:
 
 
 def _in_words(record: Any, name: str) -> str:
-    value = getattr(record, name)
-    try:
-        unit = record.unit_of(name) if isinstance(value, float) else _unit_of_all(record, name, value)
-    except NotImplementedError:
-        unit = "1"
-    return repr(value) if unit == "1" else f"{value!r} {unit}"
-
-
-def _unit_of_all(record: Any, name: str, value: Any) -> str:
-    """The unit of a field of several numbers that have the same one, "1" where they do not."""
-    if not isinstance(value, (tuple, list)) or not value or not all(isinstance(each, float) for each in value):
-        return "1"
-    hint = _member_hints(type(record._computed)).get(name, Any)
-    _, own = fitting(hint, value)
-    context = record._context.within(record._computed)
-    declared = [fitting(each, x)[0] for each, x in zip(of_elements(own, len(value)), value, strict=True)]
-    units = {"1" if each is None else each.unit(context) for each in declared}
-    return units.pop() if len(units) == 1 else "1"
+    value, units = getattr(record, name), units_of(record, name).get(name, "1")
+    if isinstance(value, Mapping) and isinstance(units, dict):
+        each = (f"{key!r}: {one!r}" + f" {units[key]}" * (units.get(key, "1") != "1") for key, one in value.items())
+        return "{" + ", ".join(each) + "}"
+    plain = isinstance(units, str) and units != "1" and not isinstance(value, (str, type(None)))
+    return f"{value!r} {units}" if plain else repr(value)
 
 
 @functools.cache

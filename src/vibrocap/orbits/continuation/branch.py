@@ -27,6 +27,7 @@ from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Lengths, Numbers, Speeds, StateColumns, Time, Times
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 TOWARDS = ("both", "up", "down")
@@ -87,7 +88,7 @@ class Branch(Result):
         low, high = np.min(self.parameter), np.max(self.parameter)
         kinds = collections.Counter(special.kind.value for special in self.special_points)
         return {
-            "points": f"{len(self)} points from {low:.6g} to {high:.6g}",
+            "points": f"{len(self)} points from {low:.6g} to {said(high, self.unit_of('parameter'), 6)}",
             **({} if self.certified.all() else {"certificate": f"{np.sum(~self.certified)} of them not certified"}),
             "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
             "special points": ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no special points",
@@ -155,21 +156,21 @@ class Branch(Result):
 
     def __str__(self) -> str:
         """The branch in words."""
-        kind = self._kind
+        kind, unit = self._kind, self.unit_of("parameter")
         if not len(self):
             return f"No {kind}branch: {self.ends[0].advice}"
         what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
         lines = [
             f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
-            *(f"  {row['kind']:20s} {special.parameter:.10g} (error {special.error:.0e})  {row['remarks']}"
+            *(f"  {row['kind']:20s} {said(special.parameter, unit)} (error {special.error:.0e})  {row['remarks']}"
               for row, special in zip(self.table(), self.special_points, strict=True)),
-            *(f"  {where} at {value:.10g}: {_ended(end)}"
+            *(f"  {where} at {said(value, unit)}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip
         if not self.certified.all():
             wrong = self.parameter[~self.certified]
             lines.append(
-                f"  {len(wrong)} points from {wrong.min():.6g} to {wrong.max():.6g} not certified: "
+                f"  {len(wrong)} points from {wrong.min():.6g} to {said(wrong.max(), unit, 6)} not certified: "
                 "their motions are not those of the equations"
             )
         return "\n".join(lines)

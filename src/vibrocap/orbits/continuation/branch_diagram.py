@@ -17,6 +17,7 @@ from vibrocap.physics.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
@@ -64,7 +65,7 @@ class BranchDiagram(Result):
     def facts(self) -> dict[str, str]:
         low, high = self.between
         return {
-            "range": f"{low:g} to {high:g}",
+            "range": f"{low:g} to {said(high, self.unit_of('over'), 6)}",
             "branches": f"{len(self.branches)} branches of {sum(map(len, self.branches))} points",
             "special points": f"{sum(len(each.special_points) for each in self.branches)} special points",
         }
@@ -79,7 +80,9 @@ class BranchDiagram(Result):
         for join in self.joins:
             place = self.branches[join.parent].special_points[join.special]
             verb = "leaves" if join.end == 0 else "ends on"
-            lines.append(f"[{join.child}] {verb} [{join.parent}] at {self.over} = {place.parameter:.10g}")
+            lines.append(
+                f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, self.unit_of('over'))}"
+            )
         return "\n".join(lines)
 
 

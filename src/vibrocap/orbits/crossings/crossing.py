@@ -19,7 +19,7 @@ from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.dimensional import Dimensional, said
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
@@ -54,22 +54,25 @@ class Crossings(Dimensional):
     def __str__(self) -> str:
         """What was found, in words."""
         lines = []
+        along, unit = self.unit_of("over"), self.unit_of("value")
         for each in self.found:
-            row = f"{each.kind.value:<10}{each.at:.12g} +- {each.error:.1g}"
+            row = f"{each.kind.value:<10}{said(each.at, along, 12)} +- {each.error:.1g}"
             if each.kind is CrossingKind.CROSSING:
-                lines.append(f"{row}, between {each.bracket[0]!r} and {each.bracket[1]!r}, slope {each.slope:.6g}")
+                low, high = each.bracket
+                slope = said(each.slope, each.unit_of("slope"), 6)
+                lines.append(f"{row}, between {low!r} and {high!r}, slope {slope}")
             else:
                 lines.append(f"{row}  {each.kind.advice}")
         for low, high in self.equal:
-            lines.append(f"equal     all along {low:.6g} to {high:.6g}: no point of it is a crossing")
+            lines.append(f"equal     all along {low:.6g} to {said(high, along, 6)}: no point of it is a crossing")
         if self.unsettled:
-            first, last = self.unsettled[0], self.unsettled[-1]
-            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {first:.6g} to {last:.6g}"
+            ends = f"{self.unsettled[0]:.6g} to {said(self.unsettled[-1], along, 6)}"
+            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {ends}"
             lines.append(f"unsettled {many}: nothing can be told there")
         if not any(each.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for each in self.found):
             seen = self.differences[np.isfinite(self.differences)]
             if len(seen):
-                scan = f"over the scan the difference is from {seen.min():.3g} to {seen.max():.3g}"
+                scan = f"over the scan the difference is from {seen.min():.3g} to {said(seen.max(), unit, 3)}"
                 lines.append(f"no crossing: {scan}")
         return "\n".join(lines)
 

@@ -12,6 +12,7 @@ from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, Force, Speed, States
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 NEUTRAL = 1e-10  # real part over the largest eigenvalue below which its sign is rounding
@@ -69,12 +70,14 @@ class Equilibrium(Result):
     @property
     def facts(self) -> dict[str, str]:
         spans = {
-            name: f"{value:.10g}" if self.least[name] == self.most[name]
-            else f"{self.least[name]:.10g} to {self.most[name]:.10g}"
+            name: said(value, self.unit_of(name)) if self.least[name] == self.most[name]
+            else f"{self.least[name]:.10g} to {said(self.most[name], self.unit_of(name))}"
             for name, value in self.state.items() if name != self.system.machine.cyclic
         }  # fmt: skip
-        travels = {} if self.travel is None or not any(self.sides) else {"travel": f"{self.travel:.10g} per time"}
-        shown_values = ", ".join(_written(value) for value in self.eigenvalues)
+        travel = self.said("travel") + ("" if self.si_context() else " per time")
+        travels = {} if self.travel is None or not any(self.sides) else {"travel": travel}
+        rate = "" if (unit := self.unit_of("eigenvalues")) == "1" else f" {unit}"
+        shown_values = ", ".join(_written(value) + rate for value in self.eigenvalues)
         return {**spans, **travels, "eigenvalues": shown_values or "none"}
 
     def table(self) -> list[dict[str, Any]]:
