@@ -101,7 +101,8 @@ class Regularisation(Dimensional):
         )
         if self.order is not None and self.order_range is not None:
             low, high = self.order_range
-            words += f" Its error goes with the width to the power {self.order:.2f} between {low:.2g} and {said(high, narrowest.unit_of('width'), 2)}."
+            between = f"{low:.2g} and {said(high, narrowest.unit_of('width'), 2)}"
+            words += f" Its error goes with the width to the power {self.order:.2f} between {between}."
         return words if self.smooth else f"{words} It is not smooth in the width: the error jumps or changes its sign."
 
 
