@@ -21,6 +21,7 @@ from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Number, States
 from vibrocap.results import Advised, Result
 
 APART = 0.05  # share of every range within which designs count as the same candidate
@@ -48,6 +49,7 @@ class OptimumStatus(Advised):
 class Optimum(Result):
     """The best design of a search.
 
+    Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
     design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
         travels the other way
@@ -61,15 +63,15 @@ class Optimum(Result):
     """
 
     status: OptimumStatus
-    design: dict[str, float | str] | None
+    design: dict[str, Number | str] | None
     measure: str
-    value: float | None
+    value: Number | None
     unit: str
     orbit: Orbit | None
-    constraints: dict[str, float]
+    constraints: dict[str, Number]
     limits: tuple[str, ...]
-    slopes: dict[str, tuple[float | None, float | None]]
-    starts: tuple[dict[str, float], ...]
+    slopes: dict[str, tuple[Number | None, Number | None]]
+    starts: tuple[States, ...]
     reached_from: tuple[int, ...]
     counts: dict[str, int]
     rejected: tuple[str, ...]
@@ -104,7 +106,7 @@ def optimise(
     *,
     sense: str | None = None,
     subject_to: str | Sequence[str] = (),
-    starts: Sequence[Mapping[str, float]] | None = None,
+    starts: Sequence[ByName] | None = None,
     evaluations: int = 10_000,
     seed: int = 0,
     margin: float = 1e-3,

@@ -135,7 +135,7 @@ def _face(cls: type) -> type:
     return type(cls.__name__, (InSI, cls), members | words)
 
 
-_SEQUENCE = ("__getitem__", "__iter__", "__len__")
+_SEQUENCE = ("__getitem__", "__len__")  # `__iter__` gives what the members in SI are
 _KEPT = ("to_xarray", "to_pandas")  # which are asked of the record in SI
 
 
