@@ -76,7 +76,7 @@ class InSI:
         hints = _member_hints(type(self._computed))
         if name not in hints:
             return self._context.units.unit(name)
-        declared, _ = fitting(hints[name], getattr(self._computed, name))
+        declared = declared_anywhere(hints[name])
         return "1" if declared is None else declared.unit(self._context.within(self._computed))
 
     def __eq__(self, other: object) -> bool:

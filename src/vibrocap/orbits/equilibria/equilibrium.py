@@ -74,8 +74,9 @@ class Equilibrium(Result):
             else f"{self.least[name]:.10g} to {said(self.most[name], self.unit_of(name))}"
             for name, value in self.state.items() if name != self.system.machine.cyclic
         }  # fmt: skip
-        travel = self.said("travel") + ("" if self.si_context() else " per time")
-        travels = {} if self.travel is None or not any(self.sides) else {"travel": travel}
+        travels = {}
+        if self.travel is not None and any(self.sides):
+            travels["travel"] = self.said("travel") + ("" if self.si_context() else " per time")
         rate = "" if (unit := self.unit_of("eigenvalues")) == "1" else f" {unit}"
         shown_values = ", ".join(_written(value) + rate for value in self.eigenvalues)
         return {**spans, **travels, "eigenvalues": shown_values or "none"}
