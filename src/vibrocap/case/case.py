@@ -21,6 +21,7 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import UNDECLARED, undeclared
+from vibrocap.quantities.declared import ByName
 from vibrocap.quantities.dimensional import in_si
 
 if TYPE_CHECKING:
@@ -206,12 +207,14 @@ def case_text(case: Case, units: str | None = None) -> str:
     return as_text(case.system, case.scales, case.initial, case.run, units)
 
 
-def save_case(system: System, path: str | Path, units: str | None = None, **run: Any) -> Path:
-    """Write a case file of a system; run: initial=..., periods=... and the other fields of a `Case`.
+def save_case(
+    system: System, path: str | Path, units: str | None = None, *, initial: ByName | None = None, **run: Any
+) -> Path:
+    """Write a case file of a system; initial: its start, by state; run: periods=... and other fields of a `Case`.
 
     units: "SI" or "dimensionless"; in SI where the system knows its scales and nothing is said
     """
-    return Case(system, **run).save(path, units)
+    return Case(system, initial or {}, **run).save(path, units)
 
 
 def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.part import PartInSI
-from vibrocap.physics.scales import Scales
+from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2, Scales
 from vibrocap.physics.units import (
     UNDECLARED,
     Key,
@@ -52,6 +52,13 @@ def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bar
 def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
     """Initial states by name whose values are given in SI."""
     return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+
+
+def with_gravity(given: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
+    """What is given in SI of an environment, with gravity on a slope where the machine (a class) does not know it."""
+    if machine.gravity is not None or not any(key.startswith("inclination") for key in given):
+        return given
+    return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **given}
 
 
 INITIAL = "initial."
@@ -240,19 +247,23 @@ def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tupl
             kind = type(machine).__name__
             raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
         in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
-        return {**given, **_parts_in_turn(in_si, scales, machine.effort)}, scales
+        return {**given, **_parts_in_turn(in_si, scales, type(machine))}, scales
     fields = [info.name for info in parameter_table(machine.part.si_scales)]
     try:
         own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
     except ParameterError as error:
         raise error.within("machine") from None
     rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
-    return _parts_in_turn({**given, "machine": rest}, own, machine.part.effort), own
+    return _parts_in_turn({**given, "machine": rest}, own, machine.part), own
 
 
-def _parts_in_turn(given: Mapping[str, Any], scales: Scales, effort: str) -> dict[str, Any]:
-    """The parts without units; ParameterError with every complaint, named by the keys that were given."""
+def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
+    """The parts without units; ParameterError with every complaint, named by the keys that were given.
+
+    machine: its class
+    """
     found: dict[str, Any] = {}
+    effort = machine.effort
     complaints: list[Complaint] = []
     for name, part in given.items():
         if not isinstance(part, PartInSI):
@@ -262,12 +273,13 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, effort: str) -> dic
                 raise ArgumentError(name, f"should be in SI like the machine, {kind}.in_si(...), got {part!r}")
             found[name] = part
             continue
-        plain = part_without_units(part.part, part.values, Units(scales, effort, {}))
+        values = with_gravity(part.values, machine) if name == "environment" else part.values
+        plain = part_without_units(part.part, values, Units(scales, effort, {}))
         complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
         try:
             found[name] = part.part(**plain.values)
         except ParameterError as error:
-            complaints += [_as_given(each, name, part.values, plain.values, plain.keys) for each in error.complaints]
+            complaints += [_as_given(each, name, values, plain.values, plain.keys) for each in error.complaints]
     if complaints:
         raise ParameterError("the system", complaints)
     return found

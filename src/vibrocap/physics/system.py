@@ -126,6 +126,8 @@ class System:
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.environment is not None:
             self.environment.check(self.machine)
+        if self.units is not None:
+            self.machine.check_scales(self.units)
 
     def _set(self, **values: Any) -> None:
         """Give fields their values, while the system is made."""

@@ -218,7 +218,7 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         if given:
             known = _scales(record, given)
     if known is None and parameter_table(record) and wanted == SI and not refused:
-        infos = (info for info in parameter_table(record) if not isinstance(info.default, float))
+        infos = (info for info in parameter_table(record) if not isinstance(info.default, (float, type(None))))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
     if refused:
@@ -241,7 +241,7 @@ def _scales(record: type, given: dict[str, str]) -> Scales:
         except ValueError:
             complaints.add(f"--scales {name}", f"should be a number, got {text!r}")
     for name, info in known.items():
-        if name not in given and not isinstance(info.default, float):
+        if name not in given and not isinstance(info.default, (float, type(None))):
             complaints.add("--scales", f"{name} is missing, the {info.meaning}")
     if not complaints:
         try:
