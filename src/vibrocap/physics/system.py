@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
@@ -294,7 +294,7 @@ class System:
         asked = quantity(path, self) if self.units is not None else None
         part, name = self._resolved(path if asked is None else asked.plain)
         value = getattr(self.parts[part], name)
-        return value if asked is None or asked.plain == path or isinstance(value, str) else value * asked.scale
+        return value if asked is None or asked.plain == path or not is_number(value) else value * asked.scale
 
     def with_parameters(self, values: Mapping[str, Any]) -> "System":
         """The same system with other values at the given parameter paths; ValueError for what a part does not take.
