@@ -1,7 +1,11 @@
 """Examples of every command, as they stand under its help; tests run them all, in this order, in one folder."""
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "new": ("vibrocap new --out case.toml", "vibrocap new oscillator --law dahl --drive ramp"),
+    "new": (
+        "vibrocap new --out case.toml",
+        "vibrocap new --si --out bench.toml",
+        "vibrocap new oscillator --law dahl --drive ramp",
+    ),
     "examples": ("vibrocap examples", "vibrocap examples --to examples"),
     "simulate": (
         "vibrocap simulate case.toml --initial angle=0.5",

@@ -36,11 +36,19 @@ class TwoMassCapsule(Machine):
     Where force is counted in m g, as in SI, normal_load = "weight" is that of capsule and mass, lambda + 1.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over inner mass, M/m", "mass")
-    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness")
-    damping: NonNegative = parameter(0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping")
+    mass_ratio: Positive = parameter(
+        2.5, "lambda", "capsule mass over inner mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness", in_si="spring")
+    damping: NonNegative = parameter(
+        0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping", in_si="viscous damper"
+    )
     normal_load: Load = parameter(
-        1.0, "N", 'load on the contact over m l omega_0^2: a number, or "weight" (lambda + 1, in units of m g)', "load"
+        1.0,
+        "N",
+        'load on the contact over m l omega_0^2: a number, or "weight" (lambda + 1, in units of m g)',
+        "load",
+        in_si='load on the contact: a force, or "weight"',
     )
     actuation: Actuation = parameter(
         "internal", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'

@@ -27,9 +27,15 @@ class TwoMassCrawler(ImposedDisplacement):
     Mass is counted in m, length and time in units of one's choice; the load is a force in those.
     """
 
-    mass_ratio: Positive = parameter(1.0, "lambda", "mass of the body over inner mass, M/m", "mass")
+    mass_ratio: Positive = parameter(
+        1.0, "lambda", "mass of the body over inner mass, M/m", "mass", in_si="mass of the body"
+    )
     normal_load: Load = parameter(
-        1.0, "N", 'load on the contact: a number, or "weight" (lambda + 1, in units of m g)', "load"
+        1.0,
+        "N",
+        'load on the contact: a number, or "weight" (lambda + 1, in units of m g)',
+        "load",
+        in_si='load on the contact: a force, or "weight"',
     )
 
     name: ClassVar[str] = "two-mass-crawler"
