@@ -15,7 +15,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "convert": (
         "vibrocap convert examples/travels-by-stick-slip.toml --scales pendulum_mass_kg=0.2,pendulum_length_m=0.25",
-        "vibrocap convert examples/bench-in-si.toml --out bench.toml",
+        "vibrocap convert bench.toml --out bench-without-units.toml",
     ),
     "limits": (
         "vibrocap limits examples/bristles-lugre.toml",

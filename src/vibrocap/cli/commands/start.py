@@ -26,7 +26,7 @@ HEAD = """\
 #
 """
 PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).\n"
-SI_HEAD = "# A bench of a usual size, in SI: the defaults at these masses and lengths, to three digits (docs/case-files.md).\n"
+SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits (docs/case-files.md).\n"
 BENCH = {  # of a bench, what a machine declares as its units
     "pendulum_mass_kg": 0.2,
     "pendulum_length_m": 0.25,

@@ -49,7 +49,7 @@ class InnerMassScales(Scales):
 
 def weight_or_load(machine: Any) -> Any:
     """The load of a machine, where that is its weight lambda + 1, on a slope that times g cos(phi)."""
-    if machine.normal_load != WEIGHT:
+    if not isinstance(machine.normal_load, str):
         return machine.normal_load
     weight = machine.mass_ratio + 1.0
     return weight if machine.gravity is None else weight * machine.gravity[0]
