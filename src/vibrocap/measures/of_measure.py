@@ -1,6 +1,5 @@
 """What numbers are that belong to a measure: they have the unit of the measure that a record or a call names."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 import numpy as np
@@ -35,9 +34,8 @@ class OfMeasures(Declared):
         asked = next(iter(context.known("measures")), ())
         asked = (asked,) if isinstance(asked, (str, Measure)) else asked
         own = {each.name: each for each in asked if isinstance(each, Measure)}
-        return {
-            name: In(_unit(own.get(name, name), context)).converted(each, context, back) for name, each in value.items()
-        }
+        named = {name: own.get(name) or name for name in value}
+        return {name: In(_unit(named[name], context)).converted(each, context, back) for name, each in value.items()}
 
 
 def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None]:
@@ -60,4 +58,4 @@ def _unit(measure: str | Measure, context: Context) -> str:
 OneOfMeasure = Annotated[float, OfMeasure()]
 ManyOfMeasure = Annotated[np.ndarray, OfMeasure()]
 SlopeOfMeasure = Annotated[float, OverParameter()]
-ByMeasure = Annotated[Mapping[str, Any], OfMeasures()]
+ByMeasure = Annotated[dict[str, Any], OfMeasures()]

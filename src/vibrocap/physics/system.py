@@ -17,7 +17,7 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import further_laws, state_names
-from vibrocap.physics.units import Units, state_units
+from vibrocap.physics.units import NoUnits, Units, state_units
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
@@ -177,6 +177,11 @@ class System:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
         return Units(self.units, self.machine.effort, state_units(self.parts))
+
+    @property
+    def result_units(self) -> Units | NoUnits:
+        """Factor and unit of every quantity as results show it: in SI where the scales are known."""
+        return NoUnits() if self.units is None else self.si
 
     def si_context(self) -> Context | None:
         """Where numbers of this system stand in SI; None where the scales are not known."""

@@ -8,7 +8,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
@@ -213,6 +213,20 @@ class Units:
     def per_key(self, key: Key) -> float:
         """What one dimensionless unit is in the unit of a key."""
         return key.scale(self.scales, self.effort)
+
+
+class NoUnits:
+    """The units of results that have none."""
+
+    states: ClassVar[Mapping[str, str]] = {}
+
+    def unit(self, name: str) -> str:
+        """None, of any quantity."""
+        return "1"
+
+    def factor(self, name: str) -> float:
+        """One: numbers stay as they are."""
+        return 1.0
 
 
 def over_seconds(unit: str) -> str:

@@ -247,7 +247,7 @@ def _unit_or_units(hint: Any, value: Any, context: Context) -> Any:
 
 def computed(value: Value) -> Value:
     """The record of which one in SI is the face; what is no such record, as it is."""
-    return value._computed if isinstance(value, InSI) else value
+    return value._computed if isinstance(value, InSI) else value  # type: ignore[return-value]
 
 
 def detached(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import inspect
 import sys
 import types
 import typing
@@ -26,9 +27,7 @@ def field_hints(record: type) -> dict[str, Any]:
 @functools.cache
 def call_hints(function: Callable[..., Any]) -> dict[str, Any]:
     """The types of the arguments of a function by name and, as "return", of what it returns."""
-    own = function
-    while hasattr(own, "__wrapped__"):
-        own = own.__wrapped__
+    own = inspect.unwrap(function)
     return {name: _read(hint, own.__module__) for name, hint in own.__annotations__.items()}
 
 

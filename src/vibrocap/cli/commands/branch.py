@@ -187,7 +187,7 @@ def _diagram_record(found: Any) -> dict[str, Any]:
     return {"over": found.over, "between": found.between, "branches": branches, "joins": joins}
 
 
-def _diagram_units(found: Any) -> dict[str, str]:
+def _diagram_units(found: Any) -> dict[str, Any]:
     """The units of the record of branches in SI, by name."""
     along = found.unit_of("over")
     units = dict.fromkeys(("between", "parameter", found.over, "error"), along)

@@ -288,9 +288,7 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
     if (environment := system.environment) is None:
         return notes
     at_rest = environment.outside(system.placed, 0.0, (0.0,) * len(system.machine.states), 0).push_at_rest
-    push, unit = at_rest, ""
-    if (context := system.si_context()) is not None:
-        push, unit = at_rest * context.units.factor("friction"), context.units.unit("friction")
+    push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
     if push:
         words = (
             f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "
