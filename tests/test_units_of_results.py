@@ -275,6 +275,8 @@ def test_crossings_are_in_si(orbits):
     assert found.value == pytest.approx(wanted, rel=1e-14)
     assert vc.orbit(bench().with_parameters({"drive.frequency_Hz": place.at})).drift == pytest.approx(wanted, rel=1e-9)
     assert (found.unit_of("value"), place.unit_of("at"), place.unit_of("slope")) == ("m", "Hz", "m per Hz")
+    hertz = 1 / (2 * math.pi * SECOND)
+    assert place.slope == pytest.approx(found.dimensionless.found[0].slope * METRE / hertz, rel=1e-12)
     assert re.search(r"crossing  [\d.]+ Hz .* slope -?[\d.]+ m per Hz", str(found))
 
 
