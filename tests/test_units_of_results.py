@@ -127,6 +127,15 @@ def test_what_a_motion_in_si_says_goes_into_another(motions):
     assert vc.simulate(found.system, periods=0.1, start=3.0).start_time == later.start_time
 
 
+def test_the_start_of_a_case_is_taken_as_it_is(tmp_path, motions):
+    path = vc.save_case(motions[0].system, tmp_path / "bench.toml", initial=motions[0].state, periods=1)
+    assert f"position_m = {motions[0].state['position']!r}" in path.read_text()
+    case = vc.read_case(path)
+    found = case.simulate()
+    assert found["position"][0] == pytest.approx(motions[0].state["position"], rel=1e-15)
+    assert vc.simulate(case.system, periods=1, initial=case.initial) == found
+
+
 def test_a_motion_in_si_is_a_result_like_any_other(motions):
     found, plain = motions
     assert isinstance(found, vc.Trajectory)

@@ -21,7 +21,7 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import UNDECLARED, undeclared
-from vibrocap.quantities.declared import ByName
+from vibrocap.quantities.declared import ByName, Context, WithoutUnits
 from vibrocap.quantities.dimensional import in_si
 
 if TYPE_CHECKING:
@@ -43,6 +43,8 @@ class CaseError(ValueError):
 class Case:
     """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
 
+    initial: without units, also of a system in SI, but under a name with its unit ("position_m")
+
     scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
     Raises ValueError, naming the field, for settings that make no sense.
     """
@@ -59,9 +61,14 @@ class Case:
         from vibrocap.motion.simulate import check_run, initial_state
 
         start = initial_state(self.system, self.initial)
-        if any(name not in start for name in self.initial):  # given in SI
-            object.__setattr__(self, "initial", {name: value for name, value in start.items() if value})
+        in_si = any(name not in start for name in self.initial)
+        initial = {name: value for name, value in start.items() if value} if in_si else self.initial
+        object.__setattr__(self, "initial", WithoutUnits(initial))
         check_run(**self.run)
+
+    def si_context(self) -> Context | None:
+        """Where numbers of its system stand in SI; None where the results are without units."""
+        return self.system.si_context()
 
     @property
     def run(self) -> dict[str, Any]:

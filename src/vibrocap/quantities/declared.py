@@ -88,11 +88,15 @@ class Named(Declared):
         return context.units.unit(names[0]) if names else "1"
 
 
+class WithoutUnits(dict):
+    """Values by name that are without units, whatever system they are given to."""
+
+
 class OfNames(Declared):
     """Values by the names of quantities; what is given under a name with its unit ("position_m") stays as it is."""
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
-        if not isinstance(value, Mapping):
+        if not isinstance(value, Mapping) or (back and isinstance(value, WithoutUnits)):
             return value
         return {name: self._one(name, each, context, back) for name, each in value.items()}
 

@@ -254,7 +254,7 @@ def detached(value: Any) -> Any:
     """The same without the units of its system, records in it included."""
     if isinstance(value, InSI):
         return value.dimensionless
-    if hasattr(type(value), "si_context") and not isinstance(value, Dimensional):  # a system
+    if hasattr(type(value), "dimensionless") and not isinstance(value, Dimensional):  # a system
         return value.dimensionless
     if isinstance(value, Dimensional):
         old = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}  # type: ignore[arg-type]

@@ -42,10 +42,14 @@ def opened_in_si(function: Function) -> Function:
 def _context(given: tuple[Any, ...]) -> Context | None:
     """Where the numbers of a call stand in SI; None where nothing that is given is in SI."""
     for each in given:
-        if hasattr(type(each), "si_context") and (context := each.si_context()) is not None:
-            return Context(context.system)
-        if isinstance(each, (tuple, list)) and each and (context := _context(tuple(each))) is not None:
-            return context
-        if isinstance(each, Mapping) and (context := _context(tuple(each.values()))) is not None:
-            return context
+        if hasattr(type(each), "si_context"):
+            found = each.si_context()
+        elif isinstance(each, Mapping):
+            found = _context(tuple(each.values()))
+        elif isinstance(each, (tuple, list)) and each and not isinstance(each[0], (int, float, str)):
+            found = _context(tuple(each))
+        else:
+            continue
+        if found is not None:
+            return Context(found.system)
     return None
