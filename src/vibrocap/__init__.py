@@ -11,6 +11,7 @@ from vibrocap.doors import opened as _opened
 if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
+    from vibrocap.citations.cite import Citations, cite
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -215,6 +216,8 @@ __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", 
 __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumScales", "FreeScales", "SIScales"]
 # what surrounds and drives a machine
 __all__ += ["Actuator", "Environment"]
+# what to cite
+__all__ += ["cite", "Citations"]
 # machines
 __all__ += [
     "Oscillator",

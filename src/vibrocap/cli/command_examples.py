@@ -60,6 +60,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "datasets": ("vibrocap datasets list",),
     "datasets list": ("vibrocap datasets list",),
     "datasets fetch": ("vibrocap datasets fetch rotary-damper --to data",),
+    "cite": (
+        "vibrocap cite examples/bristles-lugre.toml",
+        "vibrocap cite examples/bristles-lugre.toml --analyses orbit,fit --bibtex",
+    ),
     "reproduce": ("vibrocap reproduce --out out", "vibrocap reproduce --only fig09"),
     "completion": ("vibrocap completion bash", "vibrocap completion zsh --install"),
 }

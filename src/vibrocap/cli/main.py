@@ -21,6 +21,7 @@ from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.commands.branch import basins, branch
+from vibrocap.cli.commands.cite import cite
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
@@ -144,7 +145,7 @@ WITH_PICTURES = (simulate, plot, branch, basins, equilibria)
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, cite, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

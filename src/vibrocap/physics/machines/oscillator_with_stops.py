@@ -62,6 +62,7 @@ class OscillatorWithStops(Oscillator):
     )
 
     name: ClassVar[str] = "oscillator-with-stops"
+    source: ClassVar[str] = "denhartog1931; shaw1983"
     states: ClassVar = (*Oscillator.states, "touching")
     symmetry: ClassVar = (-1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -36,6 +36,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
     )
 
     name: ClassVar[str] = "pendulum-capsule-with-stops"
+    source: ClassVar[str] = "liu2019; brogliato2016"
     states: ClassVar = (*PendulumCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -35,6 +35,7 @@ class RigidStopCapsule(TwoMassCapsule):
     )
 
     name: ClassVar[str] = "rigid-stop-capsule"
+    source: ClassVar[str] = "liu2013; brogliato2016"
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -41,6 +41,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     )
 
     name: ClassVar[str] = "vibro-impact-capsule"
+    source: ClassVar[str] = "liu2013"
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
