@@ -1,7 +1,7 @@
 """Citations: every law, machine, drive and method has a source that resolves; one bibliography, all of it used.
 
-The page of references and the bibliography of the paper are what the bibliography makes of them, `CITATION.cff`, the
-paper and the package name the same authors and title, and every name that docstrings and pages cite with a year is there.
+The page of references and the bibliography of the paper are what the bibliography makes of them; `CITATION.cff`, the
+paper and the package name the same authors and title.
 """
 
 import re
@@ -99,7 +99,8 @@ def test_no_work_stands_there_twice():
 
 def test_bibtex_is_read_again_as_it_was(tmp_path, monkeypatch):
     path = tmp_path / "again.bib"
-    path.write_text(made.as_bibtex(bibliography().values()).replace(f"  version = {{{vc.__version__}}},\n", ""), "utf-8")
+    text = made.as_bibtex(bibliography().values())
+    path.write_text(text.replace(f"  version = {{{vc.__version__}}},\n", ""), encoding="utf-8")
     before = dict(bibliography())
     monkeypatch.setattr(made, "FILE", path)
     again = made.bibliography.__wrapped__()

@@ -6,7 +6,6 @@ Every law is taken with its defaults and with random values in which no paramete
 
 import dataclasses
 import pickle
-import re
 
 import numpy as np
 import pytest
