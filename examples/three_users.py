@@ -2,8 +2,8 @@
 
     python examples/three_users.py --out three-users
 
-Run it in a fresh clone after `make` has made the environment, or with `vibrocap[plot,sweep,excel]` installed; it takes
-half a minute. Every command is printed as it would be typed. In the folder it writes
+Run it in a fresh clone, in the environment that `make test` makes, or with `vibrocap[plot,sweep,excel]` installed; it
+takes half a minute. Every command is printed as it would be typed. In the folder it writes
 
     figure.pdf, .png      a figure over two columns: the student's motion, map and slope, the researcher's fit
     map.csv, .xlsx, .mat  the student's table in three formats, with units
@@ -24,42 +24,8 @@ import numpy as np
 
 import vibrocap as vc
 
-# What the student has measured on the prototype; each number with its unit. The pendulum presses on the ground as it
-# swings, so the normal load is "dynamic", and the capsule may lift off.
-PROTOTYPE = """\
-units = "SI"
-
-[machine]
-kind = "pendulum-capsule"
-capsule_mass_kg = 0.5
-pendulum_mass_kg = 0.2
-pendulum_length_m = 0.1
-stiffness_N_m_per_rad = 0.4
-damping_N_m_s_per_rad = 0.02
-normal_load = "dynamic"
-
-[friction]
-law = "exponential"
-coulomb_coefficient = 0.15
-static_coefficient = 0.25
-decay_rate_s_per_m = 10.0
-
-[drive]
-waveform = "biharmonic"
-amplitude_N_m = 0.35
-frequency_Hz = 1.3
-second_amplitude_N_m = 0.12
-second_phase_deg = 180
-
-[environment]
-inclination_deg = 0
-
-[run]
-periods = 40
-"""
-
-# The contact that the researcher's data are made from, in SI, so that the fit can be compared with the truth. Its levels
-# are those of the student's law.
+# The contact that the researcher's data are made from, in SI, so that the fit can be compared with the truth. Its
+# levels are those of the prototype.
 TRUTH = {
     "bristle_stiffness": 3.0e4,  # N/m
     "bristle_damping": 120.0,  # N s/m
@@ -85,15 +51,18 @@ def command(line: str, folder: Path) -> str:
 
 def doctoral_student(folder: Path) -> dict:
     """How fast is the prototype, how steep may it go, where does it lift off, is it stable, what does a metre cost?"""
-    (folder / "prototype.toml").write_text(PROTOTYPE, encoding="utf-8")
-    command("vibrocap simulate prototype.toml --out motion.csv", folder)
-    orbit = json.loads(command("vibrocap orbit prototype.toml --json", folder))
+    command("vibrocap examples prototype-in-si --to .", folder)
+    command("vibrocap simulate prototype-in-si.toml --out motion.csv", folder)
+    orbit = json.loads(command("vibrocap orbit prototype-in-si.toml --json", folder))
     slope = "--over environment.inclination_deg=0:6 --points 13 --measure mean_velocity --json"
-    crossing = json.loads(command(f"vibrocap crossing prototype.toml {slope}", folder))
+    crossing = json.loads(command(f"vibrocap crossing prototype-in-si.toml {slope}", folder))
     axes = "--over drive.frequency_Hz=1:3:21 --over drive.amplitude_N_m=0.05:0.55:26"
     measures = "--measure mean_velocity,cost_of_transport,least_reaction --settle 1e-6"
-    command(f"vibrocap sweep prototype.toml {axes} {measures} --out map", folder)
-    command("vibrocap sweep prototype.toml --over environment.inclination_deg=0:6:61 --settle 1e-6 --out slope", folder)
+    command(f"vibrocap sweep prototype-in-si.toml {axes} {measures} --out map", folder)
+    command(
+        "vibrocap sweep prototype-in-si.toml --over environment.inclination_deg=0:6:61 --settle 1e-6 --out slope",
+        folder,
+    )
 
     study = vc.open_study(folder / "map")
     for ending in ("csv", "xlsx", "mat"):
@@ -132,64 +101,82 @@ def rig_records(folder: Path) -> list[Path]:
     return paths
 
 
-def friction_researcher(folder: Path) -> dict:
-    """Which friction parameters do the records say, how surely, and how does the prototype walk with them?"""
-    records = " ".join(path.name for path in rig_records(folder))
-    command(f"vibrocap fit {records} --law lugre --load {LOAD} --out fit", folder)
-    found = json.loads((folder / "fit" / "fit.json").read_text(encoding="utf-8"))
+def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict, vc.Fit]:
+    """Which friction parameters do the records say, how surely, and how does the prototype walk with them?
 
-    before, _, rest = PROTOTYPE.partition("[friction]")
-    after = rest[rest.index("[drive]") :]
+    damper: folder with published measurements of a rotary damper (`vibrocap datasets fetch rotary-damper`), which are
+        fitted too, an earthquake held out
+    """
+    records = vc.read_records(rig_records(folder))  # units are read from the headings
+    fit = vc.fit(records, "lugre", load=LOAD)
+    fit.save(folder / "fit")  # fit.json, and friction.toml: the section [friction] of a case in SI
+
+    before, _, rest = (folder / "prototype-in-si.toml").read_text(encoding="utf-8").partition("[friction]")
     fitted = (folder / "fit" / "friction.toml").read_text(encoding="utf-8")
-    (folder / "fitted.toml").write_text(f"{before}{fitted}\n{after}", encoding="utf-8")
+    (folder / "fitted.toml").write_text(f"{before}{fitted}\n{rest[rest.index('[drive]') :]}", encoding="utf-8")
     orbit = json.loads(command("vibrocap orbit fitted.toml --json", folder))
-    intervals = {each["name"]: (each["low"], each["value"], each["high"]) for each in found["parameters"]}
+    inside = [fit[name].low <= true <= fit[name].high for name, true in TRUTH.items()]
+    published = {}
+    if damper is not None:
+        found = vc.fit(vc.rotary_damper(damper), "dahl", held_out="eq_KocaeliMCE_window", intervals="covariance")
+        published = {"published damper, error": found.relative_rmse, "of its earthquake": found.held_out_relative_rmse}
     return {
-        **{name: intervals[name] for name in TRUTH},
-        "truths inside their intervals": sum(low <= TRUTH[n] <= high for n, (low, _, high) in intervals.items() if n in TRUTH),
+        **{name: f"{fit[name].value:.5g} ({fit[name].low:.5g} to {fit[name].high:.5g})" for name in TRUTH},
+        "truths inside their intervals": f"{sum(inside)} of {len(inside)}",
+        "errors are white noise": fit.residuals.white,
         "speed with the fitted law [m/s]": orbit["mean_velocity"],
-    }
+        **published,
+    }, fit
 
 
 def teacher(folder: Path) -> dict:
     """A page for the lecture: the machine of the student, with sliders, in one file that needs no network."""
-    command("vibrocap lab prototype.toml --laws exponential --drives biharmonic --out lab.html", folder)
-    command("vibrocap cite prototype.toml --bibtex", folder)
+    command("vibrocap lab prototype-in-si.toml --laws exponential --drives biharmonic --out lab.html", folder)
+    command("vibrocap cite prototype-in-si.toml --bibtex", folder)
     return {"size of the page [kB]": (folder / "lab.html").stat().st_size // 1000}
 
 
-def figure(folder: Path, answers: dict) -> None:
+def figure(folder: Path, fit: vc.Fit, steepest: float) -> None:
     """The figure over two columns (7 inches): motion, map, slope and friction, with units on every axis."""
-    motion = vc.read_case(folder / "prototype.toml").simulate()
-    records = vc.read_records([folder / f"{name}.csv" for name in STROKES], load=LOAD)
-    fit = vc.fit(records, "lugre", intervals="covariance")
+    motion = vc.read_case(folder / "prototype-in-si.toml").simulate()
     with vc.style({"font.size": 8, "axes.titlesize": 8, "legend.fontsize": 7}):
         drawn, ((a, b), (c, d)) = plt.subplots(2, 2, figsize=(7.0, 5.4), layout="constrained")
         vc.plot(motion, "velocity", periods=1, ax=a)
         vc.plot(vc.open_study(folder / "map"), "mean_velocity", ax=b)
         vc.plot(vc.open_study(folder / "slope"), "mean_velocity", ax=c)
-        c.axvline(answers["steepest slope [deg]"], color="0.5", linewidth=0.8, linestyle="--")
+        c.axvline(steepest, color="0.5", linewidth=0.8, linestyle="--")
+        c.annotate(f"climbs {steepest:.2f}°", (steepest, 0.0), (5, 25), textcoords="offset points")
         vc.plot(fit, "slow", ax=d)
-        for axes, title in zip((a, b, c, d), ("motion", "map, and where it lifts off", "slope", "friction"), strict=True):
-            axes.set_title(f"({'abcd'[(a, b, c, d).index(axes)]}) {title}", loc="left")
+        d.set_xlim(0.0, 1.5)
+        titles = {a: "(a) motion", b: "(b) map, hatched: lifts off", c: "(c) slope", d: "(d) friction on the rig"}
+        for axes, title in titles.items():
+            axes.set_title(title, loc="left")
+            if (legend := axes.get_legend()) is not None and axes in (c, d):
+                legend.set(visible=False)
+                legend.set_in_layout(False)
+        d.text(0.5, 0.8, "grey: measured\nblue: fitted", transform=d.transAxes, ha="center", va="center")
         drawn.savefig(folder / "figure.pdf")
         drawn.savefig(folder / "figure.png", dpi=200)
         plt.close(drawn)
 
 
-def main(folder: Path) -> dict:
+def main(folder: Path, damper: Path | None = None) -> dict:
     """Play all three users in a folder, which is made where it is missing; returns their answers by user."""
     folder.mkdir(parents=True, exist_ok=True)
-    answers = {user.__name__: user(folder) for user in (doctoral_student, friction_researcher, teacher)}
-    figure(folder, answers["doctoral_student"])
+    student = doctoral_student(folder)
+    researcher, fit = friction_researcher(folder, damper)
+    answers = {"doctoral student": student, "friction researcher": researcher, "teacher": teacher(folder)}
+    figure(folder, fit, student["steepest slope [deg]"])
     for user, found in answers.items():
-        print(f"\n{user.replace('_', ' ')}")
+        print(f"\n{user}")
         for name, value in found.items():
-            print(f"  {name:34}{value}")
+            print(f"  {name:34}{f'{value:.4g}' if isinstance(value, float) else value}")
     return answers
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("three-users"), help="folder for what is written")
-    main(parser.parse_args().out)
+    parser.add_argument("--damper", type=Path, help="folder of `vibrocap datasets fetch rotary-damper`, to fit it too")
+    given = parser.parse_args()
+    main(given.out, given.damper)
