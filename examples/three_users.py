@@ -113,7 +113,8 @@ def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict,
 
     before, _, rest = (folder / "prototype-in-si.toml").read_text(encoding="utf-8").partition("[friction]")
     fitted = (folder / "fit" / "friction.toml").read_text(encoding="utf-8")
-    (folder / "fitted.toml").write_text(f"{before}{fitted}\n{rest[rest.index('[drive]') :]}", encoding="utf-8")
+    case = f'units = "SI"\n{before}{fitted}\n{rest[rest.index("[drive]") :]}'  # keys of the fit stand without units
+    (folder / "fitted.toml").write_text(case, encoding="utf-8")
     orbit = json.loads(command("vibrocap orbit fitted.toml --json", folder))
     inside = [fit[name].low <= true <= fit[name].high for name, true in TRUTH.items()]
     published = {}

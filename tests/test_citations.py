@@ -19,7 +19,7 @@ from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, law, laws, machines, wrappers
 
 ROOT = Path(__file__).resolve().parents[1]
-PAPER = ROOT / "paper" / "paper.md"
+PAPER = ROOT / "paper/paper.md"
 WRAPPED = ("anisotropic-lugre", "backlash-dahl", "smoothed-coulomb", "viscous-stribeck")
 PARTS = [*laws().values(), *machines().values(), *drives().values(), *map(law, WRAPPED)]
 LUGRE = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic())

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
+from urllib.parse import quote
 
 from vibrocap.arguments import suggestion
 
@@ -152,7 +153,8 @@ def _linked(reference: Reference) -> str:
     """Its text with the DOI as a link; the version is left out, so that the page outlives a release."""
     fields = {name: value for name, value in reference.fields.items() if name != "version"}
     text = dataclasses.replace(reference, fields=fields).text
-    return re.sub(r"doi (\S+)$", r"doi [\1](<https://doi.org/\1>)", text)
+    address = quote(fields.get("doi", ""), safe="/")
+    return re.sub(r"doi (\S+)$", rf"doi [\1](https://doi.org/{address})", text)
 
 
 if __name__ == "__main__":
