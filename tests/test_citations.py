@@ -21,7 +21,7 @@ from vibrocap.physics.catalogue import drives, law, laws, machines, wrappers
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = ROOT / "paper/paper.md"
 WRAPPED = ("anisotropic-lugre", "backlash-dahl", "smoothed-coulomb", "viscous-stribeck")
-PARTS = [*laws().values(), *machines().values(), *drives().values(), *map(law, WRAPPED)]
+PARTS = [*laws().values(), *machines().values(), *drives().values(), *map(law, WRAPPED), vc.Actuator]
 LUGRE = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic())
 REQUIRED = {
     "article": {"author", "title", "journal", "year"},

@@ -60,7 +60,7 @@ class BoucWen(Law):
     internal: ClassVar = ("bristle", "bristle_sign")
     switched: ClassVar = ("bristle_sign",)
     shape_parameters: ClassVar = ("knee_exponent",)
-    source: ClassVar[str] = "wen1976; constantinou1990"
+    source: ClassVar[str] = "bouc1967; wen1976; constantinou1990"
     creeps: ClassVar[bool] = True
 
     _bounded = bounded
