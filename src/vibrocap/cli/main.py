@@ -56,8 +56,8 @@ BEGIN = """To begin with:
   vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
 
-`vibrocap COMMAND --help` explains a command, with examples. Exit codes: 0 done, 2 wrong input, 3 a run that could not
-be completed.
+`vibrocap COMMAND --help` explains a command, with examples. \
+Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
 
 

@@ -128,7 +128,7 @@ STICKING = (
     ),
     Measure(
         "word",
-        "phases of the last period: F forward, S stuck, B back (empty: the law is smooth)",
+        "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
         Standard(_words, codes.ASK_WORD, text=True),
     ),
 )
