@@ -243,6 +243,12 @@ def test_the_paper_has_the_form_of_the_journal():
     assert 750 <= len(words) <= 1750
 
 
+def test_the_paper_counts_machines_laws_and_drives_as_they_are():
+    text = " ".join(PAPER.read_text(encoding="utf-8").split())
+    counted = [int(re.search(rf"(\d+) {what}", text).group(1)) for what in ("machines", "friction laws", "drives")]
+    assert counted == [len(machines()), len(laws()), len(drives())]
+
+
 def test_pictures_of_the_paper_are_there_and_their_commands_are_said():
     text = PAPER.read_text(encoding="utf-8")
     pictures = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text)
