@@ -155,7 +155,7 @@ def figure(folder: Path, fit: vc.Fit, steepest: float) -> None:
             if (legend := axes.get_legend()) is not None and axes in (c, d):
                 legend.set(visible=False)
                 legend.set_in_layout(False)
-        d.text(0.5, 0.8, "grey: measured\nblue: fitted", transform=d.transAxes, ha="center", va="center")
+        d.text(0.5, 0.8, "grey: measured\nblue: fitted", transform=d.transAxes, ha="center", va="center", fontsize=6.5)
         drawn.savefig(folder / "figure.pdf")
         drawn.savefig(folder / "figure.png", dpi=200)
         plt.close(drawn)
