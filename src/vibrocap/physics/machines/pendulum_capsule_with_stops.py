@@ -35,8 +35,8 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         None, "e", "coefficient of restitution of the stops, 0 to 1; none: a run ends there", "fraction"
     )
 
-    name: ClassVar[str] = "pendulum-capsule-with-stops"
     source: ClassVar[str] = "liu2019; brogliato2016"
+    name: ClassVar[str] = "pendulum-capsule-with-stops"
     states: ClassVar = (*PendulumCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -34,8 +34,8 @@ class RigidStopCapsule(TwoMassCapsule):
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
 
-    name: ClassVar[str] = "rigid-stop-capsule"
     source: ClassVar[str] = "liu2013; brogliato2016"
+    name: ClassVar[str] = "rigid-stop-capsule"
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
