@@ -8,6 +8,7 @@ import re
 import unicodedata
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import vibrocap as vc
@@ -185,10 +186,24 @@ def test_a_case_and_a_motion_are_cited_as_their_system_and_nothing_as_vibrocap()
     assert f"version {vc.__version__} " in str(vc.cite())
 
 
+@pytest.mark.slow
+def test_an_orbit_is_cited_as_its_system_and_a_fit_by_its_law_and_the_methods_of_fits():
+    orbit = vc.orbit(LUGRE.with_parameters({"friction.bristle_stiffness": 50.0}))
+    assert vc.cite(orbit).facts == vc.cite(LUGRE).facts
+    assert vc.cite(vc.LuGre()).facts == {"vibrocap": "vibrocap", "friction law lugre": "canudas1995, olsson1996"}
+    time = np.linspace(0.0, 4.0, 400)
+    velocity = 0.3 * np.sin(2.0 * np.pi * time)
+    record = vc.Record("shaken", time, vc.driven_force(vc.Dahl(), time, velocity).force, velocity=velocity)
+    found = vc.cite(vc.fit(record, "dahl", starts=1, intervals="covariance")).facts
+    assert found["friction law dahl"] == "dahl1968, dahl1976"
+    assert {each.name for each in METHODS if "fit" in each.analyses} <= set(found)
+    assert "Taylor series of high order and their step" not in found
+
+
 @pytest.mark.parametrize(
     ("given", "options", "said"),
     [
-        (3, {}, "of should be a system, a case or a result that has one, got int"),
+        (3, {}, "of should be a system, a part, a case or a result that has a system or a law, got int"),
         (LUGRE, {"analyses": ["orbits"]}, "analyses: 'orbits' is none; did you mean 'orbit'?"),
         (None, {"analyses": ["orbit"]}, "of should be the system or case that is analysed, got none"),
     ],

@@ -7,11 +7,15 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.citations.bibliography import SOFTWARE, Reference, as_bibtex, references
 from vibrocap.citations.methods import ANALYSES, methods_of
+from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.numbering import number_in
+from vibrocap.physics.part import Part
 from vibrocap.physics.system import PARTS, System
 from vibrocap.results import Result
 
-PART_NAMES = {"friction": "friction law"}  # of the parts of a system that have a source
+KINDS = ((Law, "friction law"), (Machine, "machine"), (Drive, "drive"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,27 +71,40 @@ def _numbered(entry: Citation, numbers: dict[str, int]) -> str:
 def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
     """What to cite for a system: vibrocap, and the sources of its parts and of the methods that simulate it.
 
-    of: a system, a case, or a result that has one (a motion, an orbit, ...); None: vibrocap alone, and the paper from
-        which it started
-    analyses: what else is used, by the name of the command: "orbit", "branch", "fit", ... (`methods.ANALYSES`)
-    Raises ArgumentError for what has no system, and for an analysis that there is not.
+    of: a system, a case, or a result that has one (a motion, an orbit, ...); a part alone, or a result that has a law (a
+        fit); None: vibrocap alone, and the paper from which it started
+    analyses: what else is used, by the name of the command: "orbit", "branch", ... (`methods.ANALYSES`); of a fit "fit"
+        goes without saying
+    Raises ArgumentError for what has no system and is no part, and for an analysis that there is not.
     """
     for name in analyses:
         if name not in ANALYSES:
             raise ArgumentError("analyses", f"{name!r} is none; {suggestion(name, ANALYSES)}")
-    software = references(SOFTWARE)
+    wanted = tuple(analyses)
+    found = [Citation("vibrocap", references(SOFTWARE))]
     if of is None:
         if analyses:
             raise ArgumentError("of", "should be the system or case that is analysed, got none")
-        return Citations((Citation("vibrocap", software), Citation("the paper it started from", references("liu2019"))))
-    system = of if isinstance(of, System) else getattr(of, "system", None)
-    if not isinstance(system, System):
-        raise ArgumentError("of", f"should be a system, a case or a result that has one, got {type(of).__name__}")
-    found = [Citation("vibrocap", software)]
-    for part, given in system.parts.items():
-        kind = "friction" if number_in(part, "friction") else part
-        if given.source or kind in PARTS:  # an environment and an actuator have none
-            what = f"{PART_NAMES.get(kind, kind)} {given.name}"
-            found.append(Citation(what, references(given.source, name=given.name)))
-    found += [Citation(method.name, references(method.source)) for method in methods_of(system, tuple(analyses))]
+        return Citations((*found, Citation("the paper it started from", references("liu2019"))))
+    law = getattr(of, "law", None)
+    if isinstance(of, Part) or isinstance(law, Part):
+        found.append(_citation(law or of))
+        methods = methods_of(None, wanted if law is None else ("fit", *wanted))
+    else:
+        system = of if isinstance(of, System) else getattr(of, "system", None)
+        if not isinstance(system, System):
+            said = "should be a system, a part, a case or a result that has a system or a law"
+            raise ArgumentError("of", f"{said}, got {type(of).__name__}")
+        for part, given in system.parts.items():
+            if given.source or part in PARTS or number_in(part, "friction"):  # an environment has none
+                found.append(_citation(given))
+        methods = methods_of(system, wanted)
+    found += [Citation(method.name, references(method.source)) for method in methods]
     return Citations(tuple({entry.what: entry for entry in found}.values()))
+
+
+def _citation(part: Part) -> Citation:
+    """What is cited for a part."""
+    kind = next((what for contract, what in KINDS if isinstance(part, contract)), "")
+    name: str = part.name  # type: ignore[attr-defined]
+    return Citation(f"{kind} {name}".strip(), references(part.source, name=name))

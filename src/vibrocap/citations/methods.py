@@ -77,7 +77,9 @@ ANALYSES = tuple(
 )  # that may be asked for
 
 
-def methods_of(system: System, analyses: tuple[str, ...] = ()) -> tuple[Method, ...]:
-    """The methods of a simulation of a system, and of further analyses."""
+def methods_of(system: System | None, analyses: tuple[str, ...] = ()) -> tuple[Method, ...]:
+    """The methods of a simulation of a system, and of further analyses; of these alone where there is no system."""
+    if system is None:
+        return tuple(method for method in METHODS if {*analyses} & {*method.analyses})
     wanted = {SIMULATION, *analyses}
     return tuple(method for method in METHODS if wanted & {*method.analyses} and method.used(system))
