@@ -71,8 +71,8 @@ def _numbered(entry: Citation, numbers: dict[str, int]) -> str:
 def cite(of: Any = None, *, analyses: Sequence[str] = ()) -> Citations:
     """What to cite for a system: vibrocap, and the sources of its parts and of the methods that simulate it.
 
-    of: a system, a case, or a result that has one (a motion, an orbit, ...); a part alone, or a result that has a law (a
-        fit); None: vibrocap alone, and the paper from which it started
+    of: a system, a case, or a result that has one (a motion, an orbit, ...); a part alone, or a fit, which has a law;
+        None: vibrocap alone, and the paper from which it started
     analyses: what else is used, by the name of the command: "orbit", "branch", ... (`methods.ANALYSES`); of a fit "fit"
         goes without saying
     Raises ArgumentError for what has no system and is no part, and for an analysis that there is not.
