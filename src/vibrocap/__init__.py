@@ -89,6 +89,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
+    from vibrocap.physics.drives.fourier_series import FourierSeries
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
     from vibrocap.physics.drives.on_off import OnOff
@@ -229,8 +230,19 @@ __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "wo
 __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
-__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
-__all__ += ["ThreePhase", "SevenPhase", "DriveTable", "read_drive_table"]
+__all__ += [
+    "FourierSeries",
+    "Constant",
+    "Ramp",
+    "Loading",
+    "Square",
+    "Triangle",
+    "Trapezoid",
+    "OnOff",
+    "PulseWidth",
+    "Phases",
+]
+__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
