@@ -1,4 +1,4 @@
-"""Design: known optima from several seeds, unstable orbits that must not win, stores, bad input."""
+"""Design: known optima from several seeds, unstable orbits that must not win, fronts, stores, bad input."""
 
 import json
 
@@ -101,3 +101,86 @@ def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
     assert vc.mean_velocity(motion, periods=1).value == pytest.approx(found["value"], abs=1e-8)
     assert main(asked) == 2
     assert "--out" in capsys.readouterr().err
+
+
+FRONT = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi), "machine.damping": (0.3, 3.0)}
+
+
+def test_front_has_no_point_that_another_betters(biharmonic):
+    pytest.importorskip("pymoo")
+    found = vc.pareto_front(biharmonic, FRONT, starts=START, evaluations=1500, points=20)
+    assert 3 <= len(found) <= 20
+    velocity, cost = found.values.T
+    assert np.all(np.diff(velocity) < 0.0)
+    assert np.all(np.diff(cost) < 0.0)
+    assert np.all(found.multipliers <= 0.999)
+    assert len(found.orbits) == len(found.designs) == len(found.to_pandas())
+    # No motion that was evaluated betters a closed one by more than the threshold to which runs settle.
+    for speed, energy in found.others():
+        assert not np.any((speed > velocity * (1 + 1e-3)) & (energy < cost * (1 - 1e-3)))
+    for design, orbit, values in zip(found.designs, found.orbits, found.values, strict=True):
+        run = biharmonic.with_parameters(design)
+        own = vc.orbit(run, initial=orbit.state)
+        assert abs(own.mean_velocity) == pytest.approx(values[0], abs=1e-10)
+
+
+def test_resumed_front_has_the_same_bits(biharmonic, tmp_path):
+    pytest.importorskip("pymoo")
+    asked = {"over": FRONT, "starts": START, "points": 5, "seed": 3}
+    whole = vc.pareto_front(biharmonic, evaluations=1200, threads=1, **asked)
+    vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, **asked)
+    for stored in sorted((tmp_path / "populations").iterdir())[4:]:
+        stored.unlink()
+    resumed = vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, resume=True, **asked)
+    assert resumed == whole
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"objectives": ("mean_velocity", "speed")}, r"objectives\[1\]: .*mean_velocity"),
+        ({"objectives": ("drift", "drift")}, "different measures"),
+        ({"objectives": "drift"}, "two measures"),
+        ({"senses": ("maximise", "most")}, r"senses\[1\]"),
+        ({"points": 0}, "points"),
+    ],
+)
+def test_bad_fronts_are_named_before_any_work(biharmonic, asked, said):
+    with pytest.raises(ValueError, match=said):
+        vc.pareto_front(biharmonic, FRONT, **asked)
+
+
+@pytest.mark.slow
+def test_shape_of_the_drive_within_its_peak(biharmonic):
+    """Equal peaks: shapes with a second harmonic travel, the harmonic drive alone does not break the symmetry."""
+    drive = vc.FourierSeries(frequency=0.9, cosine_1=1.0)
+    system = vc.System(biharmonic.machine, biharmonic.friction, drive)
+    over = {"drive.cosine_1": (0.5, 1.5), "drive.cosine_2": (-0.8, 0.8), "drive.sine_2": (-0.8, 0.8)}
+    found = optimise(system, over, subject_to="peak_drive < 1", starts=START, evaluations=640)
+    assert found.constraints["peak_drive < 1"] <= 1.0 + 1e-9
+    assert "constraint peak_drive < 1" in found.limits
+    assert found.orbit is not None
+    times = np.linspace(0.0, found.orbit.period, 4001)
+    largest = max(abs(found.orbit.system.drive.value(t)) for t in times)
+    assert largest == pytest.approx(found.constraints["peak_drive < 1"], abs=1e-5)
+    assert found.value is not None
+    assert found.value > 0.05
+
+
+def test_command_writes_the_front(tmp_path, capsys):
+    pytest.importorskip("pymoo")
+    case, out, picture = tmp_path / "case.toml", tmp_path / "front", tmp_path / "front.png"
+    assert main(["new", "--out", str(case)]) == 0
+    asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--over", "machine.damping=0.3:3"]
+    asked += ["--against", "cost_of_transport", "--evaluations", "600", "--out", str(out), "--plot", str(picture)]
+    assert main(asked) == 0
+    found = json.loads((out / "front.json").read_text(encoding="utf-8"))
+    rows = (out / "front.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0].split(",") == [*found["designs"][0]]
+    assert len(rows) == 1 + len(found["designs"])
+    motion = vc.read_case(out / "cases" / "000.toml").simulate()
+    velocity = abs(vc.mean_velocity(motion, periods=1).value)
+    assert velocity == pytest.approx(found["designs"][0]["mean_velocity"], abs=1e-8)
+    assert picture.stat().st_size > 10_000
+    assert main(["optimise", str(case), "--over", "drive.frequency=0.5:3", "--plot", str(picture)]) == 2
+    assert "--plot" in capsys.readouterr().err

@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
+    from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
@@ -142,6 +143,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.plotting.diagrams import draw_bifurcation
     from vibrocap.plotting.equilibria import draw_equilibria
     from vibrocap.plotting.fits import draw_forces, draw_intervals
+    from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
@@ -251,14 +253,14 @@ __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
-__all__ += ["optimise", "Optimum", "OptimumStatus"]
+__all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

@@ -83,17 +83,23 @@ class Goal:
 
 
 def goal_of(
-    system: System, objective: Any, sense: Any, subject_to: Any, complaints: Complaints
+    system: System,
+    objective: Any,
+    sense: Any,
+    subject_to: Any,
+    complaints: Complaints,
+    fields: tuple[str, str] = ("objective", "sense"),
 ) -> tuple[Goal, tuple[str | Measure, ...]]:
     """(the goal that the arguments of `optimise` describe, the measures to ask for); complaints are added.
 
+    fields: what the objective and its sense are called in complaints
     Limits of constraints are in SI where the results of the system are.
     """
     nothing = Goal("mean_velocity", True, (), False)
     given = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
     split = [_split(text, complaints) for text in given]
     asked: list[str | Measure] = []
-    for field, name in [("objective", objective), *(("subject_to", each[0]) for each in split if each)]:
+    for field, name in [(fields[0], objective), *(("subject_to", each[0]) for each in split if each)]:
         try:
             measures, _ = resolved([name], system)
         except ValueError as error:
@@ -105,7 +111,7 @@ def goal_of(
         asked.append(name)
     if sense is not None:
         with complaints.collected():
-            check_one_of("sense", sense, SENSES)
+            check_one_of(fields[1], sense, SENSES)
     if complaints:
         return nothing, ()
     constraints = tuple(_scaled(system, *each) for each in split if each)

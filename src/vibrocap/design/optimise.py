@@ -7,18 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, is_number, is_positive, shown
-from vibrocap.case.case import Case, CaseError, case_text
-from vibrocap.design.goal import Goal, goal_of, measure_unit
-from vibrocap.design.population import Population, Problem, evaluated, together
+from vibrocap.case.case import Case
+from vibrocap.design.goal import Goal, measure_unit
+from vibrocap.design.population import Population, evaluated, together
+from vibrocap.design.problem import Problem, stated_problem
 from vibrocap.design.refinement import ClosedDesigns, Refined
 from vibrocap.design.search import best_designs, searched
 from vibrocap.design.search_store import opened_store
-from vibrocap.design.variables import design_space
 from vibrocap.measures.measure import Measure
-from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.closing.orbit import Orbit, orbit
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Advised, Result
@@ -135,48 +132,30 @@ def optimise(
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
     ArgumentError for another argument, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
-    complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
-    given = [case.initial] if starts is None else list(starts)
-    if not given:
-        complaints.add("starts", "should hold at least one start")
-    for name, value, least in (("evaluations", evaluations, 1), ("seed", seed, 0), ("refinement", refinement, 0)):
-        with complaints.collected():
-            check_whole(name, value, least)
-    if not (is_number(margin) and 0.0 <= margin < 1.0):
-        complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
-    space = design_space(system, over, complaints)
-    goal, measures = goal_of(system, objective, sense, subject_to, complaints)
-    begun = []
-    for each in given:
-        with complaints.collected():
-            begun.append(initial_state(system, each))
-    if complaints:
-        raise CaseError(complaints, "the search")
-    problem = Problem(system, space, goal, measures, tuple(begun), periods, settle, tolerance, threads)
-    kept = None if store is None else opened_store(store, _record(case, problem, seed), resume)
+    problem = stated_problem(
+        system,
+        over,
+        [objective],
+        [sense],
+        subject_to,
+        starts,
+        periods=periods,
+        settle=settle,
+        tolerance=tolerance,
+        margin=margin,
+        threads=threads,
+        evaluations=(evaluations, 1),
+        seed=(seed, 0),
+        refinement=(refinement, 0),
+    )
+    kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
-    found, rejected = _refined(problem, populations, margin, refinement)
+    found, rejected = _refined(problem, populations, refinement)
     return _optimum(problem, together(problem, populations), found, rejected)
 
 
-def _record(case: Case, problem: Problem, seed: int) -> dict[str, Any]:
-    """All that decides the populations of a search."""
-    from vibrocap import __version__
-
-    runs = {name: getattr(problem, name) for name in ("periods", "settle", "tolerance")}
-    start = [dict(each) for each in problem.starts]
-    what = {"over": problem.space.record(), "goal": problem.goal.words, "starts": start, "seed": seed}
-    return {"version": __version__, "case": case_text(case), **what, **runs}
-
-
 def _refined(
-    problem: Problem, populations: list[Population], margin: float, refinement: int
+    problem: Problem, populations: list[Population], refinement: int
 ) -> tuple[ClosedDesigns | None, tuple[str, ...]]:
     """(the best candidate, refined; why better ones do not win)."""
     best: ClosedDesigns | None = None
@@ -186,9 +165,9 @@ def _refined(
         if accepted == REFINED:
             break
         steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start])
-        near = ClosedDesigns(problem, steady, shares, margin) if steady.closes and not steady.continuum else None
+        near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
-            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {_reason(steady, near, problem.goal)}")
+            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
             continue
         accepted += 1
         near.refine(refinement)
@@ -202,7 +181,7 @@ def _of(found: ClosedDesigns) -> Refined:
     return found.best
 
 
-def _reason(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
+def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
     """Why a candidate does not win."""
     if steady.continuum:
         return "one of a continuum of orbits, so that the measure is not determined"

@@ -7,33 +7,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.sections import is_kind
-from vibrocap.design.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, names
-from vibrocap.design.variables import DesignSpace
+from vibrocap.design.goal import FAILED, INFEASIBLE, UNSETTLED, names
+from vibrocap.design.problem import Problem
 from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
-from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied
 
 REFUSED = -2  # status of a design that a part refuses, so that it was not run
-
-
-@dataclasses.dataclass(frozen=True)
-class Problem:
-    """What is looked for, and how its runs are made."""
-
-    system: System
-    space: DesignSpace
-    goal: Goal
-    measures: tuple[str | Measure, ...]
-    starts: tuple[Mapping[str, float], ...]
-    periods: int
-    settle: float
-    tolerance: float
-    threads: int | None = None
-
-    def of(self, design: Mapping[str, Any]) -> System:
-        """The system of a design."""
-        return varied(self.system, design)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,17 +23,22 @@ class Population:
     shares: [designs, variables], see `DesignSpace`
     status: [designs, starts] index into list(Status), or REFUSED; settled: [designs, starts]
     found: values of the measures by name, [designs, starts], NaN where the run failed
-    cost: [designs, starts] what the search makes small
+    costs: [goals, designs, starts] what a search makes small
     """
 
     shares: np.ndarray
     status: np.ndarray
     settled: np.ndarray
     found: dict[str, np.ndarray]
-    cost: np.ndarray
+    costs: np.ndarray
 
     def __len__(self) -> int:
         return len(self.shares)
+
+    @property
+    def cost(self) -> np.ndarray:
+        """[designs, starts] of the first goal."""
+        return self.costs[0]
 
     @property
     def best_start(self) -> np.ndarray:
@@ -87,8 +72,8 @@ def population_of(problem: Problem, arrays: Mapping[str, np.ndarray]) -> Populat
     """A population from the arrays of a store, or of `evaluated`."""
     found = {name: arrays[name] for name in names(problem.measures)}
     status, settled = arrays["status"], arrays["settled"]
-    cost = problem.goal.costs(found, settled, status != FINISHED)
-    return Population(arrays["shares"], status, settled, found, cost)
+    costs = np.stack([goal.costs(found, settled, status != FINISHED) for goal in problem.goals])
+    return Population(arrays["shares"], status, settled, found, costs)
 
 
 def together(problem: Problem, populations: list[Population]) -> Population:

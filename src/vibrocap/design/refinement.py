@@ -9,7 +9,7 @@ import functools
 
 import numpy as np
 
-from vibrocap.design.population import Problem
+from vibrocap.design.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory
@@ -58,9 +58,8 @@ class Refined:
 class ClosedDesigns:
     """Designs near one whose orbit is known, each with its own orbit, closed from that of the best so far."""
 
-    def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray, margin: float):
-        """margin: by which the largest multiplier has to be less than 1."""
-        self.problem, self.margin = problem, margin
+    def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray):
+        self.problem = problem
         self.map_ = StroboscopicMap(solution.system, TOLERANCE)
         self.near = solution
         self.known: dict[bytes, Refined | None] = {}
@@ -92,7 +91,7 @@ class ClosedDesigns:
             found["mean_velocity"] = solution.mean_velocity
         margins = [each.margin(found[each.measure]) / max(abs(each.limit), 1e-3) for each in goal.constraints]
         largest = float(np.max(np.abs(solution.multipliers), initial=0.0))
-        margins.append(1.0 - self.margin - largest)
+        margins.append(1.0 - self.problem.margin - largest)
         merit = float(goal.merit(found[goal.measure]))
         if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
             return None

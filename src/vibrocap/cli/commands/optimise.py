@@ -1,5 +1,7 @@
 """`vibrocap optimise`: the best settled, stable design of a case, with its orbit and a case file that runs."""
 
+import csv
+import io
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,12 +9,14 @@ from cyclopts import Parameter
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.commands.orbit import orbit_record
-from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder
+from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.in_si import in_si, orbit_units
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+
+CASES = "cases"  # in the folder of a front
 
 
 def optimise(
@@ -21,11 +25,14 @@ def optimise(
     *,
     over: list[str],
     for_: Annotated[str, Parameter(name="--for")] = "mean_velocity",
+    against: str | None = None,
     subject_to: list[str] | None = None,
     evaluations: int = 10_000,
+    points: int | None = None,
     seed: int = 0,
     out: Path | None = None,
     resume: bool = False,
+    plot: Path | None = None,
     json: bool = False,
 ) -> int:
     """The design whose settled and stable motion has the best measure.
@@ -33,6 +40,8 @@ def optimise(
     Designs run in whole populations until they settle; the best are closed to
     periodic orbits, checked for stability and refined. What limits the best one is
     named: a bound, a constraint, stability, or a change of the mode sequence.
+    With --against, the result is a Pareto front: the designs of which none is better
+    than another in both measures.
 
     Exit code 3: no design settles to a stable motion that fulfils the constraints.
 
@@ -44,16 +53,23 @@ def optimise(
         PATH=LEAST:LARGEST or PATH=log:LEAST:LARGEST, or choices with commas between; once for each design variable
     for_
         the measure to make large, or small if it is a cost; `vibrocap measures` lists them
+    against
+        a second measure, for a Pareto front (needs pymoo)
     subject_to
         a constraint such as "least_reaction > 0.1", in the unit of the measure; may be given several times
     evaluations
         designs to evaluate, about
+    points
+        of a Pareto front, at most (default 100)
     seed
         of the search; the same seed gives the same design
     out
-        a folder for design.json, best.toml (a case that starts on the orbit) and all designs that were evaluated
+        a folder for design.json, best.toml (a case that starts on the orbit) and all designs that were evaluated; of
+        a front front.csv, front.json and a case for each point in cases/
     resume
         continue a search that was interrupted, from what `out` holds
+    plot
+        FILE.png, .svg or .pdf: the Pareto front
     json
         print one JSON object in full precision instead of a table
     """
@@ -68,6 +84,13 @@ def optimise(
         raise Refusal("--resume: needs --out, the folder of the search")
     if out is not None:
         writable_folder("--out", out)
+    writable_picture("--plot", plot)
+    for option, value in (("--points", points), ("--plot", plot)):
+        if value is not None and against is None:
+            raise Refusal(f"{option}: should be left out without --against, which asks for a Pareto front")
+    if against is not None:
+        asked = (for_, against), subject_to or (), evaluations, 100 if points is None else points, seed
+        return _front(given, ranges, *asked, out, resume, plot, json)
     with progress("Searching for the best design") as report, refusing("evaluations", "seed", store="--out"):
         found = optimised(
             given,
@@ -101,6 +124,76 @@ def optimise(
         complain(f"There is {found.status.value}. {found.status.advice}")
         return INCOMPLETE
     return OK
+
+
+def _front(
+    given: Any,
+    ranges: dict[str, Any],
+    objectives: tuple[str, str],
+    subject_to: Any,
+    evaluations: int,
+    points: int,
+    seed: int,
+    out: Path | None,
+    resume: bool,
+    plot: Path | None,
+    json: bool,
+) -> int:
+    """The Pareto front of two measures."""
+    from vibrocap.design.front import pareto_front
+
+    needs("--against", "pymoo")
+    options = {"store": "--out", "objectives[0]": "--for", "objectives[1]": "--against"}
+    with progress("Searching for the Pareto front") as report, refusing("evaluations", "points", "seed", **options):
+        found = pareto_front(
+            given,
+            ranges,
+            objectives,
+            subject_to=subject_to,
+            evaluations=evaluations,
+            points=points,
+            seed=seed,
+            store=out,
+            resume=resume,
+            progress=report,
+        )
+    names = ("measures", "units", "maximised", "counts", "rejected")
+    record = {"status": found.status.value, "designs": found.table(), **{name: getattr(found, name) for name in names}}
+    if out is not None:
+        made_folder(out / CASES)
+        write_text(out / "front.json", json_text(record) + "\n")
+        rows = found.table()
+        write_text(out / "front.csv", _csv(rows))
+        for i in range(len(found)):
+            found.case(i).save(out / CASES / f"{i:03d}.toml")
+    if plot is not None and len(found):
+        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.fronts import front_figure
+
+        save(front_figure(found), plot)
+    if json:
+        print(json_text(record))
+    else:
+        page = Page()
+        page.say(f"Pareto front of {objectives[0]} and {objectives[1]}", style="bold")
+        page.rows([(name, text) for name, text in found.facts.items()], 20)
+        if out is not None and len(found):
+            page.rows([("table", str(out / "front.csv")), ("cases", str(out / CASES))], 20)
+        if plot is not None and len(found):
+            page.rows([("picture", str(plot))], 20)
+    if not len(found):
+        complain(f"There is {found.status.value}. {found.status.advice}")
+        return INCOMPLETE
+    return OK
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    """A table that begins with its headings."""
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return text.getvalue()
 
 
 def optimum_record(found: Any) -> dict[str, Any]:
