@@ -184,3 +184,82 @@ def test_command_writes_the_front(tmp_path, capsys):
     assert picture.stat().st_size > 10_000
     assert main(["optimise", str(case), "--over", "drive.frequency=0.5:3", "--plot", str(picture)]) == 2
     assert "--plot" in capsys.readouterr().err
+
+
+SHARE, DECELERATION = 0.3, 0.2  # of the inner mass; by friction, of the whole
+
+
+def crawler_under(drive):
+    total = 1.0 / SHARE
+    law = vc.Coulomb(DECELERATION * total, DECELERATION * total)
+    return vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
+
+
+@pytest.mark.parametrize("factor", [2.0, 10.0, 1000.0])
+def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed(factor):
+    """V/sqrt(mu k L/2) = ((s - 1)/s) sqrt(s/(s + 1)) for three phases with w1 = w3 = w* and w2 = s w*."""
+    slow = DECELERATION / SHARE
+    steady = vc.orbit(crawler_under(vc.ThreePhase(1.0, slow, factor * slow, slow)))
+    cost, speed = vc.performance_bounds(steady.system)
+    assert cost.value == pytest.approx(DECELERATION / SHARE, abs=1e-15)
+    assert cost.of(steady) == pytest.approx(cost.value, abs=1e-10)
+    assert speed.holds(steady)
+    share = (factor - 1.0) / factor * np.sqrt(factor / (factor + 1.0))
+    assert speed.of(steady) / speed.value == pytest.approx(share, abs=1e-12)
+
+
+def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_rest():
+    """Two phases, 0.1 forward in the capsule and 0.001 back: the closed form of Chernousko is 17 times the bound."""
+    first, second = 0.1, 0.001
+    steady = vc.orbit(crawler_under(vc.Triangle(0.5, 2.0 * np.pi / (first + second), rise=first / (first + second))))
+    jump = SHARE * (1.0 / first + 1.0 / second)
+    way = jump * second - DECELERATION * second**2
+    _, speed = vc.performance_bounds(steady.system)
+    assert speed.of(steady) == pytest.approx(way / (first + second), rel=1e-9)
+    assert speed.of(steady) > 17.0 * speed.value
+    assert not speed.holds(steady)
+
+
+def test_cost_of_sliding_back():
+    """Energy per distance and total mass is k (1 + 2 D_back/D), D_back being the way that the body slides back."""
+    slow = DECELERATION / SHARE
+    steady = vc.orbit(crawler_under(vc.ThreePhase(1.0, 1.3 * slow, 6.0 * slow, 1.3 * slow)))
+    motion = steady.motion()
+    back = sum(np.ptp(motion.at([each.start, each.end], "position")) for each in motion.phases if each.side < 0)
+    (cost, _), drift = vc.performance_bounds(steady.system), steady.drift
+    assert back > 0.01
+    assert cost.of(steady) == pytest.approx(cost.value * (1.0 + 2.0 * back / drift), rel=1e-10)
+
+
+def test_least_friction_between_two_speeds():
+    """A law with a valley, v + 5 + 10 exp(-2 v): the least force is at v = ln(20)/2."""
+    law = vc.viscous(vc.Exponential)(5.0, 15.0, 2.0, linear_viscosity=1.0)
+    system = vc.System(vc.TwoMassCapsule(normal_load=1.0), law, vc.Harmonic())
+    (cost,) = vc.performance_bounds(system)
+    assert cost.value == pytest.approx(5.5 + 0.5 * np.log(20.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), "memory"),
+        (vc.System(vc.PendulumCapsule(normal_load="dynamic"), vc.Coulomb(), vc.Harmonic()), "light"),
+        (vc.System(vc.TwoMassCapsule(), vc.Coulomb(), vc.Harmonic(), environment=vc.Environment(force=0.1)), "outside"),
+        (vc.System(vc.Oscillator(belt_speed=0.3), vc.Coulomb(), vc.Harmonic()), "ground moves"),
+    ],
+)
+def test_systems_without_a_known_bound_say_why(system, said):
+    with pytest.raises(ValueError, match=said):
+        vc.performance_bounds(system)
+
+
+def test_command_says_how_near_a_case_comes(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    assert main(["new", "--out", str(case)]) == 0
+    capsys.readouterr()
+    assert main(["bound", str(case), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["bounds"]
+    read = vc.read_case(case)
+    motion = vc.orbit(read.system, initial=read.initial).motion()
+    assert found["value"] == pytest.approx(vc.measured(motion, "cost_of_transport", window=1)["cost_of_transport"])
+    assert found["bound"] == read.system.friction.coulomb_coefficient * read.system.law_load < found["value"]

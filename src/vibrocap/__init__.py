@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
+    from vibrocap.design.bounds import PerformanceBound, performance_bounds
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -254,6 +255,7 @@ __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "Branc
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
+__all__ += ["performance_bounds", "PerformanceBound"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

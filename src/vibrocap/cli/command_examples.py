@@ -45,6 +45,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap optimise case.toml --over drive.frequency=0.5:3 --over machine.damping=0.3:3 "
         "--against cost_of_transport --evaluations 400 --out front",
     ),
+    "bound": ("vibrocap bound examples/travels-by-stick-slip.toml",),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),

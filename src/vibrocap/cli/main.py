@@ -20,6 +20,7 @@ from cyclopts import App, CycloptsError, Parameter
 from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.commands.bound import bound
 from vibrocap.cli.commands.branch import basins, branch
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
@@ -144,7 +145,7 @@ WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, bound, lab, export, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)
