@@ -233,18 +233,7 @@ __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "wo
 __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
-__all__ += [
-    "FourierSeries",
-    "Constant",
-    "Ramp",
-    "Loading",
-    "Square",
-    "Triangle",
-    "Trapezoid",
-    "OnOff",
-    "PulseWidth",
-    "Phases",
-]
+__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
 __all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
