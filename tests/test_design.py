@@ -263,3 +263,111 @@ def test_command_says_how_near_a_case_comes(tmp_path, capsys):
     motion = vc.orbit(read.system, initial=read.initial).motion()
     assert found["value"] == pytest.approx(vc.measured(motion, "cost_of_transport", window=1)["cost_of_transport"])
     assert found["bound"] == read.system.friction.coulomb_coefficient * read.system.law_load < found["value"]
+
+
+# --- what is uncertain ------------------------------------------------------------------------------------------------
+
+
+def three_phases_of(mu, k, stroke):
+    """Parameters of the crawler whose body just rests in its slow phases, with w2 = 2 k/mu."""
+    slow = k / mu
+    found = {"machine.mass_ratio": 1.0 / mu - 1.0, "drive.stroke": stroke, "drive.second_acceleration": 2.0 * slow}
+    found |= dict.fromkeys(("drive.first_acceleration", "drive.third_acceleration"), slow)
+    return found | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
+
+
+def test_sobol_indices_of_a_product_of_powers():
+    """ln V = (ln mu + ln k + ln L)/2 + const: a third each, and no interaction."""
+    slow = DECELERATION / SHARE
+    system = crawler_under(vc.ThreePhase(1.0, slow, 2.0 * slow, slow))
+    log_speed = vc.Measure.derived("log_speed", "ln V", lambda v: np.log(np.abs(v)), of=("mean_velocity",))
+    spread = {"mu": "lognormal:0.3:0.1", "k": "lognormal:0.2:0.1", "stroke": "lognormal:1:0.1"}
+    found = vc.robustness(system, spread, log_speed, through=three_phases_of, samples=512)
+    assert found.total is not None
+    assert found.first_order is not None
+    for name in spread:
+        for index, low, high in (found.first_order[name], found.total[name]):
+            assert index == pytest.approx(1.0 / 3.0, abs=0.01)
+            assert low < 1.0 / 3.0 < high
+    assert found.deviation == pytest.approx(0.05 * np.sqrt(3.0), rel=0.02)
+    assert found.nominal == pytest.approx(np.log(0.0707106781187), abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def optimum() -> vc.Case:
+    """The third known optimum: constant load, harmonic drive, from pi/3."""
+    machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=0.88624890, damping=1.40524509)
+    return vc.Case(vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.23974842)), START[0])
+
+
+BOTH = "friction.coulomb_coefficient,friction.static_coefficient"
+
+
+def test_factor_of_friction_is_a_run_at_that_friction(optimum):
+    """At friction x 0.8 and x 1.2 the speeds are those of BEYOND's table."""
+    found = vc.robustness(optimum, {BOTH: "factor:0.8:1.2"}, samples=64)
+    assert found.nominal == pytest.approx(0.082456224884, abs=1e-6)
+    factors = found.parameters["friction.coulomb_coefficient"] / optimum.system.friction.coulomb_coefficient
+    assert np.min(factors) >= 0.8
+    assert np.max(factors) <= 1.2
+    ends = [found.values[np.argmin(factors)], found.values[np.argmax(factors)]]
+    assert ends == pytest.approx([0.0714693, 0.0870099], abs=2e-3)  # 64 samples come within 0.01 of the ends
+    assert found.wrong_way == 0.0
+    assert found.total == {BOTH: (1.0, 1.0, 1.0)}
+
+
+def test_runs_that_lift_off_count_as_no_travel(biharmonic):
+    """A design on the edge of lifting off: at larger friction it does, in some samples; numbers hold them as 0."""
+    lifting = biharmonic.with_parameters({"drive.amplitude": 2.6, "drive.second_amplitude": 1.2})
+    found = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, initial=START[0], samples=64)
+    share = found.failed["lift off"]
+    assert 0.0 < share < 1.0
+    assert np.mean(found.values == 0.0) >= share
+    assert found.worst <= 0.0
+    assert found.mean == pytest.approx(np.mean(found.values), abs=0.0)
+    cost = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, "least_reaction", initial=START[0], samples=64)
+    assert np.mean(np.isnan(cost.values)) == share  # of what is no travel nothing is made up
+    assert cost.total is None
+
+
+def test_wrong_way_and_the_worst_tenth(biharmonic):
+    """The phase of the second harmonic decides the direction: over all phases half go each way, by symmetry."""
+    found = vc.robustness(biharmonic, {"drive.second_phase": (0.0, 2.0 * np.pi)}, initial=START[0], samples=256)
+    assert found.wrong_way == pytest.approx(0.5, abs=0.05)
+    ordered = np.sort(found.values)
+    assert found.tail_mean == pytest.approx(np.mean(ordered[: int(np.ceil(0.1 * len(ordered)))]))
+    assert found.quantiles[0.5] == pytest.approx(np.median(found.values))
+    assert len(found.to_pandas()) == len(found.values) == 512
+
+
+@pytest.mark.parametrize(
+    ("uncertain", "said"),
+    [
+        ({}, "uncertain: should name"),
+        ({"machine.dampin": (0.9, 1.1)}, "machine.damping"),
+        ({"machine.damping": (1.1, 0.9)}, "machine.damping: should have its lower end first"),
+        ({"machine.damping": "normal:1:0"}, "positive deviation"),
+        ({"machine.damping": "lognormal:-1:0.1"}, "positive median"),
+        ({"machine.damping": "about 1"}, "LOW:HIGH, normal"),
+        ({"machine.damping,machine.stiffness": "0.9:1.1"}, "factor:0.9:1.1"),
+        ({"friction.law": "0.9:1.1"}, "no uncertain quantity"),
+        ({"machine.normal_load": (0.9, 1.1)}, "should be a number to be uncertain"),
+    ],
+)
+def test_bad_uncertainties_are_named_before_any_work(biharmonic, uncertain, said):
+    with pytest.raises(CaseError, match=said):
+        vc.robustness(biharmonic, uncertain)
+
+
+def test_command_prints_what_python_has(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    assert main(["new", "--out", str(case)]) == 0
+    capsys.readouterr()
+    assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "16", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    own = vc.robustness(vc.read_case(case), {"machine.damping": "0.9:1.1"}, samples=16)
+    assert found["mean"] == own.mean
+    assert found["worst"] == own.worst
+    assert found["total"]["machine.damping"]["index"] == own.total["machine.damping"][0]
+    assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
+    assert "--samples" in capsys.readouterr().err

@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.bounds import PerformanceBound, performance_bounds
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
+    from vibrocap.design.robustness import Robustness, robustness
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -244,7 +245,7 @@ __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "Branc
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
-__all__ += ["performance_bounds", "PerformanceBound"]
+__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

@@ -45,6 +45,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap optimise case.toml --over drive.frequency=0.5:3 --over machine.damping=0.3:3 "
         "--against cost_of_transport --evaluations 400 --out front",
     ),
+    "robust": (
+        "vibrocap robust examples/travels-by-stick-slip.toml --uncertain machine.damping=0.9:1.1 "
+        "--uncertain friction.coulomb_coefficient,friction.static_coefficient=factor:0.8:1.2 --samples 64",
+    ),
     "bound": ("vibrocap bound examples/travels-by-stick-slip.toml",),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),

@@ -30,6 +30,7 @@ from vibrocap.cli.commands.lab import lab
 from vibrocap.cli.commands.optimise import optimise
 from vibrocap.cli.commands.orbit import crossing, orbit
 from vibrocap.cli.commands.records import datasets, stick_slip
+from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
@@ -145,7 +146,7 @@ WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, bound, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, robust, bound, lab, export, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

@@ -48,6 +48,11 @@ class Goal:
     size: bool
 
     @property
+    def travels(self) -> bool:
+        """Whether the measure says how far or how fast the machine travels, with a direction."""
+        return self.measure in SIGNED
+
+    @property
     def measures(self) -> tuple[str, ...]:
         """All measures that have to be known."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
