@@ -371,3 +371,56 @@ def test_command_prints_what_python_has(tmp_path, capsys):
     assert found["total"]["machine.damping"]["index"] == own.total["machine.damping"][0]
     assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
     assert "--samples" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
+    """What is best in the worst of friction x 0.8 to 1.2 has a stable orbit for each, and the fastest one is worse."""
+    over = FREQUENCY_AND_PHASE | {"machine.stiffness": (1.2, 6.0), "machine.damping": (0.3, 3.0)}
+    asked = {"starts": START, "evaluations": 2000, "refinement": 30}
+    fastest = optimise(biharmonic, over, **asked)
+    surest = optimise(biharmonic, over, uncertain={BOTH: "factor:0.8:1.2"}, samples=4, **asked)
+    assert fastest.orbit is not None
+    assert surest.orbit is not None
+    assert surest.under == ("worst", 1.0)
+    assert fastest.value > surest.value > 0.11
+    spread = [
+        vc.robustness(found.orbit.system, {BOTH: "factor:0.8:1.2"}, initial=START[0], samples=32).worst
+        for found in (fastest, surest)
+    ]
+    assert spread[0] < 0.9 * spread[1]
+    assert spread[1] >= surest.value - 1e-6
+    given = surest.orbit.system
+    ends = [given.with_parameters({path: x * given.parameter(path) for path in BOTH.split(",")}) for x in (0.8, 1.2)]
+    worst = min(abs(vc.orbit(each, initial=surest.orbit.state).mean_velocity) for each in ends)
+    assert worst >= surest.value - 1e-9
+
+
+def test_robust_search_is_resumed_to_the_bit(biharmonic, tmp_path):
+    asked = {
+        "uncertain": {BOTH: "factor:0.8:1.2", "drive.frequency": "factor:0.99:1.01"},
+        "robust": "cvar",
+        "samples": 4,
+    }
+    asked |= {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
+    whole = optimise(biharmonic, evaluations=64, **asked)
+    optimise(biharmonic, evaluations=32, store=tmp_path, **asked)
+    assert optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, **asked) == whole
+    with pytest.raises(ValueError, match="another uncertain"):
+        optimise(biharmonic, evaluations=32, store=tmp_path, resume=True, **asked | {"samples": 8})
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (
+            {"uncertain": {"machine.damping": (0.9, 1.1)}, "robust": "best"},
+            "robust: should be one of worst, mean, cvar",
+        ),
+        ({"uncertain": {"machine.damping": (0.9, 1.1)}, "samples": 1}, "samples"),
+        ({"uncertain": {"drive.frequency": (0.9, 1.1)}}, "drive.frequency=factor:"),
+    ],
+)
+def test_bad_robust_searches_are_named(biharmonic, asked, said):
+    with pytest.raises(CaseError, match=said):
+        optimise(biharmonic, FREQUENCY_AND_PHASE, **asked)

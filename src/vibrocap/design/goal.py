@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,28 @@ class Goal:
         """What is to be made as large as possible, of a value of the measure or an array of them."""
         sized = np.abs(value) if self.size else np.asarray(value)
         return sized if self.maximise else -sized
+
+    def over_samples(
+        self, found: Mapping[str, np.ndarray], finished: np.ndarray, chosen: Callable[[np.ndarray], np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Measures [..., samples] of one design under uncertainty as one value each, [...].
+
+        Of the goal it is what `chosen` makes of the merits; a run that failed counts as no travel, and leaves no value
+        of another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
+        """
+        reduced = {}
+        for each in self.constraints:
+            values = np.where(finished, found[each.measure], np.nan)
+            margins = np.where(np.isnan(values), -np.inf, each.margin(values))
+            nearest = np.argmin(margins, axis=-1)[..., None]
+            reduced[each.measure] = np.take_along_axis(values, nearest, axis=-1)[..., 0]
+        values = np.where(finished, found[self.measure], 0.0 if self.travels else np.nan)
+        way = np.ones(values.shape[:-1])
+        if self.size:
+            way = np.where(np.sum(values, axis=-1) < 0.0, -1.0, 1.0)
+        sign = way if self.maximise else -way
+        reduced[self.measure] = sign * chosen(sign[..., None] * values)
+        return reduced
 
     def costs(self, found: Mapping[str, np.ndarray], settled: np.ndarray, failed: np.ndarray) -> np.ndarray:
         """What a search makes as small as possible, an array like those given.

@@ -54,6 +54,8 @@ class Optimum(Result):
     reached_from: the numbers of the starts from which its runs settle to this motion
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
+    under: what counts of the samples of what is uncertain, "worst", "mean" or "cvar", and the share of them whose orbit
+        is stable; None where nothing is uncertain
     population: every design that was evaluated
     """
 
@@ -70,6 +72,7 @@ class Optimum(Result):
     reached_from: tuple[int, ...]
     counts: dict[str, int]
     rejected: tuple[str, ...]
+    under: tuple[str, float] | None
     population: Population = dataclasses.field(compare=False)
 
     @property
@@ -84,6 +87,8 @@ class Optimum(Result):
         values = (f"{path} {x if isinstance(x, str) else format(x, '.8g')}" for path, x in self.design.items())
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": ", ".join(values)}
+        if self.under is not None:
+            best["under uncertainty"] = f"{self.under[0]} of the samples, {100.0 * self.under[1]:.3g} % of them stable"
         return best | {"limits": f"limited by {', '.join(self.limits)}"} | found
 
     def case(self, periods: float = 40) -> Case:
@@ -102,6 +107,9 @@ def optimise(
     sense: str | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[Mapping[str, float]] | None = None,
+    uncertain: Mapping[Any, Any] | None = None,
+    robust: str = "worst",
+    samples: int = 16,
     evaluations: int = 10_000,
     seed: int = 0,
     margin: float = 1e-3,
@@ -114,7 +122,7 @@ def optimise(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Optimum:
-    """The design whose settled and stable motion has the best measure.
+    """The design whose settled and stable motion has the best measure, or is the surest under uncertainty.
 
     Populations of designs run as ensembles in a restarted differential evolution. The best candidates are closed to
     periodic orbits, whose multipliers have to be within the unit circle by a margin, and refined on those orbits.
@@ -124,6 +132,10 @@ def optimise(
         maximised. Of a system with mirror twins the size of travel counts, not its sign
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
+    uncertain: None, or what is not known exactly, as in `robustness`: each design runs with `samples` samples of it.
+        Of a design variable, "factor:..." says how exactly it can be made
+    robust: what counts of the samples: the "worst", their "mean", or the mean of the worst tenth ("cvar"). A run that
+        lifts off counts as no travel; constraints hold for every sample
     evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
     margin: by which the largest multiplier has to be below 1
     periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at most
@@ -144,6 +156,9 @@ def optimise(
         tolerance=tolerance,
         margin=margin,
         threads=threads,
+        uncertain=uncertain,
+        robust=robust,
+        samples=samples,
         evaluations=(evaluations, 1),
         seed=(seed, 0),
         refinement=(refinement, 0),
@@ -201,7 +216,7 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
         counts = every.counts()
         return Optimum(
-            status, None, goal.measure, None, unit, None, {}, (), {}, starts, (), counts, rejected, every
+            status, None, goal.measure, None, unit, None, {}, (), {}, starts, (), counts, rejected, None, every
         )  # fmt: skip
     best = _of(near)
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
@@ -211,6 +226,7 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
     with np.errstate(invalid="ignore"):
         away = np.abs(goal.merit(runs.found[goal.measure][0]) - best.merit)
     reached = np.flatnonzero(runs.settled[0] & (away <= REACHED * max(abs(best.merit), 1e-12)))
+    stable = float(np.mean([one is not None for one in best.solutions[1:]])) if problem.samples else 1.0
     sign = -scale if turned else scale
     slopes = {path: tuple(None if x is None else float(sign * x) for x in pair) for path, pair in near.slopes().items()}
     return Optimum(
@@ -228,5 +244,6 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         reached_from=tuple(map(int, reached)),
         counts=every.counts(),
         rejected=rejected,
+        under=None if problem.samples is None else (problem.samples.criterion, stable),
         population=every,
     )  # fmt: skip

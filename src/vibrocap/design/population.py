@@ -126,16 +126,33 @@ def _by_kind(values: Mapping[str, np.ndarray], designs: int) -> list[tuple[dict[
 
 
 def _run(problem: Problem, system: System, values: Mapping[str, np.ndarray], members: np.ndarray) -> dict[str, Any]:
-    """Results of some designs from all starts, [designs * starts] by name."""
+    """Results of some designs from all starts, [designs * starts] by name; of samples, what counts of them."""
     over = {path: np.repeat(column[members], len(problem.starts)) for path, column in values.items()}
     for state in dict.fromkeys(name for start in problem.starts for name in start):
         over[INITIAL + state] = np.tile([start.get(state, 0.0) for start in problem.starts], len(members))
-    return ensemble(
+    runs, samples = len(members) * len(problem.starts), problem.samples
+    over = over or {INITIAL + system.state_names[0]: np.zeros(runs)}
+    found = ensemble(
         system,
-        over or {INITIAL + system.state_names[0]: np.zeros(len(members) * len(problem.starts))},
+        over if samples is None else samples.spread(over, runs),
         measures=problem.measures,
         periods=problem.periods,
         settle=problem.settle,
         tolerance=problem.tolerance,
         threads=problem.threads,
     )
+    return found if samples is None else _over_samples(problem, found, runs)
+
+
+def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:
+    """What counts of the samples [runs * samples] of each run.
+
+    A run is finished where one sample is; it has settled where all have that are finished.
+    """
+    each = {name: column.reshape(runs, -1) for name, column in found.items()}
+    finished = each["status"] == FINISHED
+    first = np.argmax(finished, axis=1)
+    reduced = {"status": each["status"][np.arange(runs), first], "settled": np.all(each["settled"] | ~finished, axis=1)}
+    for goal in problem.goals:
+        reduced |= goal.over_samples(each, finished, problem.samples.chosen)  # type: ignore[union-attr]
+    return reduced

@@ -4,13 +4,15 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibrocap.arguments import Complaints, check_whole, is_number, is_positive, shown
+from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
 from vibrocap.case.case import Case, CaseError, case_text
 from vibrocap.design.goal import Goal, goal_of
+from vibrocap.design.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
 from vibrocap.design.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.physics.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import varied
 
@@ -21,7 +23,7 @@ class Problem:
 
     goals: one, or several of which none can be bettered without another's loss; each has the same constraints
     measures: all that the goals need; starts: from which each design runs; margin: by which the largest multiplier has
-    to be below 1
+    to be below 1; samples: of what is uncertain, with which each design is run
     """
 
     system: System
@@ -34,6 +36,7 @@ class Problem:
     tolerance: float
     margin: float
     threads: int | None = None
+    samples: Samples | None = None
 
     @property
     def goal(self) -> Goal:
@@ -43,6 +46,10 @@ class Problem:
     def of(self, design: Mapping[str, Any]) -> System:
         """The system of a design."""
         return varied(self.system, design)
+
+    def variants(self, design: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+        """The values of a design itself, then with each sample of what is uncertain."""
+        return [design, *(self.samples.variants(design) if self.samples else [])]
 
     def record(self, seed: int, **further: Any) -> dict[str, Any]:
         """All that decides the populations of a search with a seed, for its store."""
@@ -57,6 +64,7 @@ class Problem:
             "starts": [dict(each) for each in self.starts],
             "seed": seed,
             **{name: getattr(self, name) for name in ("periods", "settle", "tolerance")},
+            **({"uncertain": self.samples.words} if self.samples else {}),
             **further,
         }
 
@@ -74,6 +82,9 @@ def stated_problem(
     tolerance: float,
     margin: float,
     threads: int | None,
+    uncertain: Any = None,
+    robust: str = "worst",
+    samples: int = 16,
     **counts: tuple[Any, int],
 ) -> Problem:
     """The problem that the arguments of `optimise` or `pareto_front` describe.
@@ -107,6 +118,9 @@ def stated_problem(
         measures |= dict.fromkeys(needed)
     if several and len({each.measure for each in goals}) < len(goals) and not complaints:
         complaints.add("objectives", f"should be different measures, got {goals[0].measure} twice")
+    drawn = None
+    if uncertain is not None:
+        drawn = _samples(system, space, uncertain, robust, samples, complaints)
     begun = []
     for each in given:
         with complaints.collected():
@@ -114,5 +128,28 @@ def stated_problem(
     if complaints:
         raise CaseError(complaints, "the search")
     return Problem(
-        system, space, tuple(goals), tuple(measures), tuple(begun), periods, settle, tolerance, margin, threads
+        system, space, tuple(goals), tuple(measures), tuple(begun), periods, settle, tolerance, margin, threads, drawn
     )
+
+
+def _samples(
+    system: System, space: DesignSpace, uncertain: Any, robust: Any, samples: Any, complaints: Complaints
+) -> Samples | None:
+    """Samples of what is uncertain in a search; complaints are added."""
+    begun = len(complaints)
+    quantities = uncertain_quantities(system, uncertain, complaints)
+    with complaints.collected():
+        check_one_of("robust", robust, CRITERIA)
+    with complaints.collected():
+        check_whole("samples", samples, 2, 2**16)
+    if len(complaints) > begun:
+        return None
+    varied_too = {quantity(path, system).plain: path for path in space.paths}
+    for each in quantities:
+        for path in each.paths:
+            given = varied_too.get(quantity(path, system).plain)
+            if given is not None and (given != path or not each.nominal):
+                complaints.add(
+                    path, f"is a design variable; its uncertainty should be {given}=factor:..., a factor of it"
+                )
+    return samples_of(quantities, samples, robust)

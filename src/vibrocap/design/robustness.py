@@ -9,7 +9,7 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, is_positive, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.goal import goal_of, measure_unit
-from vibrocap.design.uncertainty import sample_points, sampled, uncertain_quantities
+from vibrocap.design.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.measures.ensemble import FINISHED, ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
@@ -18,7 +18,6 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
 from vibrocap.results import Result
 
-TAIL = 0.1  # share of the worst samples of which `tail_mean` is the mean
 STILL = 1e-5  # of the nominal travel, below which a sample does not travel: what settled runs are off by
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 

@@ -1,6 +1,7 @@
 """Uncertain quantities: what is not known exactly of machine, friction, ground or drive, and samples of it."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -35,12 +36,12 @@ class Uncertain:
         """What it is called."""
         return ",".join(self.paths)
 
-    def columns(self, shares: np.ndarray) -> dict[str, np.ndarray]:
-        """Values by path at cumulative probabilities [n] from 0 to 1."""
+    def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
+        """Values by path at cumulative probabilities [n] from 0 to 1; own: values in the place of the system's."""
         values = np.asarray(self.distribution.ppf(shares), dtype=float)
         if not self.nominal:
             return {self.paths[0]: values}
-        return {path: nominal * values for path, nominal in zip(self.paths, self.nominal, strict=True)}
+        return {path: own.get(path, nominal) * values for path, nominal in zip(self.paths, self.nominal, strict=True)}
 
 
 def uncertain_quantities(
@@ -140,9 +141,10 @@ def _distribution(text: str) -> Any:
     return stats.lognorm(second, scale=first) if first > 0.0 else f"should have a positive median, got {first:g}"
 
 
-def sampled(quantities: Sequence[Uncertain], shares: np.ndarray) -> dict[str, np.ndarray]:
-    """Values [samples] by path at points [samples, quantities] of the unit cube."""
-    return {path: column for i, each in enumerate(quantities) for path, column in each.columns(shares[:, i]).items()}
+def sampled(quantities: Sequence[Uncertain], shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
+    """Values [samples] by path at points [samples, quantities] of the unit cube; own: see `Uncertain.columns`."""
+    every = (each.columns(shares[:, i], own) for i, each in enumerate(quantities))
+    return {path: column for columns in every for path, column in columns.items()}
 
 
 def sample_points(quantities: int, samples: int, seed: int) -> np.ndarray:
@@ -151,3 +153,56 @@ def sample_points(quantities: int, samples: int, seed: int) -> np.ndarray:
 
     points = qmc.Sobol(quantities, rng=np.random.default_rng(seed)).random(samples)
     return np.clip(points, 1e-12, 1.0 - 1e-12)
+
+
+MOST_CORNERS = 64  # of a box that are samples of their own
+TAIL = 0.1  # share of the worst samples of which "cvar" is the mean
+CRITERIA = ("worst", "mean", "cvar")
+
+
+@dataclasses.dataclass(frozen=True)
+class Samples:
+    """Samples of uncertain quantities with which every design of a search is run, and what of them counts.
+
+    points: [samples, quantities] of the unit cube, the same for all designs
+    criterion: the "worst" sample, their "mean", or the mean of the worst tenth ("cvar", Rockafellar and Uryasev 2000)
+    """
+
+    quantities: tuple[Uncertain, ...]
+    points: np.ndarray = dataclasses.field(compare=False)
+    criterion: str
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def spread(self, values: Mapping[str, np.ndarray], runs: int) -> dict[str, np.ndarray]:
+        """Values [runs] by path, each with all samples: [runs * samples], the samples of one run side by side."""
+        many = len(self)
+        own = {path: np.repeat(column, many) for path, column in values.items()}
+        return own | sampled(self.quantities, np.tile(self.points, (runs, 1)), own)
+
+    def variants(self, design: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """The values of a design with each sample."""
+        columns = sampled(self.quantities, self.points, design)
+        return [{**design, **{path: float(x[k]) for path, x in columns.items()}} for k in range(len(self))]
+
+    def chosen(self, merits: np.ndarray) -> np.ndarray:
+        """What counts of merits [..., samples], of which large ones are good; NaN where one of them is."""
+        if self.criterion == "mean":
+            return np.mean(merits, axis=-1)
+        many = 1 if self.criterion == "worst" else math.ceil(TAIL * len(self))
+        return np.mean(np.sort(merits, axis=-1)[..., :many], axis=-1) + 0.0 * np.sum(merits, axis=-1)
+
+    @property
+    def words(self) -> list[str]:
+        """All that decides the samples, for the record of a search."""
+        return [self.criterion, str(len(self)), *(each.words for each in self.quantities)]
+
+
+def samples_of(quantities: Sequence[Uncertain], samples: int, criterion: str) -> Samples:
+    """The samples of a search: Sobol points, and for the worst of a box of few dimensions its corners besides."""
+    points = sample_points(len(quantities), samples, 0)
+    bounded = all(np.all(np.isfinite(each.distribution.support())) for each in quantities)
+    if criterion == "worst" and bounded and 2 ** len(quantities) <= MOST_CORNERS:
+        points = np.concatenate([np.array(list(itertools.product((0.0, 1.0), repeat=len(quantities)))), points])
+    return Samples(tuple(quantities), points, criterion)

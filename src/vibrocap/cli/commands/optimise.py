@@ -27,6 +27,9 @@ def optimise(
     for_: Annotated[str, Parameter(name="--for")] = "mean_velocity",
     against: str | None = None,
     subject_to: list[str] | None = None,
+    uncertain: list[str] | None = None,
+    robust: str | None = None,
+    samples: int | None = None,
     evaluations: int = 10_000,
     points: int | None = None,
     seed: int = 0,
@@ -57,6 +60,12 @@ def optimise(
         a second measure, for a Pareto front (needs pymoo)
     subject_to
         a constraint such as "least_reaction > 0.1", in the unit of the measure; may be given several times
+    uncertain
+        what is not known exactly, as in `vibrocap robust`: PATH=LOW:HIGH, PATH=factor:LOW:HIGH and so on
+    robust
+        what counts of the samples of what is uncertain: worst (the default), mean, or cvar, the mean of the worst tenth
+    samples
+        of what is uncertain, with which each design runs (default 16)
     evaluations
         designs to evaluate, about
     points
@@ -77,6 +86,7 @@ def optimise(
 
     given = read_source(case)
     complaints = Complaints()
+    unsure = dict(pairs("uncertain", uncertain, complaints, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1"))
     ranges: dict[str, Any] = dict(pairs("over", over, complaints, "PATH=LEAST:LARGEST, such as drive.frequency=0.5:3"))
     if complaints:
         raise Refusal(*complaints)
@@ -88,15 +98,26 @@ def optimise(
     for option, value in (("--points", points), ("--plot", plot)):
         if value is not None and against is None:
             raise Refusal(f"{option}: should be left out without --against, which asks for a Pareto front")
+    for option, value in (("--robust", robust), ("--samples", samples)):
+        if value is not None and not unsure:
+            raise Refusal(f"{option}: should be left out without --uncertain, which says what is not known exactly")
     if against is not None:
+        if unsure:
+            raise Refusal("--uncertain: should be left out with --against: fronts are of the case itself")
         asked = (for_, against), subject_to or (), evaluations, 100 if points is None else points, seed
         return _front(given, ranges, *asked, out, resume, plot, json)
-    with progress("Searching for the best design") as report, refusing("evaluations", "seed", store="--out"):
+    with (
+        progress("Searching for the best design") as report,
+        refusing("evaluations", "seed", "robust", "samples", store="--out"),
+    ):
         found = optimised(
             given,
             ranges,
             for_,
             subject_to=subject_to or (),
+            uncertain=unsure or None,
+            robust=robust or "worst",
+            samples=16 if samples is None else samples,
             evaluations=evaluations,
             seed=seed,
             store=out,
@@ -205,5 +226,5 @@ def optimum_record(found: Any) -> dict[str, Any]:
         if system.units is not None:
             steady = in_si(steady, orbit_units(steady, system), system)
     names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
-    known = {name: getattr(found, name) for name in (*names, "counts", "rejected")}
+    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "under")}
     return {"status": found.status.value, **known, "orbit": steady}
