@@ -185,7 +185,7 @@ def _refined(
             rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
             continue
         accepted += 1
-        near.refine(refinement)
+        near.refine(refinement // len(near.near))
         if best is None or _of(near).merit > _of(best).merit:
             best = near
     return best, tuple(rejected)
