@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.design.bounds import PerformanceBound, performance_bounds
+    from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration, calibrate
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
@@ -246,6 +247,7 @@ __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
+__all__ += ["calibrate", "Calibration", "CalibratedParameter"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

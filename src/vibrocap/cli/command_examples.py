@@ -50,6 +50,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "--uncertain friction.coulomb_coefficient,friction.static_coefficient=factor:0.8:1.2 --samples 64",
     ),
     "bound": ("vibrocap bound examples/travels-by-stick-slip.toml",),
+    "calibrate": (
+        "vibrocap calibrate examples/bench-in-si.toml --to examples/bench-in-si-speeds.csv "
+        "--over friction.coulomb_coefficient=0.02:0.2 --over machine.damping_N_m_s_per_rad=0.02:0.3 --out calibrated",
+    ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),

@@ -22,6 +22,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.commands.bound import bound
 from vibrocap.cli.commands.branch import basins, branch
+from vibrocap.cli.commands.calibrate import calibrate
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
@@ -146,7 +147,7 @@ WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, robust, bound, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

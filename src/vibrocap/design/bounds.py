@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.design.goal import measure_unit
+from vibrocap.design.search.goal import measure_unit
 from vibrocap.measures.during_run import measured
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.drives.drive import Drive, Piecewise, Wave, segment_table

@@ -9,13 +9,13 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, require, shown
 from vibrocap.case.case import Case
-from vibrocap.design.goal import INFEASIBLE, UNSETTLED, measure_unit
 from vibrocap.design.optimise import OptimumStatus, reason_against
-from vibrocap.design.population import Population, together
-from vibrocap.design.problem import Problem, stated_problem
-from vibrocap.design.refinement import ClosedDesigns, Refined
-from vibrocap.design.search import Evaluations, Spent, evolve, first_designs
-from vibrocap.design.search_store import opened_store
+from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
+from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
+from vibrocap.design.search.population import Population, together
+from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System

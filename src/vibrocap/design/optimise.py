@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import Case
-from vibrocap.design.goal import Goal, measure_unit
-from vibrocap.design.population import Population, evaluated, together
-from vibrocap.design.problem import Problem, stated_problem
-from vibrocap.design.refinement import ClosedDesigns, Refined
-from vibrocap.design.search import best_designs, searched
-from vibrocap.design.search_store import opened_store
+from vibrocap.design.search.evolution import best_designs, searched
+from vibrocap.design.search.goal import Goal, measure_unit
+from vibrocap.design.search.population import Population, evaluated, together
+from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System

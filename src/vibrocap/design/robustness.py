@@ -8,8 +8,8 @@ import numpy as np
 
 from vibrocap.arguments import Complaints, check_whole, is_positive, shown
 from vibrocap.case.case import Case, CaseError
-from vibrocap.design.goal import goal_of, measure_unit
-from vibrocap.design.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
+from vibrocap.design.search.goal import goal_of, measure_unit
+from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.measures.ensemble import FINISHED, ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state

@@ -6,9 +6,9 @@ from typing import Any
 
 from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
 from vibrocap.case.case import Case, CaseError, case_text
-from vibrocap.design.goal import Goal, goal_of
-from vibrocap.design.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
-from vibrocap.design.variables import DesignSpace, design_space
+from vibrocap.design.search.goal import Goal, goal_of
+from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
+from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven

@@ -14,13 +14,12 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, is_positive, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
-from vibrocap.design.goal import SIGNED, measure_unit
-from vibrocap.design.table import MeasuredTable, read_table
-from vibrocap.design.uncertainty import sample_points
-from vibrocap.design.variables import DesignSpace, design_space
+from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
+from vibrocap.design.calibration.table import MeasuredTable, read_table
+from vibrocap.design.calibration.table_model import TableModel, searched
+from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.identification.inference.identifiability import WIDE, Direction, Verdict
 from vibrocap.identification.inference.uncertainty import inverse
-from vibrocap.measures.ensemble import FINISHED, ensemble
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
@@ -28,16 +27,7 @@ from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
 
 LEVEL = 0.95
-STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
-FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
-BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
-TRIED = 4  # corrections of columns that are refined
-UNLIKELY = 1e-3  # probability of a misfit, if errors were as given, below which a column is looked for that explains it
 CLOSE = 1e-3  # in shares of the ranges, within which a parameter stands at its bound
-SUSPECT = (
-    1e-4  # probability, over all columns, below which chance is no explanation of what a factor or offset explains
-)
-GAIN = 0.3  # least share of the misfit that a wrong column has to explain
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,25 +43,6 @@ class CalibratedParameter:
 
     def __contains__(self, value: float) -> bool:
         return self.low <= value <= self.high
-
-
-@dataclasses.dataclass(frozen=True)
-class ColumnDoubt:
-    """What would explain a misfit: a column that is off by a factor or an offset, and by how much.
-
-    kind: "factor" or "offset"; size: by which the column would have to be corrected; probability: that chance explains
-        as much; gain: share of the misfit that it explains
-    """
-
-    column: str
-    kind: str
-    size: float
-    probability: float
-    gain: float
-
-    def __str__(self) -> str:
-        how = f"multiplied by {self.size:.3g}" if self.kind == "factor" else f"shifted by {self.size:.3g}"
-        return f"{self.column} {how} would explain {100.0 * self.gain:.0f} % of the misfit"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -194,141 +165,12 @@ def calibrate(
     fixed = dict(case.initial if initial is None else initial)
     runs = {"initial": fixed, "periods": periods, "settle": settle, "tolerance": tolerance, "threads": threads}
     rows = np.setdiff1d(np.arange(measured.rows), held)
-    model = _Model(system, measured, space, runs, rows)
-    shares = _searched(model, starts, seed, told(progress))
+    model = TableModel(system, measured, space, runs, rows)
+    shares = searched(model, starts, seed, told(progress))
     return _calibration(model, shares, np.array(held, dtype=int), fixed)
 
 
-class _Model:
-    """Predictions of a table by settled runs, at points of the unit cube of the unknowns.
-
-    corrected: None, or (column, kind) of a column that one more coordinate corrects: a factor exp(c), an offset c in
-    standard deviations of the column
-    """
-
-    def __init__(
-        self,
-        system: System,
-        table: MeasuredTable,
-        space: DesignSpace,
-        runs: Mapping[str, Any],
-        rows: np.ndarray,
-        corrected: tuple[str, str] | None = None,
-    ):
-        self.system, self.table, self.space, self.runs, self.rows = system, table, space, dict(runs), rows
-        self.corrected = corrected
-        self.scales = [measure_unit(system, name)[1] for name in table.measures]
-        self.errors = np.stack([table.errors[name] for name in table.measures])
-
-    @property
-    def coordinates(self) -> int:
-        return len(self.space.paths) + (self.corrected is not None)
-
-    def with_corrected(self, column: str, kind: str) -> "_Model":
-        """The same with one more coordinate, that corrects a column."""
-        return _Model(self.system, self.table, self.space, self.runs, self.rows, (column, kind))
-
-    def _correct(self, name: str, column: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """A column [..., rows] corrected by coordinates [points]."""
-        if self.corrected is None or self.corrected[0] != name:
-            return column
-        if self.corrected[1] == "factor":
-            return column * np.exp(size)[:, None]
-        return column + (size * float(np.std(self.table.column(name))))[:, None]
-
-    def predicted(self, points: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(predictions [points, measures, rows] in the table's units, whether each run finished [points, rows])."""
-        many, unknowns = len(points), len(self.space.paths)
-        size = points[:, unknowns] if self.corrected else np.zeros(many)
-        over = {path: np.repeat(x, len(rows)) for path, x in self.space.values(points[:, :unknowns]).items()}
-        for path, column in self.table.conditions.items():
-            over[path] = self._correct(path, np.tile(column[rows], (many, 1)), size).ravel()
-        try:
-            found = ensemble(self.system, over, measures=self.table.measures, **self.runs)
-        except ValueError:  # a part refuses a point
-            if many == 1:
-                return np.full((1, len(self.scales), len(rows)), np.nan), np.zeros((1, len(rows)), dtype=bool)
-            each = [self.predicted(point[None], rows) for point in points]
-            return np.concatenate([one[0] for one in each]), np.concatenate([one[1] for one in each])
-        finished = (found["status"] == FINISHED).reshape(many, -1)
-        values = [
-            np.where(finished, scale * found[name].reshape(many, -1), 0.0 if name in SIGNED else np.nan)
-            for name, scale in zip(self.table.measures, self.scales, strict=True)
-        ]
-        return np.stack(values, axis=1), finished
-
-    def residuals(self, points: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """[points, measures * rows] predicted less measured, in standard errors."""
-        rows = self.rows if rows is None else rows
-        values, _ = self.predicted(points, rows)
-        unknowns = len(self.space.paths)
-        size = points[:, unknowns] if self.corrected else np.zeros(len(points))
-        measured = np.stack(
-            [
-                self._correct(name, np.tile(self.table.targets[name][rows], (len(points), 1)), size)
-                for name in self.table.measures
-            ],
-            axis=1,
-        )
-        found = (values - measured) / self.errors[:, rows]
-        found = np.where(np.isfinite(found), found, FAILED_ROW)
-        if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] == "factor":
-            k = self.table.measures.index(self.corrected[0])
-            found[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
-        return found.reshape(len(points), -1)
-
-    def slopes(self, point: np.ndarray) -> np.ndarray:
-        """[measures * rows, coordinates] of the residuals, by differences within the bounds."""
-        many = len(point)
-        steps = np.tile(point, (2 * many, 1))
-        for i in range(many):
-            low, high = (0.0, 1.0) if i < len(self.space.paths) else (-np.inf, np.inf)
-            steps[2 * i, i] = max(point[i] - STEP, low)
-            steps[2 * i + 1, i] = min(point[i] + STEP, high)
-        found = self.residuals(steps)
-        widths = [steps[2 * i + 1, i] - steps[2 * i, i] for i in range(many)]
-        return np.stack([(found[2 * i + 1] - found[2 * i]) / widths[i] for i in range(many)], axis=1)
-
-
-def _searched(model: _Model, starts: int, seed: int, report: Any) -> np.ndarray:
-    """The best point of the unit cube."""
-    points = sample_points(model.coordinates, starts, seed)
-    costs = np.sum(_soft(model.residuals(points)), axis=1)
-    found = []
-    for k, place in enumerate(np.argsort(costs, kind="stable")[:BEGUN]):
-        found.append(_refined(model, points[place], "soft_l1", FIRST_STEPS))
-        if report:
-            report((k + 1) / (BEGUN + 1))
-    near = min(found, key=lambda each: float(np.sum(_soft(model.residuals(each[1][None])))))[1]
-    return _refined(model, near)[1]
-
-
-def _soft(residuals: np.ndarray) -> np.ndarray:
-    """Half a square, and linear where far off, so that a few rows do not decide where to begin."""
-    return np.sqrt(1.0 + residuals**2) - 1.0
-
-
-def _refined(model: _Model, point: np.ndarray, loss: str = "linear", steps: int = 60) -> tuple[float, np.ndarray]:
-    """(sum of squares, point) of the minimum near a point."""
-    from scipy.optimize import least_squares
-
-    unknowns = len(model.space.paths)
-    low = np.concatenate([np.zeros(unknowns), np.full(model.coordinates - unknowns, -10.0)])
-    high = np.concatenate([np.ones(unknowns), np.full(model.coordinates - unknowns, 10.0)])
-    found = least_squares(
-        lambda x: model.residuals(x[None])[0],
-        np.clip(point, low + 1e-9, high - 1e-9),
-        jac=model.slopes,  # type: ignore[arg-type]
-        bounds=(low, high),
-        loss=loss,
-        max_nfev=steps,
-        xtol=1e-9,
-        ftol=1e-9,
-    )
-    return float(np.sum(model.residuals(found.x[None]) ** 2)), found.x
-
-
-def _calibration(model: _Model, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
+def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
     """The result of a search."""
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     residuals = model.residuals(shares[None])[0]
@@ -358,7 +200,7 @@ def _calibration(model: _Model, shares: np.ndarray, held: np.ndarray, initial: M
         residuals=every,
         misfit=misfit,
         held_out_misfit=held_misfit,
-        doubt=_doubt(model, shares, residuals, slopes),
+        doubt=column_doubt(model, shares, residuals),
         failed=tuple(int(k) for k in np.flatnonzero(~finished[0])),
         initial=dict(initial),
     )
@@ -401,36 +243,3 @@ def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Di
         deviation = math.sqrt(unit) / float(value) if value > 1e-12 else math.inf
         found.append(Direction(dict(zip(paths, signed.tolist(), strict=True)), deviation))
     return tuple(found)
-
-
-def _doubt(model: _Model, shares: np.ndarray, residuals: np.ndarray, slopes: np.ndarray) -> ColumnDoubt | None:
-    """The column that a factor or an offset makes fit, if chance does not explain the gain (F test, Bonferroni)."""
-    from scipy.stats import chi2
-    from scipy.stats import f as f_distribution
-
-    before, spare = float(np.sum(residuals**2)), len(residuals) - len(shares) - 1
-    if spare < 1 or (model.table.with_errors and chi2.sf(before, spare) > UNLIKELY):
-        return None
-    names = [*model.table.conditions, *model.table.measures]
-    candidates = [model.with_corrected(name, kind) for name in names for kind in ("factor", "offset")]
-    slope = np.linalg.qr(slopes)[0]
-
-    def foreseen(other: _Model) -> float:
-        """What the column would explain if all were linear, over its own length."""
-        own = other.slopes(np.append(shares, 0.0))[:, -1]
-        own = own - slope @ (slope.T @ own)
-        return float(own @ residuals) ** 2 / max(float(own @ own), 1e-300)
-
-    tried: list[ColumnDoubt] = []
-    for other in sorted(candidates, key=foreseen, reverse=True)[:TRIED]:
-        begun = [np.append(shares, size) for size in (0.0, 0.5, -0.5)]
-        ends = [_refined(other, _refined(other, point, "soft_l1", FIRST_STEPS)[1]) for point in begun]
-        after, point = min(ends, key=lambda each: each[0])
-        assert other.corrected is not None
-        name, kind = other.corrected
-        ratio = (before - after) / (after / spare)
-        chance = float(f_distribution.sf(max(ratio, 0.0), 1, spare)) * len(candidates)
-        size = float(np.exp(point[-1])) if kind == "factor" else float(point[-1] * np.std(model.table.column(name)))
-        tried.append(ColumnDoubt(name, kind, size, min(chance, 1.0), 1.0 - after / before))
-    best = max(tried, key=lambda each: each.gain)
-    return best if best.probability < SUSPECT and best.gain > GAIN else None

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.design.problem import Problem
+from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory

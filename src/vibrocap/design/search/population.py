@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.sections import is_kind
-from vibrocap.design.goal import FAILED, INFEASIBLE, UNSETTLED, names
-from vibrocap.design.problem import Problem
+from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, names
+from vibrocap.design.search.problem import Problem
 from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied

@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.design.goal import INFEASIBLE
-from vibrocap.design.population import Population, evaluated, population_of, together
-from vibrocap.design.problem import Problem
-from vibrocap.design.search_store import SearchStore
+from vibrocap.design.search.goal import INFEASIBLE
+from vibrocap.design.search.population import Population, evaluated, population_of, together
+from vibrocap.design.search.problem import Problem
+from vibrocap.design.search.search_store import SearchStore
 
 MEMBERS = 16  # of a population for each variable
 LEAST, MOST = 32, 256  # members of a population

@@ -116,7 +116,8 @@ def _columns(given: Any, complaints: Complaints) -> dict[str, np.ndarray]:
         if len(raw) < len(headings):
             complaints.add("table", f"has a heading twice: {', '.join(headings)}")
     elif isinstance(given, Mapping) or hasattr(given, "columns"):
-        raw = {str(name): list(given[name]) for name in (given if isinstance(given, Mapping) else given.columns)}
+        names = given if isinstance(given, Mapping) else given.columns
+        raw = {str(name): np.asarray(given[name]).tolist() for name in names}
     else:
         complaints.add("table", f"should be a CSV file, a data frame or a mapping of columns, got {shown(given)}")
         return {}
