@@ -424,3 +424,28 @@ def test_robust_search_is_resumed_to_the_bit(biharmonic, tmp_path):
 def test_bad_robust_searches_are_named(biharmonic, asked, said):
     with pytest.raises(CaseError, match=said):
         optimise(biharmonic, FREQUENCY_AND_PHASE, **asked)
+
+
+@pytest.mark.slow
+def test_pages_of_a_design_and_of_a_front(tmp_path):
+    """What is known of the design stands on its page; pictures are part of it, the film lies beside it."""
+    pytest.importorskip("pymoo")
+    out, front = tmp_path / "design", tmp_path / "front"
+    asked = ["optimise", "examples/bench-in-si.toml", "--over", "drive.frequency_Hz=0.6:2", "--evaluations", "64"]
+    assert main([*asked, "--subject-to", "peak_drive < 1.2", "--out", str(out), "--report"]) == 0
+    page, found = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
+    for said in (
+        f"{found['value']:.8g} m/s",
+        "drive.frequency_Hz",
+        "peak_drive &lt; 1.2",
+        *found["limits"],
+        "best.toml",
+    ):
+        assert said in page
+    assert page.count("data:image/png;base64,") == 2
+    assert (out / "film.gif").stat().st_size > 10_000
+    assert "vibrocap optimise examples/bench-in-si.toml --over drive.frequency_Hz=0.6:2" in page
+    assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
+    page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
+    assert page.count("<tr>") >= len(found["designs"])
+    assert main([*asked, "--report"]) == 2

@@ -47,7 +47,7 @@ class Optimum(Result):
 
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
     design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
-        travels the other way
+        travels the other way; maximised: whether it was to be large; scale: what one dimensionless unit is in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
     limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
@@ -62,8 +62,10 @@ class Optimum(Result):
     status: OptimumStatus
     design: dict[str, float | str] | None
     measure: str
+    maximised: bool
     value: float | None
     unit: str
+    scale: float
     orbit: Orbit | None
     constraints: dict[str, float]
     limits: tuple[str, ...]
@@ -214,10 +216,10 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
     if near is None:
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
-        counts = every.counts()
-        return Optimum(
-            status, None, goal.measure, None, unit, None, {}, (), {}, starts, (), counts, rejected, None, every
-        )  # fmt: skip
+        nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
+        nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
+        known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
+        return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
     value = best.found[goal.measure]
@@ -233,6 +235,8 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         status=OptimumStatus.FOUND,
         design=problem.space.design(best.shares),
         measure=goal.measure,
+        maximised=goal.maximise,
+        scale=scale,
         value=float(sign * value),
         unit=unit,
         orbit=steady.twin() if turned else steady,

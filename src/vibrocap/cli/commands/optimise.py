@@ -2,6 +2,7 @@
 
 import csv
 import io
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -36,6 +37,7 @@ def optimise(
     out: Path | None = None,
     resume: bool = False,
     plot: Path | None = None,
+    report: bool = False,
     json: bool = False,
 ) -> int:
     """The design whose settled and stable motion has the best measure.
@@ -79,6 +81,8 @@ def optimise(
         continue a search that was interrupted, from what `out` holds
     plot
         FILE.png, .svg or .pdf: the Pareto front
+    report
+        write report.html into `out`: the design, its motion as picture and film, what limits it, how to run it again
     json
         print one JSON object in full precision instead of a table
     """
@@ -92,6 +96,10 @@ def optimise(
         raise Refusal(*complaints)
     if resume and out is None:
         raise Refusal("--resume: needs --out, the folder of the search")
+    if report:
+        if out is None:
+            raise Refusal("--report: needs --out, the folder that it is written to")
+        needs("--report", "matplotlib")
     if out is not None:
         writable_folder("--out", out)
     writable_picture("--plot", plot)
@@ -105,9 +113,10 @@ def optimise(
         if unsure:
             raise Refusal("--uncertain: should be left out with --against: fronts are of the case itself")
         asked = (for_, against), subject_to or (), evaluations, 100 if points is None else points, seed
-        return _front(given, ranges, *asked, out, resume, plot, json)
+        again = _asked(case, over, for_, subject_to, uncertain, evaluations, seed, against) if report else ""
+        return _front(given, ranges, *asked, out, resume, plot, again, json)
     with (
-        progress("Searching for the best design") as report,
+        progress("Searching for the best design") as share,
         refusing("evaluations", "seed", "robust", "samples", store="--out"),
     ):
         found = optimised(
@@ -122,13 +131,17 @@ def optimise(
             seed=seed,
             store=out,
             resume=resume,
-            progress=report,
+            progress=share,
         )
     record = optimum_record(found)
     if out is not None:
         write_text(made_folder(out) / "design.json", json_text(record) + "\n")
         if found.orbit is not None:
             found.case().save(out / "best.toml")
+            if report:
+                from vibrocap.report.design import write_design_page
+
+                write_design_page(found, out, _asked(case, over, for_, subject_to, uncertain, evaluations, seed))
     if json:
         print(json_text(record))
     else:
@@ -147,6 +160,24 @@ def optimise(
     return OK
 
 
+def _asked(
+    case: Path,
+    over: list[str],
+    for_: str,
+    subject_to: list[str] | None,
+    uncertain: list[str] | None,
+    evaluations: int,
+    seed: int,
+    against: str | None = None,
+) -> str:
+    """The command that searches again."""
+    words = ["vibrocap", "optimise", str(case)]
+    for option, values in (("--over", over), ("--subject-to", subject_to or ()), ("--uncertain", uncertain or ())):
+        words += [word for value in values for word in (option, value)]
+    words += ["--for", for_, *(["--against", against] if against else [])]
+    return shlex.join([*words, "--evaluations", str(evaluations), "--seed", str(seed), "--out", "design"])
+
+
 def _front(
     given: Any,
     ranges: dict[str, Any],
@@ -158,6 +189,7 @@ def _front(
     out: Path | None,
     resume: bool,
     plot: Path | None,
+    again: str,
     json: bool,
 ) -> int:
     """The Pareto front of two measures."""
@@ -165,7 +197,7 @@ def _front(
 
     needs("--against", "pymoo")
     options = {"store": "--out", "objectives[0]": "--for", "objectives[1]": "--against"}
-    with progress("Searching for the Pareto front") as report, refusing("evaluations", "points", "seed", **options):
+    with progress("Searching for the Pareto front") as share, refusing("evaluations", "points", "seed", **options):
         found = pareto_front(
             given,
             ranges,
@@ -176,7 +208,7 @@ def _front(
             seed=seed,
             store=out,
             resume=resume,
-            progress=report,
+            progress=share,
         )
     names = ("measures", "units", "maximised", "counts", "rejected")
     record = {"status": found.status.value, "designs": found.table(), **{name: getattr(found, name) for name in names}}
@@ -187,6 +219,10 @@ def _front(
         write_text(out / "front.csv", _csv(rows))
         for i in range(len(found)):
             found.case(i).save(out / CASES / f"{i:03d}.toml")
+        if again and len(found):
+            from vibrocap.report.design import write_front_page
+
+            write_front_page(found, out, again)
     if plot is not None and len(found):
         from vibrocap.plotting.finishing import save
         from vibrocap.plotting.fronts import front_figure
