@@ -4,14 +4,13 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.design.calibration.table_model import FIRST_STEPS, TableModel, refined, soft
+from vibrocap.design.calibration.table_model import FIRST_STEPS, TableModel, improbable, refined, soft
 from vibrocap.design.search.uncertainty import sample_points
 
 SUSPECT = (
     1e-4  # probability, over all columns, below which chance is no explanation of what a factor or offset explains
 )
 GAIN = 0.3  # least share of the misfit that a wrong column has to explain
-UNLIKELY = 1e-3  # probability of a misfit, if errors were as given, below which a column is looked for that explains it
 STARTS, LARGEST = 128, 0.6  # points from which a correction is looked for, and its largest size there
 REFINED = 2  # of them that are refined at first, and corrections that are refined to the end
 
@@ -37,11 +36,10 @@ class ColumnDoubt:
 
 def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -> ColumnDoubt | None:
     """The column that a factor or an offset makes fit, if chance does not explain the gain (F test, Bonferroni)."""
-    from scipy.stats import chi2
     from scipy.stats import f as f_distribution
 
     before, spare = float(np.sum(residuals**2)), len(residuals) - len(shares) - 1
-    if spare < 1 or (model.table.with_errors and chi2.sf(before, spare) > UNLIKELY):
+    if spare < 1 or (model.table.with_errors and not improbable(model, before)):
         return None
     names = [*model.table.conditions, *model.table.measures]
     begun = [_begun(model.with_corrected(name, kind), shares) for name in names for kind in ("factor", "offset")]

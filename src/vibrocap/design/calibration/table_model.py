@@ -15,6 +15,8 @@ from vibrocap.physics.system import System
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
 FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
 BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
+ROUNDS = 3  # of the search, each from twice as many points, while the misfit is improbable
+UNLIKELY = 1e-3  # probability of a misfit, if errors were as given, below which it is improbable
 
 
 class TableModel:
@@ -109,16 +111,27 @@ class TableModel:
 
 
 def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarray:
-    """The best point of the unit cube."""
-    points = sample_points(model.coordinates, starts, seed)
-    costs = np.sum(soft(model.residuals(points)), axis=1)
-    found = []
-    for k, place in enumerate(np.argsort(costs, kind="stable")[:BEGUN]):
-        found.append(refined(model, points[place], "soft_l1", FIRST_STEPS))
+    """The best point of the unit cube, searched again from more points while errors as given make it improbable."""
+    best = np.inf, np.zeros(model.coordinates)
+    for k in range(ROUNDS):
+        points = sample_points(model.coordinates, starts * 2**k, seed + k)
+        costs = np.sum(soft(model.residuals(points)), axis=1)
+        begun = [points[place] for place in np.argsort(costs, kind="stable")[: BEGUN * 2**k]]
+        ends = [refined(model, point, "soft_l1", FIRST_STEPS)[1] for point in begun]
+        near = min(ends, key=lambda end: float(np.sum(soft(model.residuals(end[None])))))
+        best = min(best, refined(model, near), key=lambda found: found[0])
         if report:
-            report((k + 1) / (BEGUN + 1))
-    near = min(found, key=lambda each: float(np.sum(soft(model.residuals(each[1][None])))))[1]
-    return refined(model, near)[1]
+            report((k + 1) / ROUNDS)
+        if not (model.table.with_errors and improbable(model, best[0])):
+            break
+    return best[1]
+
+
+def improbable(model: TableModel, squares: float) -> bool:
+    """Whether a sum of squared residuals is larger than chance explains, if errors were as given."""
+    from scipy.stats import chi2
+
+    return bool(chi2.sf(squares, len(model.rows) * len(model.scales) - model.coordinates) < UNLIKELY)
 
 
 def soft(residuals: np.ndarray) -> np.ndarray:
