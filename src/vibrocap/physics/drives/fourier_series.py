@@ -34,6 +34,7 @@ class FourierSeries(Wave):
     sine_7: Number = parameter(0.0, "b7", "sine amplitude at 7 omega", "effort")
 
     name: ClassVar[str] = "fourier-series"
+    source: ClassVar[str] = "vibrocap"
 
     def _coefficients(self):
         """(n, a_n, b_n) of each harmonic."""
