@@ -56,7 +56,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = ROUNDING * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
-    if motion.system.machine.coupled == "distances" or derivative(recording.contact_velocity, -1).value != 0.0:
+    if motion.system.machine.imposes_distances or derivative(recording.contact_velocity, -1).value != 0.0:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
@@ -134,7 +134,7 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
     """
     stuck = motion.piece_side == 0
     starts = 1 + np.flatnonzero(stuck[:-1] & ~stuck[1:])
-    if not len(starts) or motion.system.machine.coupled:
+    if not len(starts) or equations(motion.system).coupled:
         return None
     names = ("contact_velocity", "holding_force")
     velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
@@ -149,7 +149,7 @@ def _shares_held(motion: Trajectory, force: np.ndarray, index: np.ndarray, s: np
     if machine.follows_load:
         limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
     else:
-        load = motion.system.placed.load()
+        load = motion.system.law_loads[0]
         limit, middle = np.full(len(force), float(law.holding_limit(load))), law.holding_middle(load)
     force = force - middle
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -168,7 +168,7 @@ class FurtherEvidence:
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
-    further = zip(system.further_laws, equations(system).contacts[1:], strict=True)
+    further = zip(system.laws[1:], equations(system).contacts[1:], strict=True)
     for number, (law, contact) in enumerate(further, 2):
         if contact.kind == "smooth":
             continue
@@ -195,10 +195,10 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
 
 def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     """What is to be said of contacts at imposed distances that rest together: their forces are open, the motion not."""
-    system, law = motion.system, motion.system.friction
-    if system.machine.coupled != "distances":
+    system = motion.system
+    if not system.machine.imposes_distances:
         return ()
-    can_rest = [each.kind == "set-valued" for each in (law, *system.further_laws)]
+    can_rest = [each.kind == "set-valued" for each in system.laws]
     together = np.sum(motion.piece_sides[:, can_rest] == 0.0, axis=1) > 1
     if not np.any(together):
         return ()

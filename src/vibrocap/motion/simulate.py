@@ -205,7 +205,7 @@ def event_kinds(own: tuple[str, ...]) -> np.ndarray:
 def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:
     """Names of the events; those at a further contact end in its number."""
     kinds = event_kinds(system.placed.switch_events)[recorded.event_kinds]
-    if not system.machine.contacts:
+    if len(system.machine.contact_states) == 1:
         return kinds
     pairs = zip(kinds, recorded.event_contacts, strict=True)
     return np.array([numbered(str(kind), max(1, int(number))) for kind, number in pairs], dtype=str)

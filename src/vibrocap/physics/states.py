@@ -8,17 +8,18 @@ from vibrocap.physics.numbering import numbered
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
 
 
-def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
-    """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
-    numbers = range(2, 2 + len(parts["machine"].contacts))
+def laws_of(parts: Mapping[str, Any]) -> tuple[Any, ...]:
+    """The law of each contact of a machine: its own where there is one, else that of the first contact."""
+    numbers = range(1, 1 + len(parts["machine"].contact_states))
     return tuple(parts.get(numbered("friction", i), parts["friction"]) for i in numbers)
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """All states: of the machine and its actuator, of the laws of its further contacts, and of that of the first."""
-    further = (numbered(name, i) for i, law in enumerate(further_laws(parts), start=2) for name in law.internal)
+    first, *further = laws_of(parts)
+    internal = (numbered(name, i) for i, law in enumerate(further, start=2) for name in law.internal)
     machine = (*parts["machine"].states, *actuator_states(parts.get("actuator")))
-    return (*machine, *further, *parts["friction"].internal)
+    return (*machine, *internal, *first.internal)
 
 
 def actuator_states(actuator: Any) -> tuple[str, ...]:

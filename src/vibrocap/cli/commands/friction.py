@@ -260,7 +260,7 @@ def limits(case: Path, /, *, json: bool = False) -> int:
 
     system = read_source(case).system
     try:
-        found = plain = frictional_limits(system.friction, float(system.placed.load()))
+        found = plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
     except (TypeError, ValueError) as error:
         raise CaseError([f"friction: {error}"], str(case)) from None
     if system.units is not None:
