@@ -27,7 +27,8 @@ class Outside:
     """What an environment does to a machine at one instant.
 
     pushes: of each contact, the force on its body along the line, besides friction, while it slides and while it rests.
-    total: force on the machine but for the drag on the bodies of further contacts. accelerations: of the other masses, one per state. powers: by channel.
+    total: force on the machine but for the drag on the bodies of further contacts. accelerations: of the other masses,
+    one per state. powers: by channel.
     """
 
     pushes: tuple[tuple[Any, Any], ...]

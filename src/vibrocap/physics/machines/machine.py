@@ -69,6 +69,19 @@ class Contact:
     reaction: tuple | None = None
 
 
+_LISTED = "write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact` for each contact"
+_LOADED = "write `loads(self)`, a tuple of the load on each contact, or leave it to the parameters normal_load, ..._2"
+_STATES = "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity"
+# What machines said of their contacts before there was `Contact`, and what stands in the place of it.
+BEFORE = {
+    "contact_state": _STATES,
+    **dict.fromkeys(("contact_velocity", "holding_force", "further_velocities", "further_holding_forces"), _LISTED),
+    **dict.fromkeys(("load", "further_loads"), _LOADED),
+    "reaction": "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)",
+    **dict.fromkeys(("coupled", "coupling"), "give each `Contact` its `acceleration` and its `response`"),
+}
+
+
 class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction forces.
 
@@ -80,10 +93,11 @@ class Machine(Part):
     of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
     travelled.
     contact_states: of each contact, the state that moves one to one with its sliding velocity. Where distances between
-    contacts are imposed, they share one state, which stands there for each of them. symmetry: sign of each state under the
-    half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
-    holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
-    starts with all of them at 0, and with the branch that its other states ask for.
+    contacts are imposed, they share one state, which stands there for each of them.
+    symmetry: sign of each state under the half-period symmetry. switched: those of the states that are whole numbers:
+    they say which branch of the equations holds (a stop touched or not), have the rate 0.0 and change only where a
+    guard of `switches` falls to zero; a run starts with all of them at 0, and with the branch that its other states ask
+    for.
     switch_events: the name of what happens at each guard, "impact" for instance. strikes_ground: those of them at which
     the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states
     that stay as they are while a switched state is not 0, by the name of that state. bound_kinds: what is reached at
@@ -118,6 +132,20 @@ class Machine(Part):
     state_units: ClassVar[Mapping[str, str]] = {}
     gravity: ClassVar[Any] = None
     normal_load: Any  # of the first contact: a number, or a word that the machine knows
+
+    def __init_subclass__(cls, **given: Any):
+        """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
+        super().__init_subclass__(**given)
+        own = vars(cls)
+        found = [f"{name}: {wanted}" for name, wanted in BEFORE.items() if name in own]
+        if not callable(own.get("contacts", cls.contacts)):
+            found.append(f"contacts: {BEFORE['contact_velocity']}")
+        for name in ("rates", "powers", "switches", "after_switch", "wall_force", "actuator"):
+            code = getattr(own.get(name), "__code__", None)
+            if code is not None and "force" in code.co_varnames[: code.co_argcount]:
+                found.append(f"{name}: takes the friction forces of all contacts as one tuple, `frictions`")
+        if found:
+            raise TypeError(f"{cls.__name__}: {'; '.join(found)}")
 
     @property
     def symmetric(self) -> bool:
