@@ -138,7 +138,7 @@ def test_series_solves_the_equations(name, side):
             hold = mp.taylor(lambda s: typed_again(system, TIME + s, y(s), side)[1], 0, ORDER - 1)
             for k in range(1 if side else ORDER):
                 assert abs(kernel.series(states + 1)[k] - hold[k]) <= ROUNDING * (k + 1) * EPSILON * allowed[k + 1], k
-            limit = system.machine.load() * system.friction.static_coefficient
+            limit = system.machine.loads()[0] * system.friction.static_coefficient
             assert kernel.series(states + 2)[0] == pytest.approx(limit, rel=2 * EPSILON)
             assert not kernel.series(states + 2)[1:ORDER].any()
 
