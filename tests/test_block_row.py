@@ -116,7 +116,7 @@ def test_rows_have_names_and_refuse_what_is_none():
     row = vc.block_row(5)
     assert machines()["five-block-row"] is row
     assert pickle.loads(pickle.dumps(row(belt_speed=0.3))) == row(belt_speed=0.3)
-    assert list(itertools.islice(row.contacts, 2)) == ["sliding_velocity_2", "sliding_velocity_3"]
+    assert list(itertools.islice(row.contact_states, 2)) == ["sliding_velocity", "sliding_velocity_2"]
     assert "five-block-crawler" not in machines()
     with pytest.raises(ValueError, match="bodies should be a whole number from 2 to 20, got 21"):
         vc.block_row(21)

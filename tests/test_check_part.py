@@ -221,7 +221,7 @@ SAID_BEFORE = {
     "contact_state": ("velocity", "write `contact_states`, a tuple of one name for each contact"),
     "contacts": (
         ("velocity_2",),
-        "contacts: write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact`",
+        "contacts: write `contacts(self, t, y, drive)`, which gives a tuple of",
     ),
     "holding_force": (lambda self, t, y, drive: drive, "holding_force: write `contacts(self, t, y, drive)`"),
     "further_loads": (lambda self: (1.0,), "further_loads: write `loads(self)`, a tuple of the load on each contact"),
@@ -229,7 +229,7 @@ SAID_BEFORE = {
     "coupled": ("motion", "coupled: give each `Contact` its `acceleration` and its `response`"),
     "rates": (
         lambda self, t, y, drive, force, force_2=0.0: y,
-        "rates: takes the friction forces of all contacts as one",
+        "rates: takes the friction forces of all contacts as",
     ),
     "powers": (lambda self, t, y, drive, force, *others: y, "powers: takes the friction forces of all contacts as one"),
 }

@@ -474,7 +474,7 @@ def test_gravity_pulls_at_every_mass_on_the_line(kind):
     assert flow.rates == pytest.approx(expected, rel=ROUNDING)
     assert flow.outer_force == pytest.approx(push - 2.0 * along, rel=ROUNDING)
     at_rest = system.flow(0.0, (0.0, 0.0, 0.0), 0)
-    assert at_rest.holding_force == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
+    assert at_rest.contacts[0].held == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
     assert at_rest.rates[2] == 0.0
     assert at_rest.rates[0] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
 

@@ -274,7 +274,16 @@ def test_graph_on_arrays_is_the_scalar_physics(name):
     found = evaluate(expressions, t, y, side, parameter_values(system))
     for j in range(count):
         flow = system.flow(float(t[j]), tuple(map(float, y[:, j])), float(side[j]))
-        scalar = [*flow.rates, *flow.powers, flow.friction, *(getattr(flow, n) for n in names)]
+        (contact,) = flow.contacts
+        observed = (
+            contact.friction,
+            contact.held,
+            contact.contact.velocity,
+            flow.drive,
+            flow.energy,
+            flow.contact_energy,
+        )
+        scalar = [*flow.rates, *flow.powers, flow.friction, *observed]
         size = 1 + max(map(abs, scalar))
         for value, one in zip(found, scalar, strict=True):
             assert abs(float(np.broadcast_to(value, count)[j]) - one) <= 16 * EPSILON * size

@@ -96,7 +96,7 @@ def _problem(
         raised = np.array([[-slope / over for slope in slopes] for over, _, *slopes in reactions])
     if system.environment is not None:
         outside = system.environment.outside(machine, time, mechanical, velocities, np.sign(velocities))
-        push = np.array([pushes[abs(v) <= still] for pushes, v in zip(outside.pushes, velocities, strict=True)])
+        push = np.array([pushes[int(abs(v) <= still)] for pushes, v in zip(outside.pushes, velocities, strict=True)])
         free, loads = free + response @ push, loads + raised @ push
     least, most = np.zeros(count), np.zeros(count)
     places, first = list(system.state_names), y[len(y) - len(system.friction.internal) :]
