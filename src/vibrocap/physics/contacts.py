@@ -157,14 +157,14 @@ class Contacts:
         self.given, self.follows_load = [each.given for each in contacts], machine.follows_load
         self.shared = machine.imposes_distances
         self.coupled = bool(self.given[0].response) and not self.shared
+        self.loads: tuple = ()
+        self.load_response: tuple[tuple, ...] = ()
         self.quotients: tuple = ()
         self._sums: tuple = ()
         if self.coupled and self.follows_load:
-            rows = [each.reaction for each in self.given]
+            rows: list[Any] = [each.reaction for each in self.given]
             self.loads = tuple(own / over for over, own, *_ in rows)
             self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
-        else:
-            self.loads = self.load_response = ()
         if self.coupled:
             self._solve()
 
