@@ -47,8 +47,9 @@ class Interval:
 class RubbingContact:
     """One contact of a machine with its law at one instant, in the mode that its side says.
 
-    given: what the machine says of it; load: that its law is given; force: friction while it slides, per load where
-    loads follow the motion; push: from outside on its body, along the line, while it slides and while it rests
+    given: what the machine says of it; load: that its law is given; force: friction while it slides, and losses: power
+    lost by sliding and by bristles, per load where loads follow the motion; push: from outside on its body, along the
+    line, while it slides and while it rests
     """
 
     given: Contact
@@ -58,6 +59,7 @@ class RubbingContact:
     side: Any
     force: Any
     internal_rates: tuple
+    losses: tuple
     push: Any = 0.0
     push_at_rest: Any = 0.0
 
@@ -97,10 +99,6 @@ class RubbingContact:
         back, forward = (self.law.force(0.0, self.internal, side, self.load)[0] for side in (-1.0, 1.0))
         return Interval(back, forward)
 
-    def losses(self) -> tuple:
-        """(power lost by sliding, by bristles), per load where that follows the motion."""
-        return self.law.losses(self.velocity, self.internal, self.side, self.load)
-
 
 @dataclasses.dataclass(frozen=True)
 class ContactForce:
@@ -127,7 +125,7 @@ class ContactForce:
     @property
     def losses(self) -> tuple:
         """(power lost by sliding, by bristles); a contact at rest does not slide."""
-        sliding, bristles = (loss * self.normal for loss in self.contact.losses())
+        sliding, bristles = (loss * self.normal for loss in self.contact.losses)
         return (self.contact.slips * sliding if self.contact.sticks else sliding), bristles
 
 

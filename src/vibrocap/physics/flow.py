@@ -65,7 +65,8 @@ def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: 
     each = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
     for contact, law, load, internal, side, (push, push_at_rest) in each:
         force, rates = law.force(contact.velocity, internal, side, load)
-        found.append(RubbingContact(contact, law, load, internal, side, force, rates, push, push_at_rest))
+        losses = law.losses(contact.velocity, internal, side, load)
+        found.append(RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest))
     return found
 
 
@@ -85,10 +86,8 @@ def flow_of(system: Any, t, y, side) -> Flow:
         outside = system.environment.outside(machine, t, mechanical, velocities, sides)
     first, *others = rubbing = _rubbing(system, y, given, sides, outside)
     contacts = Contacts(machine, rubbing)
-    law, load, internal, side = first.law, first.load, first.internal, first.side
-    velocity, force, sticks, held = first.velocity, first.force, first.sticks, contacts.held
+    force, sticks, held = first.force, first.sticks, contacts.held
     hold = held + first.push_at_rest
-    sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
     slipping = first.slips
     limit, middle = first.limit if sticks else None, first.middle
     bounds = loads = ()
@@ -101,7 +100,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
         moved = own - slope * first.push
         moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
         bounds = clear, moving
-        force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
+        force, normal = force * moving, moving
         if limit is not None:
             jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
             resting = 1.0 - slipping
@@ -117,11 +116,6 @@ def flow_of(system: Any, t, y, side) -> Flow:
     if sticks:
         force = hold + slipping * (force - hold)
         taken = held + slipping * (taken - held)  # exactly `held` at rest
-        sliding_loss = slipping * sliding_loss
-    contact = -sliding_loss, -bristle_loss
-    stored = law.stored_energy(internal)
-    if system.stores_under_load:
-        contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
     acting = (ContactForce(first, taken, force, hold, middle, limit, normal), *contacts.forces(taken))
     frictions, further = tuple(each.taken for each in acting), acting[1:]
     switches, outcomes, law_switches = _switches(system, t, y, rubbing, drive, frictions)
@@ -161,12 +155,12 @@ def flow_of(system: Any, t, y, side) -> Flow:
         after_reversal=_after_reversals(system, y, sides),
         powers=(
             *machine.powers(t, mechanical, drive, worked_against),
-            *_further_powers(system, further),
+            *_powers_lost(system, further, 2),
             *(() if outside is None else outside.powers),
-            *contact,
+            *_powers_lost(system, acting[:1], 1),
         ),
         energy=energy,
-        contact_energy=stored,
+        contact_energy=0.0 if system.stores_under_load else first.law.stored_energy(first.internal),
         bounds=(*bounds, *ends),
         bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
         loads=loads,
@@ -182,12 +176,12 @@ def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:
     return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
 
-def _further_powers(system: Any, further: tuple[ContactForce, ...]) -> tuple:
-    """Powers lost at the further contacts; then, under loads that follow the motion, what they store."""
+def _powers_lost(system: Any, contacts: tuple[ContactForce, ...], number: int) -> tuple:
+    """Powers lost at contacts from this number on; then, under loads that follow the motion, what they store."""
     lost, stored = [], []
-    for each in further:
+    for i, each in enumerate(contacts, start=number):
         sliding, bristles = each.losses
-        lost += [-sliding, *((-bristles,) if each.contact.law.internal else ())]
+        lost += [-sliding, *((-bristles,) if i == 1 or each.contact.law.internal else ())]
         if each.contact.law.internal and system.machine.follows_load:
             stored.append(sliding + bristles - each.friction * each.contact.velocity)
     return (*lost, *stored)
