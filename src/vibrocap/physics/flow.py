@@ -63,11 +63,12 @@ def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: 
     """The contacts of the machine, each with its law, in their modes."""
     found, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
     each = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
-    for contact, law, load, internal, side, (push, push_at_rest) in each:
+    first, *others = each
+    for contact, law, load, internal, side, (push, push_at_rest) in (*others, first):  # as their states stand
         force, rates = law.force(contact.velocity, internal, side, load)
         losses = law.losses(contact.velocity, internal, side, load)
         found.append(RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest))
-    return found
+    return [found[-1], *found[:-1]]
 
 
 def flow_of(system: Any, t, y, side) -> Flow:

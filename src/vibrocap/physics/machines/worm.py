@@ -74,8 +74,7 @@ class Worm(Row, Imposed):
 
     def _sliding(self, t, y) -> tuple:
         """x_1', x_2', ..."""
-        slope = self.imposed.slope(t)
-        return tuple(y[1] + share * slope for share in self._shares())
+        return tuple(y[1] + share * self.imposed.slope(t) for share in self._shares())
 
     def contacts(self, t, y, drive):
         """x_i', and a_i = u_i z'' - (R_1 + R_2 + ...)/M."""
