@@ -69,17 +69,25 @@ class Contact:
     reaction: tuple | None = None
 
 
-_LISTED = "write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact` for each contact"
-_LOADED = "write `loads(self)`, a tuple of the load on each contact, or leave it to the parameters normal_load, ..._2"
-_STATES = "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity"
-# What machines said of their contacts before there was `Contact`, and what stands in the place of it.
+# What machines once said of their contacts, under what stands in the place of it.
 BEFORE = {
-    "contact_state": _STATES,
-    **dict.fromkeys(("contact_velocity", "holding_force", "further_velocities", "further_holding_forces"), _LISTED),
-    **dict.fromkeys(("load", "further_loads"), _LOADED),
-    "reaction": "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)",
-    **dict.fromkeys(("coupled", "coupling"), "give each `Contact` its `acceleration` and its `response`"),
+    "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity": (
+        "contact_state",
+    ),
+    "write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact` for each contact": (
+        *("contacts", "contact_velocity", "holding_force", "further_velocities", "further_holding_forces"),
+    ),
+    "write `loads(self)`, a tuple of the load on each contact, or leave it out where the parameters normal_load, "
+    "normal_load_2 and so on are the loads": ("load", "further_loads"),
+    "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)": ("reaction",),
+    "give each `Contact` its `acceleration` and its `response`": ("coupled", "coupling"),
 }
+
+
+def _arguments(function: Any) -> tuple[str, ...]:
+    """Names of the arguments of a function; of what is none, none."""
+    code = getattr(function, "__code__", None)
+    return () if code is None else code.co_varnames[: code.co_argcount]
 
 
 class Machine(Part):
@@ -136,14 +144,12 @@ class Machine(Part):
     def __init_subclass__(cls, **given: Any):
         """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
         super().__init_subclass__(**given)
-        own = vars(cls)
-        found = [f"{name}: {wanted}" for name, wanted in BEFORE.items() if name in own]
-        if not callable(own.get("contacts", cls.contacts)):
-            found.append(f"contacts: {BEFORE['contact_velocity']}")
-        for name in ("rates", "powers", "switches", "after_switch", "wall_force", "actuator"):
-            code = getattr(own.get(name), "__code__", None)
-            if code is not None and "force" in code.co_varnames[: code.co_argcount]:
-                found.append(f"{name}: takes the friction forces of all contacts as one tuple, `frictions`")
+        own = {name for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
+        said = ((wanted, [name for name in names if name in own]) for wanted, names in BEFORE.items())
+        found = [f"{', '.join(names)}: {wanted}" for wanted, names in said if names]
+        functions = ("rates", "powers", "switches", "after_switch", "wall_force", "actuator")
+        if names := [name for name in functions if "force" in _arguments(own.get(name))]:
+            found.append(f"{', '.join(names)}: take the friction forces of all contacts as one tuple, `frictions`")
         if found:
             raise TypeError(f"{cls.__name__}: {'; '.join(found)}")
 
