@@ -144,7 +144,7 @@ class Machine(Part):
     def __init_subclass__(cls, **given: Any):
         """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
         super().__init_subclass__(**given)
-        own = {name for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
+        own = {name: value for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
         said = ((wanted, [name for name in names if name in own]) for wanted, names in BEFORE.items())
         found = [f"{', '.join(names)}: {wanted}" for wanted, names in said if names]
         functions = ("rates", "powers", "switches", "after_switch", "wall_force", "actuator")
