@@ -6,6 +6,7 @@ from typing import Any
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Contact, Imposed
+from vibrocap.physics.states import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
@@ -52,11 +53,11 @@ class Flow:
 
 def _internal(system: Any, y) -> list[tuple]:
     """The internal states of the law of each contact, the first contact first; they stand last."""
-    found, end = [], len(y)
-    for law in (system.friction, *reversed(system.laws[1:])):
-        found.append(tuple(y[end - len(law.internal) : end]))
-        end -= len(law.internal)
-    return [found[0], *reversed(found[1:])]
+    found, start = {}, len(system.placed.states)
+    for number, law in laws_by_state(system.parts):
+        found[number] = tuple(y[start : start + len(law.internal)])
+        start += len(law.internal)
+    return [found[number] for number in sorted(found)]
 
 
 def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:

@@ -16,7 +16,7 @@ from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import laws_of, state_names
+from vibrocap.physics.states import laws_by_state, laws_of, state_names
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
@@ -221,20 +221,20 @@ class System:
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
         found = self.placed.symmetry
-        for law in (*self.laws[1:], self.friction):
+        for _, law in laws_by_state(self.parts):
             found += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
         return found
 
     @property
     def switched(self) -> tuple[str, ...]:
         """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
-        further = (numbered(name, i) for i, law in enumerate(self.laws[1:], start=2) for name in law.switched)
-        return (*self.placed.switched, *further, *self.friction.switched)
+        laws = (numbered(name, i) for i, law in laws_by_state(self.parts) for name in law.switched)
+        return (*self.placed.switched, *laws)
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        first, *further = zip(self.laws, self.law_loads, strict=True)
-        internal = (size for law, load in (*further, first) for size in law.internal_scales(load))
+        loads = self.law_loads
+        internal = (size for i, law in laws_by_state(self.parts) for size in law.internal_scales(loads[i - 1]))
         return (*self.placed.scales(self.drive.period), *internal)
 
     @property
