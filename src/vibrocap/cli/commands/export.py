@@ -1,33 +1,53 @@
 """`vibrocap export`: a case as what other programs run."""
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.cli.options import Refusal, own_names, writable_folder
-from vibrocap.cli.terminal import OK, Page
+from vibrocap.cli.options import Refusal, needs, own_names, writable_file, writable_folder
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
 from vibrocap.io.motion_file import read_source
 
+if TYPE_CHECKING:
+    from vibrocap.case.case import Case
+    from vibrocap.exchange.mjcf import MujocoModel
+    from vibrocap.exchange.mujoco_motion import Ending
 
-def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "capsule") -> int:
-    """A case for other programs, with its exact contact: a library in C99 and a program that prints the motion.
+
+def export(
+    case: Path,
+    /,
+    *,
+    to: Literal["c", "mjcf"] = "c",
+    out: Path,
+    name: str = "capsule",
+    judge: bool = False,
+) -> int:
+    """A case for other programs: with its exact contact, a library in C99 and a program that prints the motion.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
+    With --to mjcf the nearest MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources
+        what to write: c for C sources, mjcf for a MuJoCo model
     out
-        folder for NAME.c, NAME.h, main.c and README.txt; made where it is missing
+        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of a MuJoCo model FILE.xml
     name
         of the library, with which all its names begin
+    judge
+        run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
+    setup = read_source(case)
+    if to == "mjcf":
+        return _mjcf(setup, out, judge)
+    if judge:
+        raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
     from vibrocap.exchange.c_library import export_c
 
-    setup = read_source(case)
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
@@ -36,3 +56,45 @@ def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "cap
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
     return OK
+
+
+def _mjcf(case: "Case", out: Path, judge: bool) -> int:
+    """The MuJoCo model, what it loses, and how far it ends from the exact motion."""
+    from vibrocap.exchange.mjcf import export_mjcf
+
+    writable_file("--out", out, (".xml",))
+    if judge:
+        needs("--judge", "mujoco")
+    try:
+        model = export_mjcf(case, out)
+    except ArgumentError as error:
+        raise Refusal(f"CASE: {error}") from None
+    page = Page()
+    page.say(f"Written to {out}; what MuJoCo cannot say of this case:")
+    for sentence in model.lost:
+        page.say(f"  {sentence}")
+    return _judged(page, case, model) if judge else OK
+
+
+def _judged(page: Page, case: "Case", model: "MujocoModel") -> int:
+    from vibrocap.exchange.mujoco_motion import judgement
+
+    with progress("Running MuJoCo"):
+        found = judgement(case, model)
+    length = 1.0 if case.system.units is None else case.system.si.factor_of("m")
+    unit = "" if case.system.units is None else "m"
+    rows = table(f"After {found.steps} steps of MuJoCo", "motion", "place", "off by", "drift")
+    rows.add_row("exact", *_said(found.exact_ending, found.exact_ending, length, unit))
+    rows.add_row("MuJoCo, the file as it is", *_said(found.as_written, found.exact_ending, length, unit))
+    rows.add_row("MuJoCo, friction rewritten at each step", *_said(found.rewritten, found.exact_ending, length, unit))
+    page.print(rows)
+    if found.exact.status.ok:
+        return OK
+    complain(f"The exact motion ended early ({found.exact.status.value}). {found.exact.status.advice}")
+    return INCOMPLETE
+
+
+def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:
+    off = "" if ending is exact else said(length * (ending.place - exact.place), unit, 3)
+    travel = "" if ending.drift is None else said(length * ending.drift, unit, 5)
+    return said(length * ending.place, unit, 6), off, travel
