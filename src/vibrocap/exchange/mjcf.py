@@ -64,7 +64,7 @@ def mujoco_model(case: Case, step: float | None = None, tight: bool = True) -> M
     ET.SubElement(root, "compiler", angle="radian")
     normal, along = system.placed.gravity or (0.0, 0.0)
     pull = f"{_number(-along * unit('m/s^2'))} 0 {_number(-normal * unit('m/s^2'))}"
-    ET.SubElement(root, "option", timestep=_number(step), gravity=pull, cone="elliptic")
+    ET.SubElement(root, "option", timestep=_number(step), gravity=pull)
     levels = [sliding_level(law, natural_speed(system), load) for law, load in _loaded(system)]
     world = ET.SubElement(root, "worldbody")
     _bodies(world, system, mechanism, unit, soft, None if pressed else levels)
@@ -283,7 +283,7 @@ def _lost(system: System, levels: list[float], unit: _Units, step: float) -> tup
         )
     second = "" if system.units is None else " s"
     found += [
-        f"rest: friction is a soft constraint; a contact at rest creeps, and events wait for a step of {step:.4g}{second}",
+        f"rest: friction is soft; a contact at rest creeps, and events wait for the end of a step ({step:.4g}{second})",
         f"drive: MJCF has no {system.drive.name} waveform; set every control to the value of the drive at each step",
     ]
     return tuple(found)

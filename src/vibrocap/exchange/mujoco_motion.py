@@ -1,6 +1,7 @@
 """A MuJoCo model beside the exact motion of its case: where both end, and how far they travel in a period."""
 
 import dataclasses
+import importlib
 import math
 from typing import Any
 
@@ -58,13 +59,12 @@ def mujoco_ending(case: Case, model: MujocoModel, end: float, rewritten: bool) -
 
     Between two steps its place is taken from a straight line.
     """
-    import mujoco  # type: ignore[import-not-found]
-
+    mujoco: Any = importlib.import_module("mujoco")
     system = case.system
     time, length = _time_unit(case), (1.0 if system.units is None else system.si.factor_of("m"))
     effort = 1.0 if system.units is None else system.si.factor("drive")
-    runner: Any = mujoco.MjModel.from_xml_string(model.text)
-    state: Any = mujoco.MjData(runner)
+    runner = mujoco.MjModel.from_xml_string(model.text)
+    state = mujoco.MjData(runner)
     mujoco.mj_resetDataKeyframe(runner, state, 0)
     friction = _Friction(case, model, runner)
     first = int(runner.joint(friction.first).qposadr[0])

@@ -96,5 +96,5 @@ def _judged(page: Page, case: "Case", model: "MujocoModel") -> int:
 
 def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:
     off = "" if ending is exact else said(length * (ending.place - exact.place), unit, 3)
-    travel = "" if ending.drift is None else said(length * ending.drift, unit, 5)
+    travel = "" if ending.drift is None else said(length * ending.drift, unit, 4)
     return said(length * ending.place, unit, 6), off, travel
