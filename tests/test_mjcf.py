@@ -196,7 +196,8 @@ def test_every_kind_of_machine_comes_near(name, machine, units):
     (error,) = ending_errors(case, name, [5e-4 * time])
     size = np.ptp(case.simulate()[name])
     assert size > 0.01
-    assert abs(error) < 3e-3 * size  # of first order, and a step is 5e-4 of the time in which it moves so far
+    # of first order, and a step is 5e-4 of the time in which it moves so far; a soft contact keeps an error of its own
+    assert abs(error) < (6e-3 if machine.follows_load else 3e-3) * size
 
 
 def test_the_command_writes_the_model_and_says_what_is_lost(tmp_path, capsys):
