@@ -19,11 +19,12 @@ def export(
     /,
     *,
     to: Literal["c", "mjcf"] = "c",
+    input: Literal["drive"] | None = None,
     out: Path,
     name: str = "capsule",
     judge: bool = False,
 ) -> int:
-    """A case for other programs: with its exact contact, a library in C99 and a program that prints the motion.
+    """A case for other programs, with its exact contact: a library in C99 that moves it on, and a program that calls it.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
     With --to mjcf the nearest MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
@@ -34,6 +35,8 @@ def export(
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
         what to write: c for C sources, mjcf for a MuJoCo model
+    input
+        what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
         folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of a MuJoCo model FILE.xml
     name
@@ -43,15 +46,22 @@ def export(
     """
     setup = read_source(case)
     if to == "mjcf":
+        if input is not None:
+            raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
         return _mjcf(setup, out, judge)
     if judge:
         raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
+    return _c(setup, out, name, input)
+
+
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
+    """The C library."""
     from vibrocap.exchange.c_library import export_c
 
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = export_c(setup, out, name)
+        written = export_c(case, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
