@@ -197,6 +197,7 @@ class Layout:
     waiting: int = 0  # events of a stepper that may be later than its clock
     observed: int = 0  # observables that it shows
     table: int = 0  # numbers of its drive's table
+    implicit: bool = True  # whether implicit steps may be taken
 
     @property
     def measured(self) -> int:
@@ -262,16 +263,22 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
+        """Work space of the event search; or that of a point and of functions at points.
+
+        The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
+        """
         gathering = self.states + 8 * (self.measured + 8)
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
-        return max(40 * (self.order + 3), points, tangents, gathering, deciding)
+        search = self.order + 1 + 38 * (self.order + 2)
+        return max(search, points, tangents, gathering, deciding)
 
     @property
     def work_size(self) -> int:
         """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities."""
+        if not self.implicit:
+            return self.event_work_size
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
         implicit += 1 + 3 * self.shifts
