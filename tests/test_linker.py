@@ -7,13 +7,15 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.equations import equations
+from vibrocap.motion.held_input import with_held_input
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
+from vibrocap.numerics.run.stepper import stepper_kernel
 
-SLOTS = recipes.MEASURED
+SLOTS = (*recipes.MEASURED, recipes.PASSAGE)
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 INTERFACE = inspect.getsource(interface)
 
@@ -42,6 +44,15 @@ def test_what_is_offered_is_linked():
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
         for lanes, loop in ((1, None), (8, None), (1, "card"), (1, "browser")):
             ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
+
+
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()], ids=lambda law: law.name)
+def test_steppers_are_linked(law):
+    for drive in (vc.Harmonic(), vc.Square()):
+        system = vc.System(vc.PendulumCapsule(), law, drive)
+        for held_input in (False, True):
+            recorded = equations(with_held_input(system) if held_input else system)
+            stepper_kernel(recorded, recorded.observables, 1e-9, held_input).text.check()
 
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)

@@ -136,7 +136,8 @@ class SteppedCase:
     def event_kinds(self) -> tuple[str, ...]:
         """Names of what is counted: kinds of event of each contact, then those of none, from `contact_kinds` on."""
         kinds = event_kinds(self.system.placed.switch_events)
-        return (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        found = (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        return found[: self.kernel.counted_kinds]  # a machine may have fewer branches than it has names
 
     @property
     def contact_kinds(self) -> int:

@@ -49,6 +49,11 @@ class StepperKernel:
     observed: tuple[str, ...]
     held_input: bool
 
+    @property
+    def counted_kinds(self) -> int:
+        """How many kinds of event are told apart: those of contacts, of a law's branches, and each of the machine's."""
+        return CONTACT_KINDS + self.layout.counts - CONTACT_KINDS * self.layout.contacts
+
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Of the memory, by name."""
@@ -87,11 +92,6 @@ class StepperKernel:
         return c_source(self.text, ENTRIES, prefix)
 
 
-def counted_kinds(equations: Any) -> int:
-    """How many kinds of event are told apart: those of contacts, of the law's branches, and each of the machine's."""
-    return CONTACT_KINDS + 1 + len(equations.switches) - equations.law_switches
-
-
 def stepper_kernel(
     equations: Any, observed: Mapping[str, Expression], tolerance: float, held_input: bool
 ) -> StepperKernel:
@@ -110,7 +110,7 @@ def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: boo
     layout = Layout(
         *(1, states, states, order, len(equations.parameter_paths)),
         **sizes(equations),
-        counts=CONTACT_KINDS * contacts + counted_kinds(equations) - CONTACT_KINDS,
+        counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
         table=table,
