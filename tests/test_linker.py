@@ -73,15 +73,17 @@ def test_the_interface_holds_the_slots_and_nothing_else():
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
 def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
     recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=True, branches=True)
+    if slot is recipes.PASSAGE:
+        recipe = recipes.stepper_recipe(maybe_stiff=True, branches=True)
     (filler,) = set(recipe.modules) & set(slot.offers)
-    (other,) = set(slot.offers) - {filler}
+    other = next(module for module in slot.offers if module != filler)
     for modules, found in (
         (tuple(name for name in recipe.modules if name != filler), "no module"),
         ((*recipe.modules, other), " and by "),
     ):
         parts = {name: link.kernel_source(name) for name in modules}
         with pytest.raises(LinkError, match=f"the slot `{slot.name}` is filled by .*{found}"):
-            check(recipes.Recipe("advance_ensemble", modules, SLOTS), parts, INTERFACE)
+            check(recipes.Recipe(recipe.entry, modules, (slot,)), parts, INTERFACE)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ ENDLESS = 2**62  # periods
 CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
 WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
 
-Entry = Callable[[np.ndarray, np.ndarray, np.ndarray, int], Any]
+Entry = Callable[[int], Any]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,9 +32,9 @@ class StepperMemory:
     ints: np.ndarray
     trace: np.ndarray
 
-    def copy(self) -> "StepperMemory":
-        """The same, apart."""
-        return StepperMemory(self.floats.copy(), self.ints.copy(), self.trace.copy())
+    def take(self, other: "StepperMemory") -> None:
+        """Become the same as another."""
+        self.floats[:], self.ints[:], self.trace[:] = other.floats, other.ints, other.trace
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,11 +80,12 @@ class StepperKernel:
         ints[place["NEW_INPUT"]] = int(self.held_input)
         return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
 
-    def entry(self, name: str, plain: bool = False) -> Entry:
-        """One of ENTRIES: compiled, with every sum and product rounded as in C, or as plain Python."""
+    def entry(self, name: str, memory: StepperMemory, plain: bool = False) -> Entry:
+        """One of ENTRIES on a memory: compiled, with every sum and product rounded as in C, or as plain Python."""
+        arrays = memory.floats, memory.ints, memory.trace
         if plain:
-            return plain_kernel(self.text)[name]
-        return compiled_kernel(self.text, literal=True, entry=name)
+            return functools.partial(plain_kernel(self.text)[name], *arrays)
+        return compiled_kernel(self.text, literal=True, entry=name).bound_to(*arrays)
 
     def c_text(self, prefix: str) -> str:
         """The entries in C; all names begin with `prefix`."""
