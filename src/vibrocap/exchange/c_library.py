@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
 from vibrocap.exchange import c_templates as templates
-from vibrocap.exchange.stepped_case import REFUSED, Crossing, Input, SteppedCase
+from vibrocap.exchange.stepped_case import REFUSED, Port, Input, SteppedCase
 from vibrocap.files import made_folder, write_text
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
@@ -111,13 +111,13 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     return words
 
 
-def _infos(crossings: Sequence[Crossing]) -> str:
+def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
     rows = (
         f'\n    {{"{each.name}", "{each.unit}", '
         + ", ".join(map(_number, (each.scale, each.value, each.least, each.most)))
         + "}"
-        for each in crossings
+        for each in ports
     )
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
