@@ -204,7 +204,6 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that it shows
     table: int = 0  # numbers of its drive's table
-    implicit: bool = True  # whether implicit steps may be taken
 
     @property
     def measured(self) -> int:
