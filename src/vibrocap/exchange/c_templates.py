@@ -14,6 +14,10 @@ HEADER = """/* A vibro-driven capsule with its exact stick-slip contact, moved o
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define @NAME@_STATES @states@
 #define @NAME@_OBSERVABLES @observables@
 #define @NAME@_PARAMETERS @parameters@
@@ -83,6 +87,10 @@ int64_t @name@_last_event(const @name@ *c, double *time, int *kind, int *contact
 #define @NAME@_BYTES (sizeof(@name@) + 8)
 void @name@_save(const @name@ *c, void *bytes);
 int @name@_load(@name@ *c, const void *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
 """
