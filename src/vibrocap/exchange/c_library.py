@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
 from vibrocap.exchange import c_templates as templates
-from vibrocap.exchange.stepped_case import REFUSED, Port, Input, SteppedCase
+from vibrocap.exchange.stepped_case import REFUSED, Input, Port, SteppedCase
 from vibrocap.files import made_folder, write_text
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")

@@ -210,7 +210,7 @@ double @name@_parameter(const @name@ *c, int i) {
 
 const double *@name@_look(@name@ *c) {
   @name@_kernel_look_at(c->floats, c->ints, c->trace, 0);
-  return c->trace + @SEEN@;
+  return c->trace + @SHOWN@;
 }
 
 int @name@_side(const @name@ *c, int contact) {

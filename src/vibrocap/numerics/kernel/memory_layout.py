@@ -372,7 +372,7 @@ class Layout:
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,
-            "SEEN": 0,
+            "SHOWN": 0,
             "BACKUP": self.shown + self.table,
             "WAITING": self.waiting,
             "INT_COUNT": self.whole_size,

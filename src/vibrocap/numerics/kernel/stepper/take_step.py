@@ -1,8 +1,8 @@
 """The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
 from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
+from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
@@ -36,10 +36,9 @@ from vibrocap.numerics.kernel.generated.sizes import (
 from vibrocap.numerics.kernel.generated.stepper import (
     BEGUN,
     ENDED,
-    INT_COUNT,
     LENGTH,
+    SHOWN,
     PIECE_LENGTH,
-    SEEN,
     SHOWN_SIDE,
     STEPS_PER_CALL,
     STOPPED,
@@ -121,13 +120,13 @@ def take_step(floats, ints, trace, to_event):
 
 
 def look_at(floats, ints, trace, _):
-    """Write the states and then the observables at the clock to SEEN of the trace."""
+    """Write the states and then the observables at the clock to SHOWN of the trace."""
     s = show_instant(floats, ints, WORK)
     for i in range(STATES):
-        trace[SEEN + i] = floats[WORK + i]
+        trace[SHOWN + i] = floats[WORK + i]
     floats[STEP] = floats[PIECE_LENGTH]
     fitting_point(floats, ints, 0, s, WORK)
     observables(floats, floats[TIME] + s, WORK, floats[SIDE], 0, WORK + STATES)
     for i in range(OBSERVABLES):
-        trace[SEEN + STATES + i] = floats[WORK + STATES + i]
+        trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
     show_instant(floats, ints, WORK)
