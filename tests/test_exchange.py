@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import vibrocap as vc
 from lab_motions import KINDS, motions_of_a_kind
 from thinned import exhaustive_but
 from vibrocap.case.case import read_case
@@ -101,6 +102,18 @@ def test_the_program_of_a_case_prints_the_bits_of_its_motion(options, tmp_path):
     export_c(case, tmp_path)
     code, rows = printed(built(tmp_path, *options))
     assert len(rows) > 100
+    assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_a_drive_with_a_long_table_has_the_same_bits(tmp_path):
+    times = np.linspace(0.0, 6.0, 301)
+    values = 1.8 * np.sin(np.pi / 3.0 * times[:-1])
+    drive = vc.DriveTable(tuple(times), (*values, values[0]), interpolation="linear")
+    case = vc.Case(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive), {"angle": 0.3}, periods=2)
+    export_c(case, tmp_path)
+    code, rows = printed(built(tmp_path, "-O1", "-fsanitize=address,undefined"))
     assert_same_bits(case, rows, code)
 
 

@@ -269,7 +269,7 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search; or that of a point and of functions at points.
+        """Work space of the event search; or that of a point and of functions at points, or of a stepper's table.
 
         The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
         """
@@ -278,7 +278,8 @@ class Layout:
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
         search = self.order + 1 + 38 * (self.order + 2)
-        return max(search, points, tangents, gathering, deciding)
+        shown = self.states + max(self.observed, self.states + 1) if self.counts else 0
+        return max(search, points, tangents, gathering, deciding, shown, self.table)
 
     @property
     def work_size(self) -> int:
