@@ -202,8 +202,8 @@ class Layout:
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
     implicit: bool = True  # whether there are implicit steps, which need work space
-    observed: int = 0  # observables that it shows
-    table: int = 0  # numbers of its drive's table
+    observed: int = 0  # observables that a stepper or a page shows
+    table: int = 0  # numbers of the table of its drive
 
     @property
     def measured(self) -> int:
@@ -269,7 +269,7 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search; or that of a point and of functions at points, or of a stepper's table.
+        """Work space of the event search; or that of a point and of functions at points, or of a drive's table.
 
         The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
         """
@@ -278,8 +278,8 @@ class Layout:
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
         search = self.order + 1 + 38 * (self.order + 2)
-        shown = self.states + max(self.observed, self.states + 1) if self.counts else 0
-        return max(search, points, tangents, gathering, deciding, shown, self.table)
+        shown = self.states + max(self.observed, self.table)
+        return max(search, points, tangents, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:
