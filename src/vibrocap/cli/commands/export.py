@@ -18,7 +18,7 @@ def export(
     out: Path,
     name: str = "capsule",
 ) -> int:
-    """A case for other programs, with its exact contact: a library in C99 that moves it on, and a program that calls it.
+    """A case for other programs, with its exact contact: a library in C99 and a program that calls it.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
 
