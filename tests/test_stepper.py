@@ -47,7 +47,7 @@ OWN = {
     "cubic": vc.System(CAPSULE, vc.Stribeck(), TABLE),
     "several": vc.System(vc.ThreeBodyCrawler(), vc.Exponential(), vc.Square(amplitude=1.2, frequency=1.3)),
     "dynamic-load": vc.System(
-        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Biharmonic(amplitude=1.2)
+        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Trapezoid(amplitude=1.2)
     ),
     "stops": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic(amplitude=1.0)),
     "imposed": vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Trapezoid(amplitude=0.6, frequency=1.3)),
@@ -60,7 +60,7 @@ HELD = {
     "slopes": vc.System(CAPSULE, vc.Exponential(), vc.Triangle(amplitude=1.8)),
     "several": OWN["several"],
     "dynamic-load": vc.System(
-        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=0.8)
+        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
     ),
     "stops": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Square(amplitude=1.0)),
     "imposed": OWN["imposed"],
@@ -154,13 +154,14 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
     reference = vc.simulate(system, periods=periods, initial=initial, tolerance=1e-10)
     assert reference.status.ok
     size = 1.0 + max(map(abs, reference.state.values()))
-    counts = Counter(event.kind for event in reference.events)
+    counts = Counter(event.kind for event in reference.events if not event.kind.startswith("graze"))
     for parts, to_events, bound in ((1, False, 1e-11), (1, True, 1e-9), (5, False, 1e-8), (5, True, 1e-8)):
         motion = vc.stepper(system, input="drive", initial=initial, tolerance=1e-10)
         follow(motion, system.drive, periods, parts, to_events)
         assert motion.time == pytest.approx(reference.end, rel=1e-14)
         assert np.abs(motion.states - [*reference.state.values()]).max() <= bound * size
-        assert {name: count for name, count in motion.events.items() if count} == counts
+        found = {name: count for name, count in motion.events.items() if count and not name.startswith("graze")}
+        assert found == counts  # whether a velocity touches zero is a matter of rounding
 
 
 @pytest.mark.parametrize(("length", "bound"), [(3.0, 1e-13), (0.3, 5e-10), (0.01, 5e-10)])
@@ -380,7 +381,10 @@ def test_bad_steps_are_named_and_do_nothing(call, said):
         ({"count": 0}, "count should be a whole number"),
         ({"count": 3, "initial": {"angle": np.zeros(2)}}, "angle should be a number or 3 of them"),
         ({"count": 2, "initial": {"angel": np.zeros(2)}}, "angel: no such state or parameter"),
-        ({"count": 2, "parameters": {"machine.mass_ratio": np.array([1.0, -1.0])}}, "machine.mass_ratio should be from"),
+        (
+            {"count": 2, "parameters": {"machine.mass_ratio": np.array([1.0, -1.0])}},
+            "machine.mass_ratio should be from",
+        ),
     ],
 )
 def test_bad_cases_are_named(given, said):
@@ -488,6 +492,7 @@ def test_the_library_has_the_bits_of_the_stepper_and_keeps_motions(tmp_path):
 
 
 @needs_gcc
+@pytest.mark.slow
 def test_the_library_takes_parameters_states_and_a_tolerance(tmp_path):
     """Natural sizes, period and drive follow from them, as they do for a case that says them."""
     case = Case(vc.System(CAPSULE, vc.Exponential(), TABLE), START)
@@ -514,6 +519,7 @@ def test_the_library_takes_parameters_states_and_a_tolerance(tmp_path):
 
 
 @needs_gcc
+@pytest.mark.slow
 def test_the_library_says_when_and_why_a_motion_ends(tmp_path):
     library = Library(tmp_path, Case(LIGHT), "drive")
     motion = library.motion()
@@ -614,4 +620,3 @@ def test_bad_environments_and_actions_are_named():
         made.step(np.array([1.5]))
     with pytest.raises(ValueError, match="action should be one number"):
         made.step(np.array([math.nan]))
-

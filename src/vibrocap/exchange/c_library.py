@@ -21,8 +21,8 @@ from vibrocap.files import made_folder, write_text
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 SAMPLES = 64  # lines of main.c in each period of the drive
 OWN_DRIVE = "The drive is that of the case."
-AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Set it before every
-   step in which it is to change; where it jumps, a contact that is at rest is asked again whether it stays there."""
+AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Where it jumps,
+   a contact that is at rest is asked again whether it stays there."""
 
 
 def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str, str]:

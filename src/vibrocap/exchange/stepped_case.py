@@ -155,4 +155,3 @@ class SteppedCase:
         """What each status is called."""
         named = {code: status.value for code, status in STATUSES.items() if code != codes.DONE}
         return {codes.RUNNING: "running", AT_EVENT: "at an event", REFUSED: "refused", **named}
-

@@ -6,7 +6,7 @@ It is what the library in C is, to the last bit, and is made of the same kernel.
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def stepper(
 ) -> "Stepper | InputStepper | StepperArray":
     """The motion of a case or a system, at its start, to be moved on by any lengths of time.
 
-    input: "drive", if the drive is set at each step, `.step(value, length)`; None: it is the case's own, `.step(length)`
+    input: "drive", if it is set at each step, `.step(value, length)`; None: the case's own goes on, `.step(length)`
     initial: initial states by name, as of `simulate`; tolerance: error per step (1e-14 to 1e-2); both by default those
         of the case, or of `simulate`
     parameters: values by path that replace those of the system, such as {"machine.mass_ratio": 2.0}
@@ -103,13 +103,8 @@ def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any
     return rest, arrays
 
 
-class Stepper:
-    """One motion with the case's own drive, moved on by `step` and `step_to_event`; look at it by name or by `look`.
-
-    The instant is read from steps of the kernel's own choice, so that the motion does not depend on where it is looked
-    at: it has the bits of the kernel without fused operations, as the library in C. `copy` and `restore` keep and bring
-    back a motion, and so does `pickle`. No limit of periods ends it.
-    """
+class SteppedMotion:
+    """One motion that is moved on from outside: what can be seen of it, and how it is kept (see `Stepper`)."""
 
     def __init__(self, stepped: SteppedCase):
         self.stepped = stepped
@@ -117,20 +112,19 @@ class Stepper:
         self._entry("begin_motion")(0)
 
     def _begin_with(self, memory: StepperMemory) -> None:
-        self._memory = memory
-        self._floats, self._ints = memoryview(memory.floats), memoryview(memory.ints)
         places = self.stepped.kernel.places
+        self._memory = memory
+        self._floats: Any = memoryview(memory.floats)  # faster, number by number, than arrays
+        self._ints: Any = memoryview(memory.ints)
         self._length, self._ended, self._stopped = places["LENGTH"], places["ENDED"], places["STOPPED"]
+        self._input, self._new_input = places["INPUT"], places["NEW_INPUT"]
         self._take, self._look = self._entry("take_step"), self._entry("look_at")
         self._names = (*(port.name for port in self.stepped.states), *self.stepped.kernel.observed)
 
     def _entry(self, name: str) -> Any:
         return self.stepped.kernel.entry(name, self._memory)
 
-    # --- going on -----------------------------------------------------------------------------------------------------
-
-    def step(self, length: float) -> None:
-        """Go on by a length of time > 0. Raises MotionEnded where the motion cannot: it stands where it ended then."""
+    def _go_on(self, length: float) -> None:
         if not 0.0 < length < math.inf:
             raise _not_a_length(length)
         self._floats[self._length] = length
@@ -138,11 +132,7 @@ class Stepper:
         if self._ints[self._ended]:
             raise MotionEnded(self.time, self._status())
 
-    def step_to_event(self, length: float) -> bool:
-        """Go on by at most a length of time, to the first event that changes anything; whether there was one.
-
-        A graze changes nothing and is only counted. Events at one instant count as one here. Raises MotionEnded.
-        """
+    def _go_on_to_event(self, length: float) -> bool:
         if not 0.0 < length < math.inf:
             raise _not_a_length(length)
         self._floats[self._length] = length
@@ -226,16 +216,18 @@ class Stepper:
         )
 
     def __repr__(self) -> str:
-        states = ", ".join(f"{port.name} {value:.5g}" for port, value in zip(self.stepped.states, self.states, strict=True))
+        states = ", ".join(
+            f"{port.name} {value:.5g}" for port, value in zip(self.stepped.states, self.states, strict=True)
+        )
         return f"<{type(self).__name__}: t = {self.time:.10g}; {states}; {self.status or 'goes on'}>"
 
     # --- keeping ------------------------------------------------------------------------------------------------------
 
-    def copy(self) -> "Stepper":
+    def copy(self) -> Self:
         """The same motion once more, apart from this one."""
         return _remade(type(self), self.stepped, self._memory)
 
-    def restore(self, kept: "Stepper") -> None:
+    def restore(self, kept: "SteppedMotion") -> None:
         """Go back, or over, to a motion of the same case that was kept by `copy`."""
         if type(kept) is not type(self) or (kept.stepped is not self.stepped and kept.stepped != self.stepped):
             raise ArgumentError("kept", f"should be a copy of this motion, of the same case, got {shown(kept)}")
@@ -245,17 +237,33 @@ class Stepper:
         return _remade, (type(self), self.stepped, self._memory)
 
 
-class InputStepper(Stepper):
-    """One motion whose drive is set from step to step.
+class Stepper(SteppedMotion):
+    """One motion with the case's own drive, moved on by `step` and `step_to_event`; look at it by name or by `look`.
 
-    From where it is set on, the drive is value + slope s + curvature s^2/2 after the time s; machines whose motion it
-    imposes need slope and curvature, as they feel nothing else. The value is dimensionless, as that of `Drive`.
+    The instant is read from steps of the kernel's own choice, so that the motion does not depend on where it is looked
+    at: it has the bits of the kernel without fused operations, as the library in C. `copy` and `restore` keep and bring
+    back a motion, and so does `pickle`. No limit of periods ends it.
     """
 
-    def _begin_with(self, memory: StepperMemory) -> None:
-        super()._begin_with(memory)
-        places = self.stepped.kernel.places
-        self._input, self._new = places["INPUT"], places["NEW_INPUT"]
+    def step(self, length: float) -> None:
+        """Go on by a length of time > 0. Raises MotionEnded where the motion cannot: it stands where it ended then."""
+        self._go_on(length)
+
+    def step_to_event(self, length: float) -> bool:
+        """Go on by at most a length of time, to the first event that changes anything; whether there was one.
+
+        A graze changes nothing and is only counted. Events at one instant count as one here. Raises MotionEnded.
+        """
+        return self._go_on_to_event(length)
+
+
+class InputStepper(SteppedMotion):
+    """One motion whose drive is set from step to step; all else as of `Stepper`.
+
+    From where it is set on, the drive is value + slope s + curvature s^2/2 after the time s; machines whose motion it
+    imposes need slope and curvature, as they feel nothing else. The value is dimensionless, as that of `Drive`. Where
+    it jumps, a contact that is at rest is asked again whether it stays there.
+    """
 
     def _set(self, value: float, slope: float, curvature: float) -> None:
         if not (value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0):
@@ -264,17 +272,14 @@ class InputStepper(Stepper):
             raise ArgumentError(name, f"should be a finite number, got {shown(wrong)}")
         floats, place = self._floats, self._input
         floats[place], floats[place + 1], floats[place + 2] = value, slope, curvature
-        self._ints[self._new] = 1
+        self._ints[self._new_input] = 1
 
     def step(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> None:
         """Set the drive and go on by a length of time > 0. Raises MotionEnded where the motion cannot go on."""
-        if not 0.0 < length < math.inf:
+        if not 0.0 < length < math.inf:  # before the drive is set
             raise _not_a_length(length)
         self._set(value, slope, curvature)
-        self._floats[self._length] = length
-        self._take(0)
-        if self._ints[self._ended]:
-            raise MotionEnded(self.time, self._status())
+        self._go_on(length)
 
     def step_to_event(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> bool:
         """Set the drive and go on by at most a length of time, to the first event; whether there was one.
@@ -284,14 +289,14 @@ class InputStepper(Stepper):
         if not 0.0 < length < math.inf:
             raise _not_a_length(length)
         self._set(value, slope, curvature)
-        return super().step_to_event(length)
+        return self._go_on_to_event(length)
 
 
 def _not_a_length(length: Any) -> ArgumentError:
     return ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
 
 
-def _remade(kind: "type[Stepper]", stepped: SteppedCase, memory: StepperMemory) -> "Any":
+def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory) -> Any:
     """A stepper with what another carries."""
     made = object.__new__(kind)
     made.stepped = stepped

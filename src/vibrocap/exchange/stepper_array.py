@@ -21,9 +21,9 @@ class StepperArray:
 
     def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
         self.stepped, self.count = stepped, count
-        one, columns = stepped.memory(), self._placed(columns)
+        one, placed = stepped.memory(), self._placed(columns)
         self._bind([np.tile(each, (count, 1)) for each in (one.floats, one.ints, one.trace)])
-        for place, column in columns.items():
+        for place, column in placed.items():
             self._floats[:, place] = column
         for memory in self._memories():
             stepped.kernel.entry("begin_motion", memory)(0)

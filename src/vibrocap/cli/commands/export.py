@@ -24,7 +24,7 @@ def export(
     name: str = "capsule",
     judge: bool = False,
 ) -> int:
-    """A case for other programs, with its exact contact: a library in C99 that moves it on, and a program that calls it.
+    """A case for other programs, with its exact contact: a library in C99 and a program that calls it.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
     With --to mjcf the nearest MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.

@@ -67,7 +67,10 @@ class StepperKernel:
         max_events_per_period: int,
         max_steps: int,
     ) -> StepperMemory:
-        """The memory that `begin_motion` is given; limits: events of a period, or of a length of an input; steps of a call."""
+        """The memory that `begin_motion` is given.
+
+        max_events_per_period: of an input, per length; max_steps: per length
+        """
         place, layout = self.places, self.layout
         floats, ints = layout.allocated()
         floats[place["STATE"] : place["STATE"] + layout.states] = initial

@@ -106,7 +106,7 @@ def begin_table(floats, ints, trace):
 
 
 def take_step(floats, ints, trace, to_event):
-    """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells where that was not possible."""
+    """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells whether that failed."""
     if ints[ENDED] != RUNNING:
         return
     set_out(floats, ints, trace, floats[LENGTH])
