@@ -45,6 +45,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "export": (
         "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
         "vibrocap export examples/travels-by-stick-slip.toml --to mjcf --out capsule.xml",
     ),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
