@@ -28,9 +28,7 @@ def c_files(case: Case, name: str = "capsule") -> dict[str, str]:
     name: of the library, with which all its names begin: lower-case letters, digits and underscores
     Raises ArgumentError for another name.
     """
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
-        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
+    checked_name(name)
     system, run = case.system, case.run
     initial = [*initial_state(system, case.initial).values()]
     given = equations(system), parameter_values(system), initial, system.drive.period
@@ -42,6 +40,14 @@ def c_files(case: Case, name: str = "capsule") -> dict[str, str]:
         "main.c": _filled(MAIN, words),
         "README.txt": _filled(README, words),
     }
+
+
+def checked_name(name: str) -> str:
+    """A name with which others may begin in C; ArgumentError for another."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
+        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
+    return name
 
 
 def export_c(case: Case, folder: str | Path, name: str = "capsule") -> list[Path]:
