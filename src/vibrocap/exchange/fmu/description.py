@@ -10,6 +10,7 @@ import vibrocap
 from vibrocap.exchange.fmu.variables import REAL, SIDES, TEXT, Variable
 from vibrocap.physics.roles import dimension_of_unit
 
+CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")
 
 
@@ -110,7 +111,7 @@ def _units(root: Element, variables: Sequence[Variable], tag: str) -> None:
 
 def base_exponents(unit: str) -> dict[str, float]:
     """Exponents of kg, m, s and rad of a unit such as "N m s/rad"."""
-    own = dimension_of_unit(unit)
+    own = dimension_of_unit(CYCLES.get(unit, unit))
     above, _, below = unit.partition("/")
     turns = sum(
         sign * float(found[1] or 1)

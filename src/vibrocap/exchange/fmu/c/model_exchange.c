@@ -42,13 +42,14 @@ static void refresh(instance *c) {
   d->counts[0] = (int64_t)v[SIDE];
 }
 
-/* The side of a contact at rest. */
+/* The side of a contact at rest. At the limit it slides: an importer that stops exactly there would find no event
+   after it, and a contact that slides and should rest comes to rest at once. */
 static double decided(instance *c) {
   double *v = c->now.values, none = 0.0;
   int64_t nothing = 0;
   v[SIDE] = 0.0;
   EQUATIONS(v, &nothing, &none, 0);
-  return fabs(v[HOLD]) <= v[LIMIT] ? 0.0 : v[HOLD] > 0.0 ? 1.0 : -1.0;
+  return fabs(v[HOLD]) < v[LIMIT] ? 0.0 : v[HOLD] > 0.0 ? 1.0 : -1.0;
 }
 
 /* The side at the start. */
