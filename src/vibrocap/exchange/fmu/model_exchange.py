@@ -86,6 +86,7 @@ def model_exchange(case: Case, name: str) -> Package:
         f"void {name}_instant(double *restrict, int64_t *restrict, double *restrict, int64_t);",
         f"#define EQUATIONS {name}_instant",
         '#define TOLERANCES "greater than 0"',
+        '#define STARTS "a finite number"',
         '#define KIND_OF_FMU "model exchange"',
         f"static const int bound_status[] = {{{', '.join(map(str, kinds)) or '0'}}};",
     ]

@@ -2,58 +2,25 @@
 #include "fmi3.h"
 #include "instance.h"
 
-static void tell(void *environment, void *log, const char *name, int status, const char *text) {
+static void tell(instance *c, int status, const char *text) {
   char line[500];
-  fmi3LogMessageCallback call;
-  memcpy(&call, &log, sizeof call);
-  snprintf(line, sizeof line, "%s: %s", name, text);
-  call(environment, (fmi3Status)status, status == fmi3Error ? "logStatusError" : "logStatusWarning", line);
+  snprintf(line, sizeof line, "%s: %s", c->name, text);
+  ((fmi3LogMessageCallback)c->log)(
+      c->environment, (fmi3Status)status, status == ERROR ? "logStatusError" : "logStatusWarning", line);
 }
 
-#define ERROR(...) ((fmi3Status)say(c, fmi3Error, tell, __VA_ARGS__))
-#define UNUSED(x) ((void)(x))
-
-static fmi3Status in_phase(instance *c, int one, int other, const char *function) {
-  static const char *const names[] = {"before initialization",       "initialization mode", "event mode",
-                                      "continuous-time mode",        "step mode",           "after the end"};
-  if (c->now.phase == one || c->now.phase == other) return fmi3OK;
-  return ERROR("fmi3%s cannot be called now (%s)", function, names[c->now.phase]);
-}
-
-/* What each kind of FMU does in its own way. */
-static void to_start(data *d);
-static void refresh(instance *c);
-static void input_changed(data *d);
 static int take_tolerance(data *d, double tolerance);
 static int take_time(data *d, double time);
+
+#define STATUS(status) ((fmi3Status)(status))
+#define SIZED(n, count) \
+  if (n != count) return STATUS(WRONG("%zu value references for %zu values", n, count))
 
 EXPORT const char *FMI(GetVersion)(void) { return "3.0"; }
 
 EXPORT fmi3Status FMI(SetDebugLogging)(fmi3Instance i, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-  UNUSED(n), UNUSED(categories);
-  ((instance *)i)->logging = on;
+  UNUSED(i), UNUSED(on), UNUSED(n), UNUSED(categories);
   return fmi3OK;
-}
-
-static fmi3Instance made(
-    fmi3String name, fmi3String token, fmi3Boolean logging, fmi3InstanceEnvironment environment,
-    fmi3LogMessageCallback log, const char *own, int own_kind) {
-  instance *c = calloc(1, sizeof *c);
-  if (!c) return NULL;
-  memcpy(&c->log, &log, sizeof log);
-  c->environment = environment;
-  c->logging = logging;
-  snprintf(c->name, sizeof c->name, "%s", name ? name : "");
-  if (!own_kind) {
-    ERROR("this FMU is for %s only", own);
-  } else if (!token || strcmp(token, TOKEN) != 0) {
-    ERROR("the instantiation token is %s, that of this FMU is %s", token ? token : "missing", TOKEN);
-  } else {
-    to_start(&c->now);
-    return c;
-  }
-  free(c);
-  return NULL;
 }
 
 EXPORT void FMI(FreeInstance)(fmi3Instance i) { free(i); }
@@ -63,10 +30,10 @@ EXPORT fmi3Status FMI(EnterInitializationMode)(
     fmi3Float64 stop) {
   instance *c = i;
   UNUSED(stop_defined), UNUSED(stop);
-  if (in_phase(c, INSTANTIATED, INSTANTIATED, "EnterInitializationMode")) return fmi3Error;
-  if (!isfinite(start)) return ERROR("startTime should be a finite number");
-  if (tolerance_defined && !take_tolerance(&c->now, tolerance)) return ERROR("tolerance should be " TOLERANCES ", got %g", tolerance);
-  if (!take_time(&c->now, start / TIME_FACTOR)) return ERROR("startTime should be 0, got %g", start);
+  if (in_phase(c, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
+  if (tolerance_defined && !take_tolerance(&c->now, tolerance))
+    return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
+  if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
   c->now.phase = INITIALIZING;
   c->now.stale = 1;
   return fmi3OK;
@@ -87,49 +54,24 @@ EXPORT fmi3Status FMI(Reset)(fmi3Instance i) {
 EXPORT fmi3Status FMI(GetFloat64)(
     fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3Float64 values[], size_t count) {
   instance *c = i;
-  size_t k;
-  if (n != count) return ERROR("%zu value references for %zu values", n, count);
-  refresh(c);
-  for (k = 0; k < n; k++) {
-    const variable *v = variable_of(references[k], REAL);
-    if (!v) return ERROR("there is no Float64 variable with the value reference %u", (unsigned)references[k]);
-    values[k] = c->now.values[v->place] * v->factor;
-  }
-  return fmi3OK;
+  SIZED(n, count);
+  return STATUS(get_real(c, references, n, values));
 }
 
 EXPORT fmi3Status FMI(SetFloat64)(
     fmi3Instance i, const fmi3ValueReference references[], size_t n, const fmi3Float64 values[], size_t count) {
   instance *c = i;
-  size_t k;
-  if (n != count) return ERROR("%zu value references for %zu values", n, count);
-  for (k = 0; k < n; k++) { /* all are checked before any is set */
-    const variable *v = variable_of(references[k], REAL);
-    const char *why;
-    if (!v) return ERROR("there is no Float64 variable with the value reference %u", (unsigned)references[k]);
-    if ((why = not_settable(c, v))) return ERROR("%s %s", v->name, why);
-    if ((why = not_allowed(v, values[k]))) return ERROR("%s %s, got %g", v->name, why, values[k]);
-  }
-  for (k = 0; k < n; k++) {
-    const variable *v = &variables[references[k]];
-    c->now.values[v->place] = values[k] / v->factor;
-    c->now.stale = 1;
-    if (v->causality == INPUT) input_changed(&c->now);
-  }
-  return fmi3OK;
+  SIZED(n, count);
+  return STATUS(set_real(c, references, n, values));
 }
 
 EXPORT fmi3Status FMI(GetInt64)(
     fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3Int64 values[], size_t count) {
   instance *c = i;
   size_t k;
-  if (n != count) return ERROR("%zu value references for %zu values", n, count);
-  refresh(c);
-  for (k = 0; k < n; k++) {
-    const variable *v = variable_of(references[k], WHOLE);
-    if (!v) return ERROR("there is no Int64 or Enumeration variable with the value reference %u", (unsigned)references[k]);
-    values[k] = c->now.counts[v->place];
-  }
+  SIZED(n, count);
+  for (k = 0; k < n; k++)
+    if (get_whole(c, references[k], &values[k])) return fmi3Error;
   return fmi3OK;
 }
 
@@ -137,12 +79,9 @@ EXPORT fmi3Status FMI(GetString)(
     fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3String values[], size_t count) {
   instance *c = i;
   size_t k;
-  if (n != count) return ERROR("%zu value references for %zu values", n, count);
-  for (k = 0; k < n; k++) {
-    if (!variable_of(references[k], TEXT))
-      return ERROR("there is no String variable with the value reference %u", (unsigned)references[k]);
-    values[k] = status_text(c->now.status);
-  }
+  SIZED(n, count);
+  for (k = 0; k < n; k++)
+    if (get_text(c, references[k], &values[k])) return fmi3Error;
   return fmi3OK;
 }
 
@@ -152,35 +91,25 @@ EXPORT fmi3Status FMI(GetString)(
       fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3##Type values[], size_t count) {           \
     instance *c = i;                                                                                                  \
     UNUSED(references), UNUSED(values), UNUSED(count);                                                                \
-    return n ? ERROR("there are no variables of the type " #Type) : fmi3OK;                                           \
+    return n ? STATUS(WRONG("there are no variables of the type " #Type)) : fmi3OK;                                   \
   }
 #define NO_SET(Type)                                                                                                  \
   EXPORT fmi3Status FMI(Set##Type)(                                                                                   \
       fmi3Instance i, const fmi3ValueReference references[], size_t n, const fmi3##Type values[], size_t count) {     \
     instance *c = i;                                                                                                  \
     UNUSED(references), UNUSED(values), UNUSED(count);                                                                \
-    return n ? ERROR("there are no variables of the type " #Type " that can be set") : fmi3OK;                        \
+    return n ? STATUS(WRONG("there are no variables of the type " #Type " that can be set")) : fmi3OK;                \
   }
 NO_GET(Float32) NO_GET(Int8) NO_GET(UInt8) NO_GET(Int16) NO_GET(UInt16) NO_GET(Int32) NO_GET(UInt32) NO_GET(UInt64)
 NO_GET(Boolean)
 NO_SET(Float32) NO_SET(Int8) NO_SET(UInt8) NO_SET(Int16) NO_SET(UInt16) NO_SET(Int32) NO_SET(UInt32) NO_SET(Int64)
 NO_SET(UInt64) NO_SET(Boolean) NO_SET(String)
 
-/* The state: a flat copy. */
+/* The state. */
 
-EXPORT fmi3Status FMI(GetFMUState)(fmi3Instance i, fmi3FMUState *state) {
-  instance *c = i;
-  if (!*state && !(*state = malloc(sizeof(data)))) return ERROR("there is no memory for a copy of the state");
-  memcpy(*state, &c->now, sizeof(data));
-  return fmi3OK;
-}
+EXPORT fmi3Status FMI(GetFMUState)(fmi3Instance i, fmi3FMUState *state) { return STATUS(copy_state(i, state)); }
 
-EXPORT fmi3Status FMI(SetFMUState)(fmi3Instance i, fmi3FMUState state) {
-  instance *c = i;
-  if (!state) return ERROR("there is no state to be set");
-  memcpy(&c->now, state, sizeof(data));
-  return fmi3OK;
-}
+EXPORT fmi3Status FMI(SetFMUState)(fmi3Instance i, fmi3FMUState state) { return STATUS(restore_state(i, state)); }
 
 EXPORT fmi3Status FMI(FreeFMUState)(fmi3Instance i, fmi3FMUState *state) {
   UNUSED(i);
@@ -196,27 +125,18 @@ EXPORT fmi3Status FMI(SerializedFMUStateSize)(fmi3Instance i, fmi3FMUState state
 }
 
 EXPORT fmi3Status FMI(SerializeFMUState)(fmi3Instance i, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  instance *c = i;
-  if (size != SERIALIZED) return ERROR("a serialized state has %zu bytes, got %zu", SERIALIZED, size);
-  memcpy(bytes, TOKEN, sizeof TOKEN);
-  memcpy(bytes + sizeof TOKEN, state, sizeof(data));
-  return fmi3OK;
+  return STATUS(serialize(i, state, bytes, size));
 }
 
 EXPORT fmi3Status FMI(DeserializeFMUState)(fmi3Instance i, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-  instance *c = i;
-  if (size != SERIALIZED) return ERROR("a serialized state has %zu bytes, got %zu", SERIALIZED, size);
-  if (memcmp(bytes, TOKEN, sizeof TOKEN)) return ERROR("the serialized state is that of another FMU");
-  if (!*state && !(*state = malloc(sizeof(data)))) return ERROR("there is no memory for a copy of the state");
-  memcpy(*state, bytes + sizeof TOKEN, sizeof(data));
-  return fmi3OK;
+  return STATUS(deserialize(i, bytes, size, state));
 }
 
 /* What this FMU does not offer. */
 #define ABSENT(Name, ...)                                                                                             \
   EXPORT fmi3Status FMI(Name)(fmi3Instance i, __VA_ARGS__) {                                                          \
     instance *c = i;                                                                                                  \
-    return ERROR("fmi3" #Name " is not offered by this FMU");                                                         \
+    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
   }
 #define REFERENCES const fmi3ValueReference *r, size_t n
 
@@ -248,7 +168,7 @@ ABSENT(GetOutputDerivatives, REFERENCES, const fmi3Int32 *orders, fmi3Float64 *v
 #define ABSENT_ALONE(Name)                                                                                            \
   EXPORT fmi3Status FMI(Name)(fmi3Instance i) {                                                                       \
     instance *c = i;                                                                                                  \
-    return ERROR("fmi3" #Name " is not offered by this FMU");                                                         \
+    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
   }
 ABSENT_ALONE(EnterConfigurationMode)
 ABSENT_ALONE(ExitConfigurationMode)
@@ -258,21 +178,21 @@ EXPORT fmi3Instance FMI(InstantiateScheduledExecution)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3ClockUpdateCallback update,
     fmi3PreemptionCallback lock, fmi3PreemptionCallback unlock) {
-  return made(name, token, logging, environment, log, KIND_OF_FMU, 0);
+  return made(name, token, environment, (void (*)(void))log, 0);
 }
 
 EXPORT fmi3Instance FMI(InstantiateModelExchange)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
-  return made(name, token, logging, environment, log, KIND_OF_FMU, MODEL_EXCHANGE);
+  return made(name, token, environment, (void (*)(void))log, MODEL_EXCHANGE);
 }
 
 EXPORT fmi3Instance FMI(InstantiateCoSimulation)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference required[], size_t required_count,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate) {
-  instance *c = made(name, token, logging, environment, log, KIND_OF_FMU, !MODEL_EXCHANGE);
-  if (c) c->events_shown = event_mode, c->early = early_return;
+  instance *c = made(name, token, environment, (void (*)(void))log, !MODEL_EXCHANGE);
+  if (c) c->event_mode = event_mode, c->early_return = early_return;
   return c;
 }
 

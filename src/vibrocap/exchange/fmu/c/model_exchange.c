@@ -23,7 +23,7 @@ static int take_tolerance(data *d, double tolerance) {
 
 static int take_time(data *d, double time) {
   d->values[TIME] = time;
-  return 1;
+  return isfinite(time);
 }
 
 static void refresh(instance *c) {
@@ -61,7 +61,7 @@ static void begin(instance *c) {
 
 EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
   instance *c = i;
-  if (in_phase(c, INITIALIZING, INITIALIZING, "ExitInitializationMode")) return fmi3Error;
+  if (in_phase(c, INITIALIZING, INITIALIZING, "fmi3ExitInitializationMode")) return fmi3Error;
   refresh(c);
   c->now.phase = EVENTS;
   return fmi3OK;
@@ -69,7 +69,7 @@ EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
 
 EXPORT fmi3Status FMI(EnterEventMode)(fmi3Instance i) {
   instance *c = i;
-  if (in_phase(c, CONTINUOUS, EVENTS, "EnterEventMode")) return fmi3Error;
+  if (in_phase(c, CONTINUOUS, EVENTS, "fmi3EnterEventMode")) return fmi3Error;
   c->now.phase = EVENTS;
   return fmi3OK;
 }
@@ -81,7 +81,7 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
   data *d = &c->now;
   double *v = d->values, before;
   int k;
-  if (in_phase(c, EVENTS, EVENTS, "UpdateDiscreteStates")) return fmi3Error;
+  if (in_phase(c, EVENTS, EVENTS, "fmi3UpdateDiscreteStates")) return fmi3Error;
   UNUSED(time);
   *again = *terminate = *nominals = *states = *time_defined = false;
   refresh(c);
@@ -89,7 +89,7 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
     if (v[BOUND + k] > 0.0) continue;
     d->status = bound_status[k];
     *terminate = true;
-    say(c, fmi3Warning, tell, "the motion ends at %.9g: %s", v[TIME] * TIME_FACTOR, status_text(d->status));
+    say(c, WARNING, "the motion ends at %.9g: %s", v[TIME] * TIME_FACTOR, status_text(d->status));
     return fmi3OK;
   }
   before = v[SIDE];
@@ -108,7 +108,7 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
 
 EXPORT fmi3Status FMI(EnterContinuousTimeMode)(fmi3Instance i) {
   instance *c = i;
-  if (in_phase(c, EVENTS, EVENTS, "EnterContinuousTimeMode")) return fmi3Error;
+  if (in_phase(c, EVENTS, EVENTS, "fmi3EnterContinuousTimeMode")) return fmi3Error;
   c->now.phase = CONTINUOUS;
   return fmi3OK;
 }
@@ -122,14 +122,13 @@ EXPORT fmi3Status FMI(CompletedIntegratorStep)(
 
 EXPORT fmi3Status FMI(SetTime)(fmi3Instance i, fmi3Float64 time) {
   instance *c = i;
-  if (!isfinite(time)) return ERROR("time should be a finite number, got %g", time);
-  c->now.values[TIME] = time / TIME_FACTOR;
+  if (!take_time(&c->now, time / TIME_FACTOR)) return STATUS(WRONG("time should be " STARTS ", got %g", time));
   c->now.stale = 1;
   return fmi3OK;
 }
 
-static fmi3Status of_size(instance *c, size_t given, size_t right, const char *what) {
-  return given == right ? fmi3OK : ERROR("there are %zu %s, got room for %zu", right, what, given);
+static int of_size(instance *c, size_t given, size_t right, const char *what) {
+  return given == right ? DONE : WRONG("there are %zu %s, got room for %zu", right, what, given);
 }
 
 EXPORT fmi3Status FMI(SetContinuousStates)(fmi3Instance i, const fmi3Float64 states[], size_t n) {
@@ -137,7 +136,8 @@ EXPORT fmi3Status FMI(SetContinuousStates)(fmi3Instance i, const fmi3Float64 sta
   size_t k;
   if (of_size(c, n, STATES, "states")) return fmi3Error;
   for (k = 0; k < n; k++)
-    if (!isfinite(states[k])) return ERROR("%s should be a finite number, got %g", variables[STATE_VARIABLE + k].name, states[k]);
+    if (!isfinite(states[k]))
+      return STATUS(WRONG("%s should be a finite number, got %g", variables[STATE_VARIABLE + k].name, states[k]));
   for (k = 0; k < n; k++) c->now.values[STATE + k] = states[k] / variables[STATE_VARIABLE + k].factor;
   c->now.stale = 1;
   return fmi3OK;
