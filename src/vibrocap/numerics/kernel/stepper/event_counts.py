@@ -1,0 +1,82 @@
+"""Counting events: the hooks that the loop calls in a run of which no step is kept (one lane).
+
+An event is counted by its kind and contact, see `place_of`, once its instant is passed; the last one is remembered.
+"""
+
+from vibrocap.numerics.kernel.codes import (
+    GRAZE,
+    MACHINE_SWITCHED,
+    REVERSAL,
+    SLIP_BACK,
+    SLIP_FORWARD,
+    STICK,
+    SWITCHED,
+)
+from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
+from vibrocap.numerics.kernel.generated.lane import SIDE, SIDE_TOLD
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+from vibrocap.numerics.kernel.generated.stepper import (
+    COUNTED,
+    LAST_CONTACT,
+    LAST_KIND,
+    LAST_TIME,
+    NOTICED,
+    STOPPED,
+    STOPPING,
+)
+from vibrocap.numerics.kernel.interface import keep_event, keep_piece, may_stop
+
+
+def has_room(floats, ints, trace, lane):
+    """Always: nothing is recorded."""
+    return True
+
+
+def on_piece(floats, ints, trace, lane, h):
+    """A step of length h was accepted; its series still stands in memory, the lane at its start."""
+    for c in range(CONTACTS):
+        now, before = floats[SIDE + c], floats[SIDE_TOLD + c]
+        if now != before:
+            floats[SIDE_TOLD + c] = now
+            if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
+                kind = REVERSAL
+                if now == 0.0:
+                    kind = STICK
+                elif before == 0.0:
+                    kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
+                on_event(floats, ints, trace, lane, kind, c, 0.0)
+    if ints[NOTICED] > 0:  # at the instant at which this piece begins, with the sides that are decided now
+        ints[NOTICED] = 0
+        if ints[STOPPING] == 1 and may_stop(floats):
+            ints[STOPPED] = 1
+    keep_piece(floats, ints, trace, h)
+
+
+def on_event(floats, ints, trace, lane, kind, contact, s):
+    """An event at time s after the lane's present time. Bounds are none: the status tells them."""
+    if kind <= SWITCHED or kind >= MACHINE_SWITCHED:
+        if kind != GRAZE:
+            ints[NOTICED] += 1
+        keep_event(floats, ints, kind, contact, s)
+
+
+def place_of(kind, contact):
+    """Place of a kind of event among those that are counted: of each contact, then of none."""
+    if kind < SWITCHED:
+        return kind * CONTACTS + contact
+    return SWITCHED * CONTACTS + (0 if kind == SWITCHED else 1 + kind - MACHINE_SWITCHED)
+
+
+def count_event(floats, ints, kind, contact, time):
+    """An event has occurred."""
+    ints[COUNTED + place_of(kind, contact)] += 1
+    ints[LAST_KIND], ints[LAST_CONTACT] = kind, contact + 1
+    floats[LAST_TIME] = time
+
+
+def on_jump(floats, ints, lane, gained):
+    """An event tells it."""
+
+
+def on_period(floats, ints, trace, lane):
+    """Nothing is kept by period."""
