@@ -4,7 +4,8 @@
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
-- One motion as C: `exported_motion`; its equations alone: `exported_instant`.
+- One motion as C: `exported_motion`.
+- The equations of an instant as C: `exported_instant`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 What comes back is a record with names: `Recorded`, `RunResults`, `DrivenRuns`. `codes` are the numbers by which a
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
-    from vibrocap.numerics.run.exported import ExportedMotion, exported_instant, exported_motion
+    from vibrocap.numerics.run.exported import ExportedMotion, exported_motion
+    from vibrocap.numerics.run.instant import exported_instant
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import RunResults

@@ -1,5 +1,6 @@
 """Machine code for FMUs: by the C compiler that is found, and for other platforms by zig, which comes as a package."""
 
+import dataclasses
 import platform
 import shutil
 import subprocess
@@ -12,13 +13,23 @@ from vibrocap.arguments import ArgumentError, lacking, listed, shown
 from vibrocap.files import write_text
 
 COMPILERS = ("cc", "gcc", "clang")
-# of a platform: its name in FMI 2.0 (None: it has none), the ending of a library, and what zig calls it
-PLATFORMS: dict[str, tuple[str | None, str, str]] = {
-    "x86_64-linux": ("linux64", ".so", "x86_64-linux-gnu.2.17"),
-    "aarch64-linux": (None, ".so", "aarch64-linux-gnu.2.17"),
-    "x86_64-windows": ("win64", ".dll", "x86_64-windows-gnu"),
-    "x86_64-darwin": ("darwin64", ".dylib", "x86_64-macos"),
-    "aarch64-darwin": (None, ".dylib", "aarch64-macos"),
+
+
+@dataclasses.dataclass(frozen=True)
+class Platform:
+    """What a platform is called by FMI 2.0 ("": by no name) and by zig, and how the names of its libraries end."""
+
+    in_fmi_2: str
+    in_zig: str
+    ending: str
+
+
+PLATFORMS = {  # by their names in FMI 3.0
+    "x86_64-linux": Platform("linux64", "x86_64-linux-gnu.2.17", ".so"),
+    "aarch64-linux": Platform("", "aarch64-linux-gnu.2.17", ".so"),
+    "x86_64-windows": Platform("win64", "x86_64-windows-gnu", ".dll"),
+    "x86_64-darwin": Platform("darwin64", "x86_64-macos", ".dylib"),
+    "aarch64-darwin": Platform("", "aarch64-macos", ".dylib"),
 }
 OPTIONS = ("-std=c99", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 
@@ -33,22 +44,24 @@ def own_platform() -> str:
     return f"{machine}-{platform.system().lower()}"
 
 
-def checked_platforms(platforms: Sequence[str] | None) -> tuple[str, ...]:
-    """The platforms for which machine code is made: by default that of this computer, if there is a compiler.
+def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, ...]:
+    """The platforms for which machine code is made: by default that of this computer, where there is a compiler.
 
-    platforms: names in FMI 3.0; "all" of them; "none": sources only
+    platforms: names in FMI 3.0; "all" of them; "none": sources only; fmi: the version, 2.0 knows no other processors
     Raises ArgumentError for a platform that is not known, or that needs zig where the package `ziglang` is missing.
     """
+    known = {each: found for each, found in PLATFORMS.items() if fmi != "2.0" or found.in_fmi_2}
+    own = own_platform() if compiler() and own_platform() in known else None
     if platforms is None:
-        return (own_platform(),) if compiler() else ()
+        return () if own is None else (own,)
     if list(platforms) == ["none"]:
         return ()
-    asked = tuple(PLATFORMS) if list(platforms) == ["all"] else tuple(dict.fromkeys(platforms))
+    asked = tuple(known) if list(platforms) == ["all"] else tuple(dict.fromkeys(platforms))
     for each in asked:
-        if each not in PLATFORMS:
-            names = listed((*PLATFORMS, "all", "none"), " or ")
-            raise ArgumentError("platforms", f"should be {names}, got {shown(each)}")
-        if (each != own_platform() or not compiler()) and (said := lacking("ziglang")):
+        if each not in known:
+            names = listed((*known, "all", "none"), " or ")
+            raise ArgumentError("platforms", f"should be {names} in FMI {fmi}, got {shown(each)}")
+        if each != own and (said := lacking("ziglang")):
             raise ArgumentError("platforms", f"{each} {said}")
     return asked
 
@@ -65,14 +78,14 @@ def binary(sources: Mapping[str, str], compiled: Sequence[str], name: str, targe
     Raises BuildError with what the compiler said.
     """
     own = compiler() if target == own_platform() else None
-    _, ending, triple = PLATFORMS.get(target, (None, ".so", ""))
-    command = [own] if own else [sys.executable, "-m", "ziglang", "cc", "-target", triple]
+    known = PLATFORMS[target]
+    command = [own] if own else [sys.executable, "-m", "ziglang", "cc", "-target", known.in_zig]
     position = [] if target.endswith("windows") else ["-fPIC"]
     library = [] if target.endswith("windows") else ["-lm"]
     with tempfile.TemporaryDirectory() as folder:
         for each, text in sources.items():
             write_text(Path(folder) / each, text)
-        out = f"{name}{ending}"
+        out = f"{name}{known.ending}"
         options = [*OPTIONS, *position, *([] if target.endswith("darwin") else ["-s"])]
         done = subprocess.run(
             [*command, *options, "-o", out, *compiled, *library], cwd=folder, capture_output=True, text=True, check=False

@@ -1,8 +1,8 @@
-"""The description of an FMU in XML: modelDescription.xml of FMI 3.0, and buildDescription.xml of its sources."""
+"""The description of an FMU in XML, in the words of FMI 3.0 or 2.0: what it is, its variables, how it is built."""
 
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -10,80 +10,141 @@ import vibrocap
 from vibrocap.exchange.fmu.variables import REAL, SIDES, TEXT, Variable
 from vibrocap.physics.roles import dimension_of_unit
 
+if TYPE_CHECKING:
+    from vibrocap.exchange.fmu.package import Package
+
 CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")
 
 
-def description_3(
-    name: str,
-    token: str,
-    meaning: str,
-    kind: str,
-    able: dict[str, str],
-    variables: Sequence[Variable],
-    indicators: Sequence[str],
-    experiment: dict[str, float],
-) -> bytes:
-    """modelDescription.xml of FMI 3.0; value references are places in `variables`.
+def description(package: "Package", fmi: str, token: str, sources: Sequence[str]) -> bytes:
+    """modelDescription.xml of an FMU; value references are places in its variables.
 
-    kind: "ModelExchange" or "CoSimulation"; able: its attributes; indicators: names of the event indicators
-    experiment: start and stop time, tolerance, step
+    sources: files in C that are compiled, which stand here in FMI 2.0
     """
     root = Element(
         "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=name,
-        instantiationToken=token,
-        description=meaning,
-        generationTool=f"vibrocap {vibrocap.__version__}",
-        variableNamingConvention="structured",
+        {
+            "fmiVersion": fmi,
+            "modelName": package.name,
+            "guid" if fmi == "2.0" else "instantiationToken": token,
+            "description": package.meaning,
+            "generationTool": f"vibrocap {vibrocap.__version__}",
+            "variableNamingConvention": "structured",
+        },
     )
-    SubElement(root, kind, modelIdentifier=name, **able)
-    _units(root, variables, "Unit")
-    sides = SubElement(SubElement(root, "TypeDefinitions"), "EnumerationType", name="Side")
-    for side, value in SIDES.items():
-        SubElement(sides, "Item", name=side, value=str(value))
-    _categories(root)
-    SubElement(root, "DefaultExperiment", {each: repr(value) for each, value in experiment.items()})
+    written = Written2(package) if fmi == "2.0" else Written3(package)
+    written.kind(root, sources)
+    _units(root, package.variables)
+    written.sides(SubElement(root, "TypeDefinitions"))
+    categories = SubElement(root, "LogCategories")
+    for each in CATEGORIES:
+        SubElement(categories, "Category", name=each)
+    case = package.case
+    end = case.periods * case.system.drive.period * package.variables[0].crossing.scale
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(end), tolerance=repr(case.tolerance))
     listed = SubElement(root, "ModelVariables")
-    references = {each.name: str(i) for i, each in enumerate(variables)}
-    for each in variables:
-        _variable_3(listed, each, references)
-    structure = SubElement(root, "ModelStructure")
-    for each in variables:
-        if each.causality == "output":
-            SubElement(structure, "Output", valueReference=references[each.name])
-    derivatives = [each for each in variables if each.derivative]
-    for each in derivatives:
-        SubElement(structure, "ContinuousStateDerivative", valueReference=references[each.name])
-    for each in variables:
-        if each.initial == "calculated" and (each.causality == "output" or each.derivative):
-            SubElement(structure, "InitialUnknown", valueReference=references[each.name])
-    for each in indicators:
-        SubElement(structure, "EventIndicator", valueReference=references[each])
+    for each in package.variables:
+        written.variable(listed, each)
+    written.structure(SubElement(root, "ModelStructure"))
     return _text(root)
 
 
-def _variable_3(listed: Element, each: Variable, references: dict[str, str]) -> None:
-    tag = {REAL: "Float64", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Int64")
-    given = {
-        "name": each.name,
-        "valueReference": references[each.name],
-        "description": each.meaning,
-        "causality": each.causality,
-        "variability": each.variability,
-    }
-    if each.initial:
-        given["initial"] = each.initial
-    if each.values:
-        given["declaredType"] = each.values
-    if each.unit != "1":
-        given["unit"] = each.unit
-    if each.start is not None:
-        given["start"] = repr(each.start)
-    if each.derivative:
-        given["derivative"] = references[each.derivative]
-    SubElement(listed, tag, given)
+class Written:
+    """What the versions of FMI write in their own ways."""
+
+    def __init__(self, package: "Package"):
+        self.package, self.variables = package, package.variables
+        self.references = {each.name: str(i) for i, each in enumerate(self.variables)}
+
+    def _common(self, each: Variable) -> dict[str, str]:
+        given = {
+            "name": each.name,
+            "valueReference": self.references[each.name],
+            "description": each.meaning,
+            "causality": each.causality,
+            "variability": each.variability,
+        }
+        return given | ({"initial": each.initial} if each.initial else {})
+
+    def _typed(self, each: Variable) -> dict[str, str]:
+        given = {"declaredType": each.values} if each.values else {}
+        given |= {"unit": each.unit} if each.unit != "1" else {}
+        return given | ({} if each.start is None else {"start": repr(float(each.start))})
+
+    def _outputs(self) -> list[Variable]:
+        return [each for each in self.variables if each.causality == "output"]
+
+    def _unknown_at_start(self) -> list[Variable]:
+        unknown = (each for each in self.variables if each.initial == "calculated")
+        return [each for each in unknown if each.causality == "output" or each.derivative]
+
+
+class Written3(Written):
+    """FMI 3.0."""
+
+    def kind(self, root: Element, sources: Sequence[str]) -> None:
+        """What it is and can do; the sources stand in buildDescription.xml."""
+        able = dict.fromkeys(("canGetAndSetFMUState", "canSerializeFMUState"), "true")
+        if self.package.kind == "CoSimulation":
+            able |= dict.fromkeys(
+                ("canHandleVariableCommunicationStepSize", "hasEventMode", "mightReturnEarlyFromDoStep"), "true"
+            )
+        SubElement(root, self.package.kind, modelIdentifier=self.package.name, **able)
+
+    def sides(self, types: Element) -> None:
+        """The enumeration of sides."""
+        sides = SubElement(types, "EnumerationType", name="Side")
+        for side, value in SIDES.items():
+            SubElement(sides, "Item", name=side, value=str(value))
+
+    def variable(self, listed: Element, each: Variable) -> None:
+        """One variable."""
+        tag = {REAL: "Float64", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Int64")
+        derivative = {"derivative": self.references[each.derivative]} if each.derivative else {}
+        SubElement(listed, tag, {**self._common(each), **self._typed(each), **derivative})
+
+    def structure(self, structure: Element) -> None:
+        """Outputs, rates, what is computed at the start, event indicators."""
+        named = {
+            "Output": self._outputs(),
+            "ContinuousStateDerivative": [each for each in self.variables if each.derivative],
+            "InitialUnknown": self._unknown_at_start(),
+            "EventIndicator": [each for each in self.variables if each.name in self.package.indicators],
+        }
+        for tag, found in named.items():
+            for each in found:
+                SubElement(structure, tag, valueReference=self.references[each.name])
+
+
+class Written2(Written):
+    """FMI 2.0."""
+
+    def kind(self, root: Element, sources: Sequence[str]) -> None:
+        """What it is and can do, and its sources."""
+        able = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate")
+        kind = SubElement(root, self.package.kind, modelIdentifier=self.package.name, **dict.fromkeys(able, "true"))
+        files = SubElement(kind, "SourceFiles")
+        for each in sources:
+            SubElement(files, "File", name=each)
+
+    def sides(self, types: Element) -> None:
+        """The enumeration of sides."""
+        sides = SubElement(SubElement(types, "SimpleType", name="Side"), "Enumeration")
+        for side, value in SIDES.items():
+            SubElement(sides, "Item", name=side, value=str(value))
+
+    def variable(self, listed: Element, each: Variable) -> None:
+        """One variable."""
+        tag = {REAL: "Real", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Integer")
+        SubElement(SubElement(listed, "ScalarVariable", self._common(each)), tag, self._typed(each))
+
+    def structure(self, structure: Element) -> None:
+        """Outputs, and what is computed at the start, by their places."""
+        for tag, found in (("Outputs", self._outputs()), ("InitialUnknowns", self._unknown_at_start())):
+            listed = SubElement(structure, tag)
+            for each in found:
+                SubElement(listed, "Unknown", index=str(1 + int(self.references[each.name])))
 
 
 def build_description(name: str, files: Sequence[str]) -> bytes:
@@ -96,14 +157,14 @@ def build_description(name: str, files: Sequence[str]) -> bytes:
     return _text(root)
 
 
-def _units(root: Element, variables: Sequence[Variable], tag: str) -> None:
+def _units(root: Element, variables: Sequence[Variable]) -> None:
     """The units, each by its exponents of the base units where they are whole."""
     names = sorted({each.unit for each in variables} - {"1"})
     if not names:
         return
     units = SubElement(root, "UnitDefinitions")
     for name in names:
-        unit = SubElement(units, tag, name=name)
+        unit = SubElement(units, "Unit", name=name)
         exponents = base_exponents(name)
         if all(value == int(value) for value in exponents.values()):
             SubElement(unit, "BaseUnit", {base: str(int(value)) for base, value in exponents.items() if value})
@@ -119,12 +180,6 @@ def base_exponents(unit: str) -> dict[str, float]:
         for found in re.finditer(r"\brad(?:\^([\d.]+))?(?!\w)", text)
     )
     return {"kg": own.force, "m": own.length + own.force, "s": own.time - 2.0 * own.force, "rad": turns}
-
-
-def _categories(root: Element) -> None:
-    categories = SubElement(root, "LogCategories")
-    for each in CATEGORIES:
-        SubElement(categories, "Category", name=each)
 
 
 def _text(root: Any) -> bytes:

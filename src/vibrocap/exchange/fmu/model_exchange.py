@@ -4,75 +4,68 @@ The importer integrates and locates the events, so that the error is the importe
 """
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import Case
 from vibrocap.exchange.fmu import variables as of
 from vibrocap.exchange.fmu.package import Package, header
-from vibrocap.exchange.fmu.variables import InUnits, Variable
-from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.motion.simulate import STATUSES
-from vibrocap.motion.start import initial_state
+from vibrocap.exchange.fmu.variables import Variable
+from vibrocap.exchange.stepped_case import Crossing, SteppedCase
+from vibrocap.motion.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
+from vibrocap.physics.machines.machine import Imposed
 
 MEANING = (
     "Rates of a vibro-driven capsule, and event indicators at which its contact comes to rest, gives way or turns. "
     "The error is that of the importer's integrator: a fixed step without event location is wrong at every event."
 )
-COUNTS = {
-    "rests": "times at which the contact came to rest",
-    "departures": "times at which it gave way",
-    "reversals": "times at which it turned without a rest",
-}
+COUNTED = ("stick", "slip_forward", "slip_back", "reversal")
 
 
-def check_exchanged(case: Case, recorded: Equations) -> None:
+def check_exchanged(stepped: SteppedCase) -> None:
     """Raise ArgumentError for a case whose equations an importer cannot integrate between such events."""
-    system = case.system
-    instead = "export it for co-simulation"
-    if recorded.several:
-        raise ArgumentError("kind", f"model exchange takes one contact, the {system.machine.name} has several; {instead}")
-    if not recorded.contacts[0].sticks:
-        law = system.friction.name
-        raise ArgumentError("kind", f"model exchange takes set-valued laws of friction, {law} is none; {instead}")
-    if recorded.switches:
-        part = system.friction.name if recorded.law_switches else system.machine.name
-        raise ArgumentError("kind", f"model exchange takes no branches of equations, {part} has some; {instead}")
-    if recorded.corners is not None:
-        drive = system.drive.name
-        raise ArgumentError("kind", f"model exchange takes no drives with corners, {drive} has some; {instead}")
+    system, recorded = stepped.system, stepped.equations
+    machine, law, drive = system.machine.name, system.friction.name, system.drive.name
+    branching = law if recorded.law_switches else machine
+    for refused, said in (
+        (recorded.several, f"takes one contact, the {machine} has several"),
+        (not recorded.contacts[0].sticks, f"takes set-valued laws of friction, {law} is none"),
+        (recorded.switches, f"takes no branches of equations, {branching} has some"),
+        (recorded.corners is not None and not stepped.inputs, f"takes no drives with corners, {drive} has some"),
+        (stepped.inputs and isinstance(system.machine, Imposed), f"takes no imposed motion as an input, as of {machine}"),
+    ):
+        if refused:
+            raise ArgumentError("kind", f"model exchange {said}; export it for co-simulation")
 
 
-def model_exchange(case: Case, name: str) -> Package:
+def model_exchange(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for model exchange is made of; see `check_exchanged`."""
-    system, recorded = case.system, equations(case.system)
-    check_exchanged(case, recorded)
-    initial = [*initial_state(system, case.initial).values()]
+    check_exchanged(stepped)
+    recorded = stepped.equations
     instant = exported_instant(recorded, name)
-    places = instant.places
-    states, rates = of.states(case, initial), of.rates(case)
-    indicators = _indicators(len(recorded.bounds))
-    before = [of.time(case), *of.parameters(case, recorded)]
+    places, kinds = instant.places, [codes.BEYOND_BOUND + kind for kind in recorded.bound_kinds]
+    indicators = _indicators(len(kinds))
+    before = [of.time(stepped), *of.parameters(stepped)]
+    states, sides = of.states(stepped), of.sides(1)
     variables = (
         *before,
         *states,
-        *rates,
-        *of.observables(case, instant.observed),
+        *of.rates(stepped),
+        *of.inputs(stepped, "continuous"),
+        *of.observables(stepped),
         *indicators,
-        of.whole("side", "+1, -1: the contact slides forward, back; 0: it rests", 0, "Side"),
-        *(of.whole(each, meaning, i) for i, (each, meaning) in enumerate(COUNTS.items(), start=1)),
+        *sides,
+        *of.counts(COUNTED, len(sides)),
         of.STATUS,
     )
-    values = dict.fromkeys(range(instant.size + len(indicators)), 0.0)
-    for i, value in enumerate(parameter_values(system)):
+    values = [0.0] * (instant.size + len(indicators))
+    for i, value in enumerate(parameter_values(stepped.system)):
         values[places["PARAMETER"] + i] = value
-    for i, value in enumerate(initial):
-        values[places["STATE"] + i] = value
-    kinds = [codes.BEYOND_BOUND + kind for kind in recorded.bound_kinds]
-    statuses = {codes.RUNNING: "running", **{kind: STATUSES[kind].value for kind in kinds}}
+    for i, each in enumerate(stepped.states):
+        values[places["STATE"] + i] = each.value
     constants = {
         **places,
+        "HELD": -1 if recorded.corners is None else places["PARAMETER"] + recorded.corners.place + 2,
         "INDICATOR": instant.size,
         "VALUES": len(values),
-        "COUNTS": 1 + len(COUNTS),
+        "COUNTS": len(sides) + len(COUNTED),
         "STATES": len(states),
         "BOUNDS": len(kinds),
         "CONTACT": recorded.contacts[0].state,
@@ -80,7 +73,6 @@ def model_exchange(case: Case, name: str) -> Package:
         "RATE_VARIABLE": len(before) + len(states),
         "MODEL_EXCHANGE": 1,
     }
-    factor = InUnits.of(case).of_quantity("time").get("factor", 1.0)
     own = [
         "typedef struct { char none; } own_state;",
         f"void {name}_instant(double *restrict, int64_t *restrict, double *restrict, int64_t);",
@@ -94,16 +86,11 @@ def model_exchange(case: Case, name: str) -> Package:
         name=name,
         kind="ModelExchange",
         meaning=MEANING,
-        able={"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"},
         variables=variables,
         indicators=tuple(each.name for each in indicators),
-        experiment={
-            "startTime": 0.0,
-            "stopTime": case.periods * system.drive.period * factor,
-            "tolerance": case.tolerance,
-        },
+        case=stepped.case,
         sources={f"{name}.c": instant.text},
-        header=header(variables, constants, values, statuses, factor, own),
+        header=header(variables, constants, values, stepped, own),
     )
 
 
@@ -114,5 +101,6 @@ def _indicators(bounds: int) -> list[Variable]:
         *(f"positive while the equations hold ({i + 1})" for i in range(bounds)),
     ]
     return [
-        Variable(f"guard_{i + 1}", meaning, f"INDICATOR + {i}", causality="local") for i, meaning in enumerate(meanings)
+        Variable(Crossing(f"guard_{i + 1}"), meaning, f"INDICATOR + {i}", causality="local")
+        for i, meaning in enumerate(meanings)
     ]

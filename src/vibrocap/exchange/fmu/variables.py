@@ -1,17 +1,14 @@
 """The variables of an FMU: what an importer sees of a case, in SI where the case is, and where each stands in memory."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable
 
-from vibrocap.case.case import Case
-from vibrocap.motion.equations import Equations, parameter_values
+from vibrocap.exchange.stepped_case import Crossing, SteppedCase
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.system import System
-from vibrocap.physics.units import Units, one_way, over_seconds, parameter_keys, shortest
+from vibrocap.physics.units import over_seconds, shortest
 
-ANYWHERE, ABOVE_ZERO, FROM_ZERO = "ANYWHERE", "ABOVE_ZERO", "FROM_ZERO"  # where a parameter may lie
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
+INPUT = "drive"
 SIDES = {"slides back": -1, "rests": 0, "slides forward": 1}
 
 
@@ -19,139 +16,129 @@ SIDES = {"slides back": -1, "rests": 0, "slides forward": 1}
 class Variable:
     """One variable of an FMU.
 
-    place: in the memory of its type, by an expression of C; factor: what one dimensionless unit is in `unit`
-    causality: "parameter", "input", "output", "local" or "independent"; start: None where it is computed
-    derivative: name of the state whose rate this is
+    place: in the memory of its type, by an expression of C; crossing: its name, unit, factor and bounds
+    causality: "parameter", "input", "output", "local" or "independent"; starts: whether the value of the crossing is
+    its start value, else it is computed; derivative: name of the state whose rate this is; values: the type of an
+    enumeration
     """
 
-    name: str
+    crossing: Crossing
     meaning: str
     place: str
     type: str = REAL
     causality: str = "output"
     variability: str = "continuous"
-    unit: str = "1"
-    factor: float = 1.0
-    start: float | None = None
-    bound: str = ANYWHERE
+    starts: bool = False
     derivative: str = ""
-    values: str = ""  # the type of an enumeration
+    values: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the quantity."""
+        return self.crossing.name
+
+    @property
+    def unit(self) -> str:
+        """SI unit, "1" of what has none."""
+        return self.crossing.unit
 
     @property
     def initial(self) -> str:
         """"exact" with a start value, else "calculated"; "" of inputs and of time."""
         if self.causality in ("input", "independent"):
             return ""
-        return "calculated" if self.start is None else "exact"
+        return "exact" if self.starts else "calculated"
+
+    @property
+    def start(self) -> float | None:
+        """The start value in the unit, with the fewest digits that give the dimensionless one exactly."""
+        if not self.starts:
+            return None
+        value, factor = self.crossing.value, self.crossing.scale
+        found = shortest(value, factor)
+        return value * factor if found is None else found
 
 
-@dataclasses.dataclass(frozen=True)
-class InUnits:
-    """How the quantities of a case are shown: in SI where its results are, else without units."""
-
-    system: System
-    si: Units | None
-
-    @classmethod
-    def of(cls, case: Case) -> "InUnits":
-        """Of a case."""
-        return cls(case.system, None if case.system.units is None else case.system.si)
-
-    def of_quantity(self, name: str) -> dict[str, Any]:
-        """Unit and factor of a quantity of a motion."""
-        return {} if self.si is None else {"unit": self.si.unit(name), "factor": self.si.factor(name)}
-
-    def of_rate(self, state: str) -> dict[str, Any]:
-        """Of the rate of a state."""
-        if self.si is None:
-            return {}
-        return {
-            "unit": over_seconds(self.si.unit(state)),
-            "factor": self.si.factor(state) / self.si.factor("time"),
-        }
-
-    def parameter(self, path: str, value: float, place: str) -> Variable:
-        """A parameter by its path, such as "machine.stiffness"."""
-        part, _, name = path.rpartition(".")
-        record = self.system.parts[part]
-        info = next(each for each in parameter_table(record) if each.name == name)
-        given: dict[str, Any] = {"name": path, "start": value}
-        key = None if self.si is None else one_way(parameter_keys(type(record), self.si.effort), name)
-        if key is not None and self.si is not None:
-            factor = self.si.per_key(key)
-            start = shortest(value, factor)
-            given = {
-                "name": f"{part}.{key.stem}",
-                "unit": key.unit,
-                "factor": factor,
-                "start": value * factor if start is None else start,
-            }
-        bound = _bound(type(record), name)
-        return Variable(
-            meaning=info.meaning, place=place, causality="parameter", variability="fixed", bound=bound, **given
-        )
+def time(stepped: SteppedCase) -> Variable:
+    """The time."""
+    return Variable(stepped.time, "time", "TIME", causality="independent")
 
 
-def parameters(case: Case, recorded: Equations) -> list[Variable]:
-    """The parameters of a case, without the numbers of a drive's present segment."""
-    shown, values = InUnits.of(case), parameter_values(case.system)
-    count = len(values) if recorded.corners is None else recorded.corners.place
-    paths = recorded.parameter_paths[:count]
+def parameters(stepped: SteppedCase) -> list[Variable]:
+    """The parameters of the case, by their paths."""
+    meanings = {
+        f"{part}.{info.name}": info.meaning
+        for part, record in stepped.system.parts.items()
+        for info in parameter_table(record)
+    }
     return [
-        shown.parameter(path, value, f"PARAMETER + {i}")
-        for i, (path, value) in enumerate(zip(paths, values, strict=False))
+        Variable(
+            each, meanings[each.name], f"PARAMETER + {i}", causality="parameter", variability="fixed", starts=True
+        )
+        for i, each in enumerate(stepped.parameters)
     ]
 
 
-def states(case: Case, initial: Sequence[float]) -> list[Variable]:
+def states(stepped: SteppedCase) -> list[Variable]:
     """The states, with their start values."""
-    shown, found = InUnits.of(case), []
-    for i, (name, value) in enumerate(zip(case.system.state_names, initial, strict=True)):
-        known = shown.of_quantity(name)
-        factor = known.get("factor", 1.0)
-        start = shortest(value, factor) if known else value
-        start = value * factor if start is None else start
-        found.append(Variable(name, f"state: {name.replace('_', ' ')}", f"STATE + {i}", start=start, **known))
+    return [
+        Variable(each, f"state: {_words(each.name)}", f"STATE + {i}", starts=True)
+        for i, each in enumerate(stepped.states)
+    ]
+
+
+def rates(stepped: SteppedCase) -> list[Variable]:
+    """The rates of the states."""
+    found = []
+    for i, each in enumerate(stepped.states):
+        unit = each.unit if stepped.system.units is None else over_seconds(each.unit)
+        rate = Crossing(f"der({each.name})", unit, each.scale / stepped.time.scale)
+        found.append(
+            Variable(rate, f"rate of {_words(each.name)}", f"RATE + {i}", causality="local", derivative=each.name)
+        )
     return found
 
 
-def rates(case: Case) -> list[Variable]:
-    """The rates of the states."""
-    shown = InUnits.of(case)
-    return [
-        Variable(
-            f"der({name})", f"rate of {name}", f"RATE + {i}", causality="local", derivative=name, **shown.of_rate(name)
-        )
-        for i, name in enumerate(case.system.state_names)
-    ]
+def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
+    """The input, where there is one. variability: "discrete" for one that is held, else "continuous"."""
+    held = dataclasses.replace(stepped.inputs[0], name=INPUT) if stepped.inputs else None
+    meaning = "what drives the machine, held until it is set again" if variability == "discrete" else "what drives"
+    given = {"causality": "input", "variability": variability, "starts": True}
+    return [] if held is None else [Variable(held, meaning, "HELD", **given)]
 
 
-def observables(case: Case, names: Iterable[str]) -> list[Variable]:
-    """What else is seen of a motion: friction, reaction, energy and so on."""
-    shown = InUnits.of(case)
-    return [
-        Variable(name, name.replace("_", " "), f"OBSERVED + {i}", **shown.of_quantity(name))
-        for i, name in enumerate(names)
-    ]
+def observables(stepped: SteppedCase) -> list[Variable]:
+    """What else is seen of a motion: friction, reaction, energy and so on; an input is not seen twice."""
+    seen = []
+    for i, each in enumerate(stepped.observables):
+        if each.name == INPUT and stepped.inputs:
+            if stepped.system.actuator is None:
+                continue
+            each = dataclasses.replace(each, name="actuator_output")
+        seen.append(Variable(each, _words(each.name), f"OBSERVED + {i}"))
+    return seen
 
 
-def time(case: Case) -> Variable:
-    """The time."""
-    known = InUnits.of(case).of_quantity("time")
-    return Variable("time", "time", "TIME", causality="independent", **known)
+def sides(contacts: int) -> list[Variable]:
+    """Of each contact whether it rests and which way it slides."""
+    names = ["side", *(f"side_{i}" for i in range(2, contacts + 1))]
+    meaning = "+1, -1: the contact slides forward, back; 0: it rests"
+    return [_whole(name, meaning, i, "Side") for i, name in enumerate(names)]
 
 
-def whole(name: str, meaning: str, place: int, values: str = "") -> Variable:
-    """A whole number, or one of an enumeration."""
-    return Variable(name, meaning, str(place), WHOLE, variability="discrete", values=values)
+def counts(kinds: Iterable[str], before: int) -> list[Variable]:
+    """How many events of each kind there were, of all contacts. before: whole numbers that stand before them."""
+    return [_whole(f"events.{kind}", f"events: {_words(kind)}", i) for i, kind in enumerate(kinds, start=before)]
 
 
-STATUS = Variable("status", "how the motion goes on or why it ended", "0", TEXT, "local", "discrete")
+STATUS = Variable(
+    Crossing("status"), "how the motion goes on or why it ended", "0", TEXT, causality="local", variability="discrete"
+)
 
 
-def _bound(record: type, name: str) -> str:
-    """Where a parameter may lie, of what its type says."""
-    limits: Any = record.__pydantic_fields__[name].metadata  # type: ignore[attr-defined]
-    if any(getattr(each, "gt", None) == 0 for each in limits):
-        return ABOVE_ZERO
-    return FROM_ZERO if any(getattr(each, "ge", None) == 0 for each in limits) else ANYWHERE
+def _whole(name: str, meaning: str, place: int, values: str = "") -> Variable:
+    return Variable(Crossing(name), meaning, str(place), WHOLE, variability="discrete", values=values)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,4 +1,4 @@
-"""As C: one motion, the functions of its kernel and the memory with which it begins; or the equations alone."""
+"""One motion as C: the functions of its kernel, and the memory with which it begins."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -6,11 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.instant_source import Instant, instant_source
 from vibrocap.numerics.compiler import c_source
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD, Layout
-from vibrocap.numerics.linker.link import linked_source
-from vibrocap.numerics.linker.recipes import INSTANT
 from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
 
 PIECES, EVENTS = 64, 64  # that the trace holds; when it is full, the caller reads and clears it
@@ -55,14 +52,3 @@ def exported_motion(
     written = layout.rows  # of the trace: the states at the start, and the table of a drive at its end
     memory[2][written : int(memory[1][layout.places["TABLE"]])] = 0.0
     return ExportedMotion(layout, c_source(text, "advance", prefix), *memory)
-
-
-def exported_instant(equations: Any, prefix: str) -> Instant:
-    """The equations at an instant, of one contact that can rest, as the C of `PREFIX_instant(floats, ints, trace, 0)`.
-
-    Of the arrays only `floats` is used; see `Instant` for what stands where.
-    """
-    instant = instant_source(equations)
-    text = linked_source(instant.text, INSTANT)
-    text.check()
-    return dataclasses.replace(instant, text=c_source(text, "instant", prefix))

@@ -1,4 +1,5 @@
 /* FMI 3.0, co-simulation: event mode and early return at every event. */
+#include "stepping.h"
 
 EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
   instance *c = i;

@@ -196,4 +196,8 @@ EXPORT fmi3Instance FMI(InstantiateCoSimulation)(
   return c;
 }
 
-#include KIND_FILE
+#if MODEL_EXCHANGE
+#include "model_exchange.c"
+#else
+#include "co_simulation.c"
+#endif

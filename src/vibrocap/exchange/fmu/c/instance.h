@@ -76,11 +76,15 @@ static const char *not_settable(const instance *c, const variable *v) {
   }
 }
 
-static const char *not_allowed(const variable *v, double value) {
-  if (!(fabs(value) <= 1.7976931348623157e308)) return "should be a finite number";
-  if (v->bound == ABOVE_ZERO && !(value > 0.0)) return "should be greater than 0";
-  if (v->bound == FROM_ZERO && !(value >= 0.0)) return "should be at least 0";
-  return NULL;
+/* Whether a variable may have a value, in its unit; if not, the importer is told. */
+static int check_value(instance *c, const variable *v, double value) {
+  double least = v->least * v->factor, most = v->most * v->factor, own = value / v->factor;
+  if (!isfinite(value)) return WRONG("%s should be a finite number, got %g", v->name, value);
+  if (own < v->least && v->least < 1e-300 && v->least > 0.0)
+    return WRONG("%s should be greater than 0, got %g", v->name, value);
+  if (own < v->least) return WRONG("%s should be at least %.17g, got %.17g", v->name, least, value);
+  if (own > v->most) return WRONG("%s should be at most %.17g, got %.17g", v->name, most, value);
+  return DONE;
 }
 
 /* A new instance; NULL where this FMU is of another kind, or the token that of another. */
@@ -121,7 +125,7 @@ static int set_real(instance *c, const uint32_t references[], size_t n, const do
     const char *why;
     if (!v) return WRONG("there is no real variable with the value reference %u", (unsigned)references[k]);
     if ((why = not_settable(c, v))) return WRONG("%s %s", v->name, why);
-    if ((why = not_allowed(v, values[k]))) return WRONG("%s %s, got %g", v->name, why, values[k]);
+    if (check_value(c, v, values[k])) return ERROR;
   }
   for (k = 0; k < n; k++) {
     const variable *v = &variables[references[k]];
