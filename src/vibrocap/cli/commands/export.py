@@ -9,8 +9,16 @@ from vibrocap.cli.terminal import OK, Page
 from vibrocap.io.motion_file import read_source
 
 
-def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "capsule") -> int:
-    """A case for other programs, with its exact contact: a library in C99 and a program that prints the motion.
+def export(
+    case: Path,
+    /,
+    *,
+    to: Literal["c"] = "c",
+    input: Literal["drive"] | None = None,
+    out: Path,
+    name: str = "capsule",
+) -> int:
+    """A case for other programs, with its exact contact: a library in C99 that moves it on, and a program that calls it.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
 
@@ -20,6 +28,8 @@ def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "cap
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
         what to write: c for C sources
+    input
+        what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
         folder for NAME.c, NAME.h, main.c and README.txt; made where it is missing
     name
@@ -31,7 +41,7 @@ def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "cap
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = export_c(setup, out, name)
+        written = export_c(setup, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")

@@ -193,11 +193,6 @@ def come_in(floats, ints, trace, length) -> None:
     raise NotImplementedError
 
 
-def may_stop(floats) -> bool:
-    """Whether the motion may stop at an event at the start of the step that was accepted."""
-    raise NotImplementedError
-
-
 def keep_piece(floats, ints, trace, h) -> None:
     """A step of length h was accepted; the lane stands at its start."""
     raise NotImplementedError

@@ -56,6 +56,7 @@ INT_ENTRIES = (
     "TABLE_START",  # place of the first table on the trace
     "TABLE_STRIDE",  # from the table of a run to that of the next; 0: one serves all runs
     # of a stepper only
+    "BEGUN",  # 1: the motion has begun
     "ENDED",  # status with which the motion has ended; RUNNING: it has not
     "STOPPING",  # 1: it is to stop at the first event
     "STOPPED",  # 1: it has
@@ -121,7 +122,7 @@ FLOAT_ENTRIES = (
 # A piece on the trace: period, time, length, side, method, then the coefficients of its series, then further sides.
 PIECE_HEAD = 5
 OF_STEPPER = (
-    *("ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
+    *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
     *("LAST_CONTACT", "WAITING_EVENTS", "CLOCK", "CLOCK_REST", "LENGTH", "PIECE_CLOCK", "PIECE_TIME", "PIECE_LENGTH"),
     "LAST_TIME",
 )

@@ -49,10 +49,7 @@ EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 PASSAGE = Slot(
     "passage of a stepper",
-    (
-        *("set_out", "under_way", "come_in", "may_stop", "keep_piece", "keep_event"),
-        *("show_instant", "side_shown"),
-    ),
+    ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
     ("stepper.own_drive", "stepper.held_input"),
 )
 MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
@@ -110,7 +107,7 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
 def stepper_recipe(
     maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, held_input: bool = False
 ) -> Recipe:
-    """One motion that its caller moves on; held_input: whether the drive is an input. Entries besides: begin, look."""
+    """One motion that its caller moves on; held_input: whether the drive is an input. Entries besides: begin_motion, look_at."""
     before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False)
     passage = ("stepper.own_drive",)
     if held_input:

@@ -16,7 +16,7 @@ from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source
 from vibrocap.numerics.linker.recipes import stepper_recipe
 from vibrocap.numerics.run.motion import has_branches, series_order, sizes
 
-ENTRIES = ("begin", "take_step", "look")
+ENTRIES = ("begin_motion", "take_step", "look_at")
 ENDLESS = 2**62  # periods
 CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
 WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
@@ -25,16 +25,16 @@ Entry = Callable[[np.ndarray, np.ndarray, np.ndarray, int], Any]
 
 
 @dataclasses.dataclass(frozen=True)
-class Memory:
+class StepperMemory:
     """What one motion carries: flat arrays, of which a copy is another motion."""
 
     floats: np.ndarray
     ints: np.ndarray
     trace: np.ndarray
 
-    def copy(self) -> "Memory":
+    def copy(self) -> "StepperMemory":
         """The same, apart."""
-        return Memory(self.floats.copy(), self.ints.copy(), self.trace.copy())
+        return StepperMemory(self.floats.copy(), self.ints.copy(), self.trace.copy())
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,8 +61,8 @@ class StepperKernel:
         tolerance: float,
         max_events_per_period: int,
         max_steps: int,
-    ) -> Memory:
-        """The memory that `begin` is given; limits: events of a period, or of a length of an input; steps of a call."""
+    ) -> StepperMemory:
+        """The memory that `begin_motion` is given; limits: events of a period, or of a length of an input; steps of a call."""
         place, layout = self.places, self.layout
         floats, ints = layout.allocated()
         floats[place["STATE"] : place["STATE"] + layout.states] = initial
@@ -73,7 +73,7 @@ class StepperKernel:
         ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
         ints[place["TABLE_START"]] = layout.shown
         ints[place["NEW_INPUT"]] = int(self.held_input)
-        return Memory(floats, ints, np.zeros(layout.stepper_trace_size))
+        return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
 
     def entry(self, name: str, plain: bool = False) -> Entry:
         """One of ENTRIES: compiled, with every sum and product rounded as in C, or as plain Python."""

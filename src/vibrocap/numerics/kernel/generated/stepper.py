@@ -1,7 +1,7 @@
 """Places of a stepper only, see `memory_layout.py`."""
 
 # what it is asked, and how far it has come
-LENGTH = STEPS_PER_CALL = STOPPING = STOPPED = NOTICED = ENDED = INPUT = NEW_INPUT = CLOCK = CLOCK_REST = 0
+LENGTH = BEGUN = STEPS_PER_CALL = STOPPING = STOPPED = NOTICED = ENDED = INPUT = NEW_INPUT = CLOCK = CLOCK_REST = 0
 
 # the step within which its clock stands
 PIECE_CLOCK = PIECE_TIME = PIECE_LENGTH = PIECE_SEGMENT = PIECE_STIFF = SHOWN_SIDE = 0

@@ -24,7 +24,7 @@ from vibrocap.numerics.kernel.generated.stepper import (
     STOPPED,
     STOPPING,
 )
-from vibrocap.numerics.kernel.interface import keep_event, keep_piece, may_stop
+from vibrocap.numerics.kernel.interface import keep_event, keep_piece
 
 
 def has_room(floats, ints, trace, lane):
@@ -47,8 +47,7 @@ def on_piece(floats, ints, trace, lane, h):
                 on_event(floats, ints, trace, lane, kind, c, 0.0)
     if ints[NOTICED] > 0:  # at the instant at which this piece begins, with the sides that are decided now
         ints[NOTICED] = 0
-        if ints[STOPPING] == 1 and may_stop(floats):
-            ints[STOPPED] = 1
+        ints[STOPPED] = ints[STOPPING]
     keep_piece(floats, ints, trace, h)
 
 

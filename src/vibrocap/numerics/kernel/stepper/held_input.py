@@ -104,11 +104,6 @@ def come_in(floats, ints, trace, length):
         ints[ENDED] = ints[STATUS]
 
 
-def may_stop(floats):
-    """Not where the length begins: what happens there is known to whoever has set the input."""
-    return floats[TIME] > 0.0
-
-
 def keep_piece(floats, ints, trace, h):
     """A step of length h begins: where the motion is to stop before it, as an event has ended the last one, all is
     kept."""

@@ -74,11 +74,6 @@ def come_in(floats, ints, trace, length):
     ints[WAITING_EVENTS] = left
 
 
-def may_stop(floats):
-    """Always: an event is told once its instant is passed."""
-    return True
-
-
 def keep_piece(floats, ints, trace, h):
     """A step of length h begins; what was told before is past."""
     floats[PIECE_CLOCK], floats[PIECE_TIME], floats[PIECE_LENGTH] = time_reached(floats, ints), floats[TIME], h

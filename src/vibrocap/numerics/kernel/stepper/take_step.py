@@ -1,4 +1,4 @@
-"""The entries of a stepper, for one motion that its caller moves on: `begin`, `take_step` and `look`."""
+"""The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
@@ -34,6 +34,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     TABLE_NUMBERS,
 )
 from vibrocap.numerics.kernel.generated.stepper import (
+    BEGUN,
     ENDED,
     INT_COUNT,
     LENGTH,
@@ -60,7 +61,7 @@ NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
 NO_SPEED_AT_START = 64.0 * 2.0**-52  # of a velocity's terms: rounding, as in `events.contact.jumped_to`
 
 
-def begin(floats, ints, trace, _):
+def begin_motion(floats, ints, trace, _):
     """The motion begins, of the parameters and states in memory: natural sizes, period, drive and sides follow."""
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i]
@@ -90,6 +91,7 @@ def begin(floats, ints, trace, _):
             floats[SIDE + c] = 1.0
             ints[ZEROS + c] = 1
         floats[SHOWN_SIDE + c] = floats[SIDE + c]
+    ints[BEGUN] = 1
 
 
 def begin_table(floats, ints, trace):
@@ -118,7 +120,7 @@ def take_step(floats, ints, trace, to_event):
         floats[SHOWN_SIDE + c] = side_shown(floats, ints, c)
 
 
-def look(floats, ints, trace, _):
+def look_at(floats, ints, trace, _):
     """Write the states and then the observables at the clock to SEEN of the trace."""
     s = show_instant(floats, ints, WORK)
     for i in range(STATES):
