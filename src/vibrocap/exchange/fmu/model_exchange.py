@@ -75,8 +75,8 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
     }
     own = [
         "typedef struct { char none; } own_state;",
-        f"void {name}_instant(double *restrict, int64_t *restrict, double *restrict, int64_t);",
-        f"#define EQUATIONS {name}_instant",
+        f"void {name}_equations(double *values);",
+        f"#define EQUATIONS {name}_equations",
         '#define TOLERANCES "greater than 0"',
         '#define STARTS "a finite number"',
         '#define KIND_OF_FMU "model exchange"',

@@ -197,7 +197,7 @@ EXPORT fmi3Instance FMI(InstantiateCoSimulation)(
 }
 
 #if MODEL_EXCHANGE
-#include "model_exchange.c"
+#include "model_exchange.h"
 #else
-#include "co_simulation.c"
+#include "co_simulation.h"
 #endif

@@ -29,13 +29,11 @@ static int take_time(data *d, double time) {
 static void refresh(instance *c) {
   data *d = &c->now;
   double *v = d->values, *indicator = v + INDICATOR;
-  int64_t nothing = 0;
-  double none = 0.0;
   int k;
   if (!d->stale) return;
   d->stale = 0;
   if (d->phase <= INITIALIZING) begin(c);
-  EQUATIONS(v, &nothing, &none, 0);
+  EQUATIONS(v);
   indicator[0] = v[SIDE] == 0.0 ? v[LIMIT] - v[HOLD] : v[SIDE] * v[VELOCITY] + STILL * v[SCALE + CONTACT];
   indicator[1] = v[SIDE] == 0.0 ? v[LIMIT] + v[HOLD] : 1.0;
   for (k = 0; k < BOUNDS; k++) indicator[2 + k] = v[BOUND + k];
@@ -45,10 +43,9 @@ static void refresh(instance *c) {
 /* The side of a contact at rest. At the limit it slides: an importer that stops exactly there would find no event
    after it, and a contact that slides and should rest comes to rest at once. */
 static double decided(instance *c) {
-  double *v = c->now.values, none = 0.0;
-  int64_t nothing = 0;
+  double *v = c->now.values;
   v[SIDE] = 0.0;
-  EQUATIONS(v, &nothing, &none, 0);
+  EQUATIONS(v);
   return fabs(v[HOLD]) < v[LIMIT] ? 0.0 : v[HOLD] > 0.0 ? 1.0 : -1.0;
 }
 
@@ -99,9 +96,7 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
     *states = true;
   }
   v[SIDE] = decided(c);
-  if (before != 0.0 && v[SIDE] == 0.0) d->counts[1]++;
-  if (before == 0.0 && v[SIDE] != 0.0) d->counts[2]++;
-  if (before * v[SIDE] < 0.0) d->counts[3]++;
+  if (v[SIDE] != before) d->counts[v[SIDE] == 0.0 ? 1 : before != 0.0 ? 4 : v[SIDE] > 0.0 ? 2 : 3]++;
   d->stale = 1;
   return fmi3OK;
 }
