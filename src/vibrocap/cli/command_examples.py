@@ -43,7 +43,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "optimise": ("vibrocap optimise case.toml --over drive.frequency=0.5:3 --evaluations 200 --out design",),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
-    "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),
+    "export": (
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+        "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
+        "vibrocap export examples/bench-in-si.toml --to fmu --kind model-exchange --out rates.fmu",
+    ),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),
     "friction show": (
