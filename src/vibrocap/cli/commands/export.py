@@ -24,7 +24,7 @@ def export(
     fmi: Literal["3.0", "2.0"] | None = None,
     platforms: list[str] | None = None,
 ) -> int:
-    """A case for other programs, with its exact contact: a library in C99 that moves it on, and a program that calls it.
+    """A case for other programs, with its exact contact: a library in C99, or an FMU.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
     With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
@@ -42,7 +42,7 @@ def export(
     name
         of the library or of the model, with which all its names begin
     kind
-        of an FMU: co-simulation (by default) is exact inside; model-exchange leaves integration and error to the importer
+        of an FMU: co-simulation (by default) is exact inside; model-exchange leaves the integration to the importer
     fmi
         version of an FMU: 3.0 by default
     platforms

@@ -45,13 +45,15 @@ def own_platform() -> str:
 
 
 def checked_platforms(platforms: Sequence[str] | None, fmi: str) -> tuple[str, ...]:
-    """The platforms for which machine code is made: by default that of this computer, where there is a compiler.
+    """The platforms for which machine code is made: by default that of this computer, where there is a
+    compiler.
 
     platforms: names in FMI 3.0; "all" of them; "none": sources only; fmi: the version, 2.0 knows no other processors
     Raises ArgumentError for a platform that is not known, or that needs zig where the package `ziglang` is missing.
     """
     known = {each: found for each, found in PLATFORMS.items() if fmi != "2.0" or found.in_fmi_2}
-    own = own_platform() if compiler() and own_platform() in known else None
+    made = own_platform() in known and (compiler() or not lacking("ziglang"))
+    own = own_platform() if made else None
     if platforms is None:
         return () if own is None else (own,)
     if list(platforms) == ["none"]:
@@ -86,11 +88,9 @@ def binary(sources: Mapping[str, str], compiled: Sequence[str], name: str, targe
         for each, text in sources.items():
             write_text(Path(folder) / each, text)
         out = f"{name}{known.ending}"
-        options = [*OPTIONS, *position, *([] if target.endswith("darwin") else ["-s"])]
-        done = subprocess.run(
-            [*command, *options, "-o", out, *compiled, *library], cwd=folder, capture_output=True, text=True, check=False
-        )
+        strip = [] if target.endswith("darwin") else ["-s"]
+        line = [*command, *OPTIONS, *position, *strip, "-o", out, *compiled, *library]
+        done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise BuildError(f"{' '.join(command)} for {target} failed:\n{done.stderr.strip()[-2000:]}")
         return (Path(folder) / out).read_bytes()
-

@@ -6,8 +6,8 @@ from vibrocap.exchange.fmu.package import Package, header
 from vibrocap.exchange.stepped_case import SteppedCase
 
 MEANING = (
-    "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are located "
-    "inside the FMU, whatever the step of the importer."
+    "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are "
+    "located inside the FMU, whatever the step of the importer."
 )
 
 
@@ -15,6 +15,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
     before, states, parameters = [of.time(stepped)], of.states(stepped), of.parameters(stepped)
     inputs, sides = of.inputs(stepped, "discrete"), of.sides(stepped.contacts)
+    kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
     variables = (
         *before,
         *parameters,
@@ -22,7 +23,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         *inputs,
         *of.observables(stepped),
         *sides,
-        *of.counts(stepped.event_kinds, len(sides)),
+        *of.counts(kinds, len(sides)),
         of.STATUS,
     )
     values = [*(each.value for each in stepped.parameters), *(each.value for each in stepped.states)]
@@ -33,7 +34,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         "HELD": len(values) + len(stepped.observables),
         "TIME": len(values) + len(stepped.observables) + 1,
         "VALUES": len(values) + len(stepped.observables) + 2,
-        "COUNTS": len(sides) + len(stepped.event_kinds),
+        "COUNTS": len(sides) + len(kinds),
         "PARAMETERS": len(parameters),
         "STATES": len(states),
         "OBSERVABLES": len(stepped.observables),
@@ -51,6 +52,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         '#define TOLERANCES "from 1e-14 to 1e-2"',
         f'#define STARTS "{"a finite number" if inputs else "0, where the drive of the case begins"}"',
         '#define KIND_OF_FMU "co-simulation"',
+        f"static const int count_of_kind[] = {{{', '.join(str(kinds.index(each)) for each in stepped.event_kinds)}}};",
         f"typedef struct {{ {name} motion; double tolerance, begun; int input_changed; }} own_state;",
     ]
     sources = c_files(stepped.case, name, stepped.input)

@@ -29,7 +29,10 @@ def check_exchanged(stepped: SteppedCase) -> None:
         (not recorded.contacts[0].sticks, f"takes set-valued laws of friction, {law} is none"),
         (recorded.switches, f"takes no branches of equations, {branching} has some"),
         (recorded.corners is not None and not stepped.inputs, f"takes no drives with corners, {drive} has some"),
-        (stepped.inputs and isinstance(system.machine, Imposed), f"takes no imposed motion as an input, as of {machine}"),
+        (
+            stepped.inputs and isinstance(system.machine, Imposed),
+            f"takes no input that imposes a motion, as of {machine}",
+        ),
     ):
         if refused:
             raise ArgumentError("kind", f"model exchange {said}; export it for co-simulation")

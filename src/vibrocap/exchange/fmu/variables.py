@@ -1,4 +1,4 @@
-"""The variables of an FMU: what an importer sees of a case, in SI where the case is, and where each stands in memory."""
+"""The variables of an FMU: what its importer sees, in SI where the case is, and where each stands in memory."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -44,7 +44,7 @@ class Variable:
 
     @property
     def initial(self) -> str:
-        """"exact" with a start value, else "calculated"; "" of inputs and of time."""
+        """ "exact" with a start value, else "calculated"; "" of inputs and of time."""
         if self.causality in ("input", "independent"):
             return ""
         return "exact" if self.starts else "calculated"
@@ -72,9 +72,7 @@ def parameters(stepped: SteppedCase) -> list[Variable]:
         for info in parameter_table(record)
     }
     return [
-        Variable(
-            each, meanings[each.name], f"PARAMETER + {i}", causality="parameter", variability="fixed", starts=True
-        )
+        Variable(each, meanings[each.name], f"PARAMETER + {i}", causality="parameter", variability="fixed", starts=True)
         for i, each in enumerate(stepped.parameters)
     ]
 

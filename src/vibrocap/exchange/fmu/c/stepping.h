@@ -68,9 +68,10 @@ static void refresh(instance *c) {
   memcpy(d->values + OBSERVED, seen + STATES, OBSERVABLES * sizeof *seen);
   d->values[TIME] = time_now(d);
   for (k = 0; k < CONTACTS; k++) d->counts[k] = STEPPER(side)(&d->own.motion, k + 1);
+  for (k = CONTACTS; k < COUNTS; k++) d->counts[k] = 0;
   for (k = 0; k < EVENT_KINDS; k++)
-    for (d->counts[CONTACTS + k] = 0, contact = 0; contact <= CONTACTS; contact++)
-      d->counts[CONTACTS + k] += STEPPER(event_count)(&d->own.motion, k, contact);
+    for (contact = 0; contact <= CONTACTS; contact++)
+      d->counts[CONTACTS + count_of_kind[k]] += STEPPER(event_count)(&d->own.motion, k, contact);
 }
 
 /* Go on from a time by a length, at most to the first event where that is asked; `event`: whether there was one. */
