@@ -122,6 +122,10 @@ class Slave:
         return np.array(found)
 
 
+def at(motion, time, name):
+    return float(np.ravel(motion.at([time], name))[0])
+
+
 def literal(case, times):
     """States of the literal kernel at instants, from the series of its steps as `Trajectory` reads them."""
     system = case.system
@@ -288,7 +292,7 @@ class TestCompiled:
         motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
         slave.fmu.doStep(0.0, 9.0)
         for name in (*STATES, "energy", "friction", "reaction"):
-            assert slave.get(name)[0] == pytest.approx(float(motion.si.at(9.0, name)), rel=1e-11, abs=1e-11)
+            assert slave.get(name)[0] == pytest.approx(at(motion.si, 9.0, name), rel=1e-11, abs=1e-11)
 
     @pytest.mark.parametrize("name", sorted(EXAMPLES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):
@@ -301,7 +305,7 @@ class TestCompiled:
         slave.fmu.doStep(0.0, end)
         names = case.system.state_names
         found = slave.get(*names)
-        exact = [float(seen.at(end, each)) for each in names]
+        exact = [at(seen, end, each) for each in names]
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
 
     # --- model exchange -----------------------------------------------------------------------------------------------
@@ -342,15 +346,19 @@ class TestCompiled:
         for each, value in state.items():
             assert found[each][-1] == pytest.approx(value, rel=1e-6, abs=1e-6)  # at most 1e-7
 
-    def test_the_input_of_model_exchange_is_continuous(self):
-        """A harmonic torque from outside, sampled finely, is the drive of the case but for interpolation."""
-        time = np.linspace(0.0, 20.0, 20001)
-        signal = np.array(list(zip(time, 1.8 * np.cos(time), strict=True)), dtype=[("time", float), ("drive", float)])
-        path = fmu("readme", kind="model-exchange", input="drive")
-        given = {"stop_time": 20.0, "output_interval": 0.1, "input": signal, "output": ["position"]}
-        found = fmpy.simulate_fmu(path, relative_tolerance=1e-9, record_events=False, **given)
-        exact = float(README.simulate().at(20.0, "position"))
-        assert found["position"][-1] == pytest.approx(exact, abs=1e-5)
+    def test_an_input_of_model_exchange_that_jumps_is_an_event(self):
+        """A square wave as its importer knows it: by two values at each of its jumps."""
+        motion = square_wave().simulate()
+        time = np.repeat(3.0 * np.arange(41), 2)[1:-1]
+        value = np.repeat(np.where(np.arange(40) % 2 == 0, 1.8, -1.8), 2)
+        signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
+        path = fmu("square", kind="model-exchange", input="drive")
+        kinds = Counter(event.kind for event in motion.events)
+        output = [*STATES, *(f"events.{kind}" for kind in kinds)]
+        given = {"stop_time": 120.0, "output_interval": 0.3, "input": signal, "output": output}
+        found = fmpy.simulate_fmu(path, relative_tolerance=1e-10, record_events=False, **given)
+        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
+        assert max(abs(found[name][-1] - motion.state[name]) for name in STATES) < 1e-5
 
     # --- what is refused ----------------------------------------------------------------------------------------------
 
@@ -391,7 +399,7 @@ class TestCompiled:
             slave.fmu.doStep(1.0, 20.0)
         assert f"the motion cannot go on at {motion.end:.9g}: lift off" in slave.said[-1]
         assert slave.get("time")[0] == pytest.approx(motion.end, abs=1e-12)
-        assert slave.fmu.getString([slave.references["status"]]) == [b"lift off"]
+        assert slave.fmu.getString([slave.references["status"]]) == ["lift off"]
         older = Slave(fmu("light", fmi="2.0")).begin()
         with pytest.raises(Exception, match="DoStep"):
             older.fmu.doStep(0.0, 20.0)
