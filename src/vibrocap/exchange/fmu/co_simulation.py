@@ -2,7 +2,8 @@
 
 from vibrocap.exchange.c_library import c_files
 from vibrocap.exchange.fmu import variables as of
-from vibrocap.exchange.fmu.package import Package, header
+from vibrocap.exchange.fmu.description import Package
+from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.stepped_case import SteppedCase
 
 MEANING = (

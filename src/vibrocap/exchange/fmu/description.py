@@ -1,23 +1,40 @@
 """The description of an FMU in XML, in the words of FMI 3.0 or 2.0: what it is, its variables, how it is built."""
 
+import dataclasses
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 import vibrocap
+from vibrocap.case.case import Case
 from vibrocap.exchange.fmu.variables import REAL, SIDES, TEXT, Variable
 from vibrocap.physics.roles import dimension_of_unit
-
-if TYPE_CHECKING:
-    from vibrocap.exchange.fmu.package import Package
 
 CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")
 
 
-def description(package: "Package", fmi: str, token: str, sources: Sequence[str]) -> bytes:
+@dataclasses.dataclass(frozen=True)
+class Package:
+    """What an FMU is made of, besides what all have in common.
+
+    kind: "ModelExchange" or "CoSimulation"; indicators: names of the event indicators
+    sources: texts in C by file name; header: what stands in variables.h besides the token
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    variables: tuple[Variable, ...]
+    indicators: tuple[str, ...]
+    case: Case
+    sources: Mapping[str, str]
+    header: str
+
+
+def description(package: Package, fmi: str, token: str, sources: Sequence[str]) -> bytes:
     """modelDescription.xml of an FMU; value references are places in its variables.
 
     sources: files in C that are compiled, which stand here in FMI 2.0
@@ -53,7 +70,7 @@ def description(package: "Package", fmi: str, token: str, sources: Sequence[str]
 class Written:
     """What the versions of FMI write in their own ways."""
 
-    def __init__(self, package: "Package"):
+    def __init__(self, package: Package):
         self.package, self.variables = package, package.variables
         self.references = {each.name: str(i) for i, each in enumerate(self.variables)}
 
@@ -85,12 +102,10 @@ class Written3(Written):
 
     def kind(self, root: Element, sources: Sequence[str]) -> None:
         """What it is and can do; the sources stand in buildDescription.xml."""
-        able = dict.fromkeys(("canGetAndSetFMUState", "canSerializeFMUState"), "true")
+        able = ["canGetAndSetFMUState", "canSerializeFMUState"]
         if self.package.kind == "CoSimulation":
-            able |= dict.fromkeys(
-                ("canHandleVariableCommunicationStepSize", "hasEventMode", "mightReturnEarlyFromDoStep"), "true"
-            )
-        SubElement(root, self.package.kind, modelIdentifier=self.package.name, **able)
+            able += ["canHandleVariableCommunicationStepSize", "hasEventMode", "mightReturnEarlyFromDoStep"]
+        SubElement(root, self.package.kind, {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")})
 
     def sides(self, types: Element) -> None:
         """The enumeration of sides."""
@@ -123,7 +138,8 @@ class Written2(Written):
     def kind(self, root: Element, sources: Sequence[str]) -> None:
         """What it is and can do, and its sources."""
         able = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate")
-        kind = SubElement(root, self.package.kind, modelIdentifier=self.package.name, **dict.fromkeys(able, "true"))
+        given = {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")}
+        kind = SubElement(root, self.package.kind, given)
         files = SubElement(kind, "SourceFiles")
         for each in sources:
             SubElement(files, "File", name=each)

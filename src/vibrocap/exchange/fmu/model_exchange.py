@@ -5,7 +5,8 @@ The importer integrates and locates the events, so that the error is the importe
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.exchange.fmu import variables as of
-from vibrocap.exchange.fmu.package import Package, header
+from vibrocap.exchange.fmu.description import Package
+from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.fmu.variables import Variable
 from vibrocap.exchange.stepped_case import Crossing, SteppedCase
 from vibrocap.motion.equations import parameter_values

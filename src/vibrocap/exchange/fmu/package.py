@@ -1,6 +1,5 @@
 """The zip file of an FMU: description, sources and machine code, the same bytes for the same case."""
 
-import dataclasses
 import hashlib
 import io
 import math
@@ -8,9 +7,8 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from importlib.resources import files as own_files
 
-from vibrocap.case.case import Case
 from vibrocap.exchange.fmu.binaries import PLATFORMS, binary
-from vibrocap.exchange.fmu.description import build_description, description
+from vibrocap.exchange.fmu.description import Package, build_description, description
 from vibrocap.exchange.fmu.variables import Variable
 from vibrocap.exchange.stepped_case import SteppedCase
 
@@ -21,24 +19,6 @@ OWN = {
     ("3.0", "CoSimulation"): ("fmi3.h", "fmi3.c", "instance.h", "stepping.h", "co_simulation.h"),
     ("2.0", "CoSimulation"): ("fmi2.h", "fmi2.c", "instance.h", "stepping.h"),
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Package:
-    """What an FMU is made of, besides what all have in common.
-
-    kind: "ModelExchange" or "CoSimulation"; indicators: names of the event indicators
-    sources: texts in C by file name; header: what stands in variables.h besides the token
-    """
-
-    name: str
-    kind: str
-    meaning: str
-    variables: tuple[Variable, ...]
-    indicators: tuple[str, ...]
-    case: Case
-    sources: Mapping[str, str]
-    header: str
 
 
 def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
