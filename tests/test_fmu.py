@@ -346,6 +346,20 @@ class TestCompiled:
         for each, value in state.items():
             assert found[each][-1] == pytest.approx(value, rel=1e-6, abs=1e-6)  # at most 1e-7
 
+    @pytest.mark.parametrize("given", [{"relative_tolerance": 1e-6}, {"solver": "Euler", "step_size": 1e-2}])
+    def test_at_rest_the_velocity_is_zero_and_after_events_no_guard_is(self, given):
+        """Whatever the integrator; a guard that starts from zero would be an event again."""
+        names = ["velocity", "side", "guard_1", "guard_2"]
+        path = fmu("readme", kind="model-exchange")
+        found = fmpy.simulate_fmu(path, stop_time=60.0, output=names, output_interval=0.01, **given)
+        resting = found["side"] == 0
+        assert np.count_nonzero(resting) > 100
+        assert np.all(found["velocity"][resting] == 0.0)
+        after = 1 + np.flatnonzero(np.diff(found["time"]) == 0.0)
+        assert len(after) > 20
+        assert np.all(found["guard_1"][after] > 0.0)
+        assert np.all(found["guard_2"][after] > 0.0)
+
     def test_an_input_of_model_exchange_that_jumps_is_an_event(self):
         """A square wave as its importer knows it: by two values at each of its jumps."""
         motion = square_wave().simulate()
