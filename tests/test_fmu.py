@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
@@ -34,6 +35,13 @@ from fmpy.validation import validate_fmu  # noqa: E402
 EXAMPLES = {path.stem: path for path in sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))}
 README = read_case(EXAMPLES["travels-by-stick-slip"])
 STATES = ("angle", "angle_rate", "position", "velocity")
+# units, bristles, several contacts, stops, corners, a load that follows the motion
+VALIDATED = [
+    *("bench-in-si", "bristles-lugre", "worm-of-three-bodies", "strikes-two-walls"),
+    *("square-wave-travels", "weight-as-load"),
+]
+NAMES = sorted(EXAMPLES)
+RUN = [NAMES.index(name) for name in ("bench-in-si", "bristles-lugre", "square-wave-travels", "strikes-two-walls")]
 VARIANTS = [("co-simulation", "3.0"), ("co-simulation", "2.0"), ("model-exchange", "3.0")]
 compiled = [pytest.mark.slow, pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")]
 
@@ -140,17 +148,7 @@ def literal(case, times):
 # --- descriptions -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "bench-in-si",
-        "bristles-lugre",
-        "worm-of-three-bodies",
-        "strikes-two-walls",
-        "square-wave-travels",
-        "weight-as-load",
-    ],
-)
+@pytest.mark.parametrize("name", slow_but([0], VALIDATED))
 def test_the_validator_of_fmpy_is_silent(name):
     valid = 0
     for kind, fmi in VARIANTS:
@@ -294,7 +292,7 @@ class TestCompiled:
         for name in (*STATES, "energy", "friction", "reaction"):
             assert slave.get(name)[0] == pytest.approx(at(motion.si, 9.0, name), rel=1e-11, abs=1e-11)
 
-    @pytest.mark.parametrize("name", sorted(EXAMPLES))
+    @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):
         case = read_case(EXAMPLES[name], periods=5)
         export_fmu(case, tmp_path / "own.fmu")
@@ -327,7 +325,7 @@ class TestCompiled:
         assert abs(found["position"][-1] - motion.state["position"]) < bound
         assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
 
-    @pytest.mark.parametrize("name", sorted(EXAMPLES))
+    @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_examples_for_model_exchange_have_the_events_of_their_motion(self, name, tmp_path):
         case = read_case(EXAMPLES[name], periods=10)
         try:
