@@ -13,6 +13,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
+    from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
+    from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -240,6 +242,8 @@ __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "Branc
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus"]
+# a motion that is moved on from outside
+__all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

@@ -15,14 +15,14 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
 from vibrocap.exchange import c_templates as templates
-from vibrocap.exchange.stepped_case import REFUSED, Crossing, Input, SteppedCase
+from vibrocap.exchange.stepped_case import REFUSED, Input, Port, SteppedCase
 from vibrocap.files import made_folder, write_text
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 SAMPLES = 64  # lines of main.c in each period of the drive
 OWN_DRIVE = "The drive is that of the case."
-AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Set it before every
-   step in which it is to change; where it jumps, a contact that is at rest is asked again whether it stays there."""
+AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Where it jumps,
+   a contact that is at rest is asked again whether it stays there."""
 
 
 def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str, str]:
@@ -117,13 +117,13 @@ def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     return words
 
 
-def _infos(crossings: Sequence[Crossing]) -> str:
+def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
     rows = (
         f'\n    {{"{each.name}", "{each.unit}", '
         + ", ".join(map(_number, (each.scale, each.value, each.least, each.most)))
         + "}"
-        for each in crossings
+        for each in ports
     )
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 

@@ -294,7 +294,7 @@ static int go_on(@name@ *c, double h) {
 """
 
 MAIN = (
-    """/* Prints the motion of the case as CSV: a line at its start, for every event, @samples@ in each period, and at its end. */
+    """/* Prints the motion of the case as CSV: a line at its start, for every event, @samples@ in each period, at its end. */
 """
     + MAIN_HEAD
     + """
@@ -317,8 +317,8 @@ int main(void) {
 )
 
 INPUT_MAIN = (
-    """/* Reads lines "length value [slope [curvature]]" and prints the motion under that input as CSV: a line at its start,
-   for every event, and where each length ends. */
+    """/* Reads lines "length value [slope [curvature]]" and prints the motion under that input as CSV: a line at its
+   start, for every event, and where each length ends. */
 """
     + MAIN_HEAD
     + """

@@ -6,7 +6,6 @@ It is what the library in C, the stepper in Python and all that is built on them
 import dataclasses
 import functools
 import math
-from collections.abc import Sequence
 from typing import Literal
 
 from vibrocap.arguments import ArgumentError, shown
@@ -17,6 +16,7 @@ from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.physics.conversion import quantity_in_si
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import bounds
 from vibrocap.physics.system import System
 from vibrocap.physics.units import over_seconds
@@ -29,7 +29,7 @@ Input = Literal["drive"] | None
 
 
 @dataclasses.dataclass(frozen=True)
-class Crossing:
+class Port:
     """A quantity that crosses the border between a motion and what steps it.
 
     A dimensionless number times `scale` is in `unit`, an SI unit; "1" and 1.0 where the case is not in SI.
@@ -81,26 +81,26 @@ class SteppedCase:
     # --- what crosses the border --------------------------------------------------------------------------------------
 
     @functools.cached_property
-    def time(self) -> Crossing:
+    def time(self) -> Port:
         """Time."""
         return self._of_motion("time")
 
     @functools.cached_property
-    def inputs(self) -> tuple[Crossing, ...]:
+    def inputs(self) -> tuple[Port, ...]:
         """Value, slope and curvature of the input; none without."""
         if self.input is None:
             return ()
         found = [self._of_motion("drive")]
         for _ in INPUT_NAMES[1:]:
             unit = found[-1].unit if self.system.units is None else over_seconds(found[-1].unit)
-            found.append(Crossing("", unit, found[-1].scale / self.time.scale))
+            found.append(Port("", unit, found[-1].scale / self.time.scale))
         named = zip(found, INPUT_NAMES, strict=True)
         return tuple(
             dataclasses.replace(each, name="drive" if name == "value" else f"drive_{name}") for each, name in named
         )
 
     @functools.cached_property
-    def parameters(self) -> tuple[Crossing, ...]:
+    def parameters(self) -> tuple[Port, ...]:
         """Those that can be set before the motion begins, by their paths; an input has none."""
         found, parts = [], self.system.parts
         values = zip(self.equations.parameter_paths, parameter_values(self.system), strict=True)
@@ -108,24 +108,24 @@ class SteppedCase:
             part, _, name = path.partition(".")
             if not (path.startswith(SEGMENT) or part == self.input):
                 known = quantity_in_si(path, self.system)
-                found.append(Crossing(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
+                found.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
         return tuple(found)
 
     @functools.cached_property
-    def states(self) -> tuple[Crossing, ...]:
+    def states(self) -> tuple[Port, ...]:
         """In the order of the state vector; the value is the initial one."""
         initial = initial_state(self.case.system, self.case.initial)
         return tuple(self._of_motion(name, value) for name, value in initial.items())
 
     @functools.cached_property
-    def observables(self) -> tuple[Crossing, ...]:
+    def observables(self) -> tuple[Port, ...]:
         """In the order in which the stepper shows them, after the states."""
         return tuple(map(self._of_motion, self.kernel.observed))
 
-    def _of_motion(self, name: str, value: float = 0.0) -> Crossing:
+    def _of_motion(self, name: str, value: float = 0.0) -> Port:
         if self.system.units is None:
-            return Crossing(name, value=value)
-        return Crossing(name, self.system.si.unit(name), self.system.si.factor(name), value)
+            return Port(name, value=value)
+        return Port(name, self.system.si.unit(name), self.system.si.factor(name), value)
 
     @functools.cached_property
     def contacts(self) -> int:
@@ -136,7 +136,8 @@ class SteppedCase:
     def event_kinds(self) -> tuple[str, ...]:
         """Names of what is counted: kinds of event of each contact, then those of none, from `contact_kinds` on."""
         kinds = event_kinds(self.system.placed.switch_events)
-        return (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        found = (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        return found[: self.kernel.counted_kinds]  # a machine may have fewer branches than it has names
 
     @property
     def contact_kinds(self) -> int:
@@ -144,12 +145,13 @@ class SteppedCase:
         return codes.SWITCHED
 
     @functools.cached_property
+    def counted(self) -> tuple[str, ...]:
+        """Name of each number that the stepper counts events with; of a further contact "stick_2" and so on."""
+        own, others = self.event_kinds[: self.contact_kinds], self.event_kinds[self.contact_kinds :]
+        return (*(numbered(kind, c) for kind in own for c in range(1, self.contacts + 1)), *others)
+
+    @functools.cached_property
     def statuses(self) -> dict[int, str]:
         """What each status is called."""
         named = {code: status.value for code, status in STATUSES.items() if code != codes.DONE}
         return {codes.RUNNING: "running", AT_EVENT: "at an event", REFUSED: "refused", **named}
-
-
-def numbers_of(crossings: Sequence[Crossing]) -> dict[str, int]:
-    """The place of each by its name."""
-    return {each.name: i for i, each in enumerate(crossings)}

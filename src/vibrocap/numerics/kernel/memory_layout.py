@@ -126,6 +126,12 @@ OF_STEPPER = (
     *("LAST_CONTACT", "WAITING_EVENTS", "CLOCK", "CLOCK_REST", "LENGTH", "PIECE_CLOCK", "PIECE_TIME", "PIECE_LENGTH"),
     "LAST_TIME",
 )
+NOT_OF_STEPPER = (
+    *("PENDING", "PIECES", "PIECE_LIMIT", "PIECE_START", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT"),
+    *("RECORDED_EVENT_START", "RUN", "WINDOW", "WINDOW_START", "RESPONSE", "SINCE", "PERIOD_BUDGET"),
+    *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
+    *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
+)
 PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
@@ -195,6 +201,7 @@ class Layout:
     turns: int = 0  # coordinates that turn, of which a mark keeps a second number
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
+    implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that it shows
     table: int = 0  # numbers of its drive's table
 
@@ -236,7 +243,7 @@ class Layout:
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
-            **dict.fromkeys(OF_STEPPER, 1 if self.counts else 0),
+            **(dict.fromkeys(NOT_OF_STEPPER, 0) if self.counts else dict.fromkeys(OF_STEPPER, 0)),
             "COUNTED": self.counts,
             "WAITING_KIND": self.waiting,
             "WAITING_CONTACT": self.waiting,
@@ -272,6 +279,8 @@ class Layout:
     @property
     def work_size(self) -> int:
         """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities."""
+        if not self.implicit:
+            return self.event_work_size
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
         implicit += 1 + 3 * self.shifts

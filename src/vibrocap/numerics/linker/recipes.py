@@ -107,7 +107,7 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
 def stepper_recipe(
     maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, held_input: bool = False
 ) -> Recipe:
-    """One motion that its caller moves on; held_input: whether the drive is an input. Entries besides: begin_motion, look_at."""
+    """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
     before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False)
     passage = ("stepper.own_drive",)
     if held_input:

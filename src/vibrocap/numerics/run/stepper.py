@@ -21,7 +21,7 @@ ENDLESS = 2**62  # periods
 CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
 WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
 
-Entry = Callable[[np.ndarray, np.ndarray, np.ndarray, int], Any]
+Entry = Callable[[int], Any]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,9 +32,9 @@ class StepperMemory:
     ints: np.ndarray
     trace: np.ndarray
 
-    def copy(self) -> "StepperMemory":
-        """The same, apart."""
-        return StepperMemory(self.floats.copy(), self.ints.copy(), self.trace.copy())
+    def take(self, other: "StepperMemory") -> None:
+        """Become the same as another."""
+        self.floats[:], self.ints[:], self.trace[:] = other.floats, other.ints, other.trace
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +49,11 @@ class StepperKernel:
     observed: tuple[str, ...]
     held_input: bool
 
+    @property
+    def counted_kinds(self) -> int:
+        """How many kinds of event are told apart: those of contacts, of a law's branches, and each of the machine's."""
+        return CONTACT_KINDS + self.layout.counts - CONTACT_KINDS * self.layout.contacts
+
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Of the memory, by name."""
@@ -62,7 +67,10 @@ class StepperKernel:
         max_events_per_period: int,
         max_steps: int,
     ) -> StepperMemory:
-        """The memory that `begin_motion` is given; limits: events of a period, or of a length of an input; steps of a call."""
+        """The memory that `begin_motion` is given.
+
+        max_events_per_period: of an input, per length; max_steps: per length
+        """
         place, layout = self.places, self.layout
         floats, ints = layout.allocated()
         floats[place["STATE"] : place["STATE"] + layout.states] = initial
@@ -75,21 +83,17 @@ class StepperKernel:
         ints[place["NEW_INPUT"]] = int(self.held_input)
         return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
 
-    def entry(self, name: str, plain: bool = False) -> Entry:
-        """One of ENTRIES: compiled, with every sum and product rounded as in C, or as plain Python."""
+    def entry(self, name: str, memory: StepperMemory, plain: bool = False) -> Entry:
+        """One of ENTRIES on a memory: compiled, with every sum and product rounded as in C, or as plain Python."""
+        arrays = memory.floats, memory.ints, memory.trace
         if plain:
-            return plain_kernel(self.text)[name]
-        return compiled_kernel(self.text, literal=True, entry=name)
+            return functools.partial(plain_kernel(self.text)[name], *arrays)
+        return compiled_kernel(self.text, literal=True, entry=name).bound_to(*arrays)
 
     def c_text(self, prefix: str) -> str:
         """The entries in C; all names begin with `prefix`."""
         self.text.check()
         return c_source(self.text, ENTRIES, prefix)
-
-
-def counted_kinds(equations: Any) -> int:
-    """How many kinds of event are told apart: those of contacts, of the law's branches, and each of the machine's."""
-    return CONTACT_KINDS + 1 + len(equations.switches) - equations.law_switches
 
 
 def stepper_kernel(
@@ -110,8 +114,9 @@ def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: boo
     layout = Layout(
         *(1, states, states, order, len(equations.parameter_paths)),
         **sizes(equations),
-        counts=CONTACT_KINDS * contacts + counted_kinds(equations) - CONTACT_KINDS,
+        counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
+        implicit=equations.maybe_stiff,
         observed=len(observed),
         table=table,
     )

@@ -1,6 +1,7 @@
 """Counting events: the hooks that the loop calls in a run of which no step is kept (one lane).
 
-An event is counted by its kind and contact, see `place_of`, once its instant is passed; the last one is remembered.
+An event is counted by its kind and contact once its instant is passed: first the kinds that are of a contact, each for
+all contacts, then those of none. The last one is remembered.
 """
 
 from vibrocap.numerics.kernel.codes import (
@@ -59,17 +60,12 @@ def on_event(floats, ints, trace, lane, kind, contact, s):
         keep_event(floats, ints, kind, contact, s)
 
 
-def place_of(kind, contact):
-    """Place of a kind of event among those that are counted: of each contact, then of none."""
-    if kind < SWITCHED:
-        return kind * CONTACTS + contact
-    return SWITCHED * CONTACTS + (0 if kind == SWITCHED else 1 + kind - MACHINE_SWITCHED)
-
-
 def count_event(floats, ints, kind, contact, time):
-    """An event has occurred."""
-    ints[COUNTED + place_of(kind, contact)] += 1
-    ints[LAST_KIND], ints[LAST_CONTACT] = kind, contact + 1
+    """An event has occurred. Kinds are numbered without a gap: those of contacts, of their laws, of the machine."""
+    number = kind if kind <= SWITCHED else SWITCHED + 1 + kind - MACHINE_SWITCHED
+    place = number * CONTACTS + contact if kind < SWITCHED else SWITCHED * (CONTACTS - 1) + number
+    ints[COUNTED + place] += 1
+    ints[LAST_KIND], ints[LAST_CONTACT] = number, contact + 1
     floats[LAST_TIME] = time
 
 

@@ -1,4 +1,4 @@
-"""Passing to an instant with a drive that is an input, which is known up to that instant only: the last step ends there.
+"""Passing to an instant with a drive that is an input, known up to that instant only: the last step ends there.
 
 The input is a polynomial in the time since it was set, as the segment of a drive with corners is, and its numbers stand
 at the same place behind the parameters. Where it is set, it may jump; that is no event of the state, which goes on as

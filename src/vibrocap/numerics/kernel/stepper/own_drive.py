@@ -1,4 +1,4 @@
-"""Passing to an instant with the case's own drive: by steps of the kernel's own choice, the last one reaching beyond it.
+"""Passing to an instant with the case's own drive: by steps of the kernel's own choice, the last reaching beyond it.
 
 The instant is read from the series of that step, so that the motion does not depend on where it is looked at. What
 happens later within the step waits until the clock has come to it.

@@ -1,8 +1,8 @@
 """The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
 from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
+from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
@@ -36,7 +36,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
 from vibrocap.numerics.kernel.generated.stepper import (
     BEGUN,
     ENDED,
-    INT_COUNT,
     LENGTH,
     PIECE_LENGTH,
     SEEN,
@@ -107,7 +106,7 @@ def begin_table(floats, ints, trace):
 
 
 def take_step(floats, ints, trace, to_event):
-    """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells where that was not possible."""
+    """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells whether that failed."""
     if ints[ENDED] != RUNNING:
         return
     set_out(floats, ints, trace, floats[LENGTH])
