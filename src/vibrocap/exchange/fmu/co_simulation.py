@@ -14,7 +14,11 @@ MEANING = (
 
 def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
-    before, states, parameters = [of.time(stepped)], of.states(stepped), of.parameters(stepped)
+    before, states, parameters = (
+        [of.time(stepped)],
+        of.states(stepped),
+        of.parameters(stepped, range(len(stepped.parameters))),
+    )
     inputs, sides = of.inputs(stepped, "discrete"), of.sides(stepped.contacts)
     kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
     variables = (

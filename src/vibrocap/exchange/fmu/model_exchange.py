@@ -8,7 +8,7 @@ from vibrocap.exchange.fmu import variables as of
 from vibrocap.exchange.fmu.description import Package
 from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.fmu.variables import Variable
-from vibrocap.exchange.stepped_case import Crossing, SteppedCase
+from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.motion.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
 from vibrocap.physics.machines.machine import Imposed
@@ -46,7 +46,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
     instant = exported_instant(recorded, name)
     places, kinds = instant.places, [codes.BEYOND_BOUND + kind for kind in recorded.bound_kinds]
     indicators = _indicators(len(kinds))
-    before = [of.time(stepped), *of.parameters(stepped)]
+    before = [of.time(stepped), *of.parameters(stepped, [each.place for each in stepped.parameters])]
     states, sides = of.states(stepped), of.sides(1)
     variables = (
         *before,
@@ -105,6 +105,6 @@ def _indicators(bounds: int) -> list[Variable]:
         *(f"positive while the equations hold ({i + 1})" for i in range(bounds)),
     ]
     return [
-        Variable(Crossing(f"guard_{i + 1}"), meaning, f"INDICATOR + {i}", causality="local")
+        Variable(Port(f"guard_{i + 1}"), meaning, f"INDICATOR + {i}", causality="local")
         for i, meaning in enumerate(meanings)
     ]

@@ -85,9 +85,9 @@ def header(
 
 def _row(each: Variable) -> str:
     causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if each.starts else "OTHER"}
-    least, most = (_number(bound) for bound in (each.crossing.least, each.crossing.most))
+    least, most = (_number(bound) for bound in (each.port.least, each.port.most))
     causality = causalities.get(each.causality, "OTHER")
-    factor = float(each.crossing.scale).hex()
+    factor = float(each.port.scale).hex()
     return f'  {{"{each.name}", {factor}, {least}, {most}, {each.place}, {each.type}, {causality}}},'
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable
 
-from vibrocap.exchange.stepped_case import Crossing, SteppedCase
+from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import over_seconds, shortest
 
@@ -16,13 +16,13 @@ SIDES = {"slides back": -1, "rests": 0, "slides forward": 1}
 class Variable:
     """One variable of an FMU.
 
-    place: in the memory of its type, by an expression of C; crossing: its name, unit, factor and bounds
-    causality: "parameter", "input", "output", "local" or "independent"; starts: whether the value of the crossing is
+    place: in the memory of its type, by an expression of C; port: its name, unit, factor and bounds
+    causality: "parameter", "input", "output", "local" or "independent"; starts: whether the value of the port is
     its start value, else it is computed; derivative: name of the state whose rate this is; values: the type of an
     enumeration
     """
 
-    crossing: Crossing
+    port: Port
     meaning: str
     place: str
     type: str = REAL
@@ -35,12 +35,12 @@ class Variable:
     @property
     def name(self) -> str:
         """Of the quantity."""
-        return self.crossing.name
+        return self.port.name
 
     @property
     def unit(self) -> str:
         """SI unit, "1" of what has none."""
-        return self.crossing.unit
+        return self.port.unit
 
     @property
     def initial(self) -> str:
@@ -54,7 +54,7 @@ class Variable:
         """The start value in the unit, with the fewest digits that give the dimensionless one exactly."""
         if not self.starts:
             return None
-        value, factor = self.crossing.value, self.crossing.scale
+        value, factor = self.port.value, self.port.scale
         found = shortest(value, factor)
         return value * factor if found is None else found
 
@@ -64,16 +64,18 @@ def time(stepped: SteppedCase) -> Variable:
     return Variable(stepped.time, "time", "TIME", causality="independent")
 
 
-def parameters(stepped: SteppedCase) -> list[Variable]:
-    """The parameters of the case, by their paths."""
+def parameters(stepped: SteppedCase, places: Iterable[int]) -> list[Variable]:
+    """The parameters of the case, by their paths; places: of each in the memory."""
     meanings = {
         f"{part}.{info.name}": info.meaning
         for part, record in stepped.system.parts.items()
         for info in parameter_table(record)
     }
     return [
-        Variable(each, meanings[each.name], f"PARAMETER + {i}", causality="parameter", variability="fixed", starts=True)
-        for i, each in enumerate(stepped.parameters)
+        Variable(
+            each, meanings[each.name], f"PARAMETER + {place}", causality="parameter", variability="fixed", starts=True
+        )
+        for each, place in zip(stepped.parameters, places, strict=True)
     ]
 
 
@@ -90,7 +92,7 @@ def rates(stepped: SteppedCase) -> list[Variable]:
     found = []
     for i, each in enumerate(stepped.states):
         unit = each.unit if stepped.system.units is None else over_seconds(each.unit)
-        rate = Crossing(f"der({each.name})", unit, each.scale / stepped.time.scale)
+        rate = Port(f"der({each.name})", unit, each.scale / stepped.time.scale)
         found.append(
             Variable(rate, f"rate of {_words(each.name)}", f"RATE + {i}", causality="local", derivative=each.name)
         )
@@ -130,12 +132,12 @@ def counts(kinds: Iterable[str], before: int) -> list[Variable]:
 
 
 STATUS = Variable(
-    Crossing("status"), "how the motion goes on or why it ended", "0", TEXT, causality="local", variability="discrete"
+    Port("status"), "how the motion goes on or why it ended", "0", TEXT, causality="local", variability="discrete"
 )
 
 
 def _whole(name: str, meaning: str, place: int, values: str = "") -> Variable:
-    return Variable(Crossing(name), meaning, str(place), WHOLE, variability="discrete", values=values)
+    return Variable(Port(name), meaning, str(place), WHOLE, variability="discrete", values=values)
 
 
 def _words(name: str) -> str:
