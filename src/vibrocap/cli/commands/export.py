@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.cli.options import Refusal, needs, own_names, writable_file, writable_folder
+from vibrocap.cli.options import Refusal, needs, own_names, split, writable_file, writable_folder
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
 from vibrocap.io.motion_file import read_source
 
@@ -18,39 +18,56 @@ def export(
     case: Path,
     /,
     *,
-    to: Literal["c", "mjcf"] = "c",
+    to: Literal["c", "fmu", "mjcf"] = "c",
     input: Literal["drive"] | None = None,
     out: Path,
     name: str = "capsule",
+    kind: Literal["co-simulation", "model-exchange"] | None = None,
+    fmi: Literal["3.0", "2.0"] | None = None,
+    platforms: list[str] | None = None,
     judge: bool = False,
 ) -> int:
-    """A case for other programs, with its exact contact: a library in C99 and a program that calls it.
+    """A case for other programs: with its exact contact a library in C99 or an FMU, or the nearest MuJoCo model.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
-    With --to mjcf the nearest MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
+    With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
+    With --to mjcf a MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources, mjcf for a MuJoCo model
+        what to write: c for C sources, fmu for an FMU, mjcf for a MuJoCo model
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of a MuJoCo model FILE.xml
+        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of an FMU FILE.fmu, of a MuJoCo
+        model FILE.xml
     name
-        of the library, with which all its names begin
+        of the library or of the model, with which all its names begin
+    kind
+        of an FMU: co-simulation (by default) is exact inside; model-exchange leaves the integration to the importer
+    fmi
+        version of an FMU: 3.0 by default
+    platforms
+        for which an FMU holds machine code, x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin,
+        all or none: by default this computer's, if a C compiler is found; for others zig is needed (package ziglang)
     judge
         run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
     setup = read_source(case)
+    of_fmu = {"kind": kind, "fmi": fmi, "platforms": platforms}
+    if judge and to != "mjcf":
+        raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
+    if to == "fmu":
+        return _fmu(setup, out, input=input, name=name, **{each: value for each, value in of_fmu.items() if value})
+    if given := [each for each, value in of_fmu.items() if value]:
+        raise Refusal(*(f"--{each}: should be left out without --to fmu" for each in given))
     if to == "mjcf":
         if input is not None:
             raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
         return _mjcf(setup, out, judge)
-    if judge:
-        raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
     return _c(setup, out, name, input)
 
 
@@ -65,6 +82,26 @@ def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> in
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
+    return OK
+
+
+def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> int:
+    """The FMU."""
+    from vibrocap.exchange.fmu.binaries import BuildError
+    from vibrocap.exchange.fmu.fmu import export_fmu
+
+    writable_file("--out", out, (".fmu",))
+    try:
+        compiled = export_fmu(case, out, platforms=split(platforms) or None, **options)
+    except ArgumentError as error:
+        raise Refusal(f"--{error}") from None
+    except BuildError as error:
+        complain(str(error))
+        return INCOMPLETE
+    holds = f"machine code for {', '.join(compiled)}, and its sources" if compiled else "its sources"
+    Page().say(f"Written to {out}: an FMU with {holds}.")
+    if not compiled and platforms is None:
+        Page().say("No C compiler was found: its importer has to compile it.")
     return OK
 
 
