@@ -290,12 +290,14 @@ static int go_on(@name@ *c, double h) {
   while (status == @NAME@_AT_EVENT && end > @name@_time(c)) {
     @name@ before = *c;
     int kind, contact;
+    int64_t n;
     status = @name@_step_to_event(c, end - @name@_time(c));
     if (status != @NAME@_AT_EVENT) break;
     for (kind = 0; kind < @NAME@_EVENT_KINDS; kind++)
-      for (contact = 0; contact <= @NAME@_CONTACTS; contact++)
-        if (@name@_event_count(c, kind, contact) > @name@_event_count(&before, kind, contact))
-          line(c, @name@_event_name(kind), contact);
+      for (contact = 0; contact <= @NAME@_CONTACTS; contact++) {
+        n = @name@_event_count(c, kind, contact) - @name@_event_count(&before, kind, contact);
+        for (; n > 0; n--) line(c, @name@_event_name(kind), contact);
+      }
   }
   return status;
 }

@@ -14,7 +14,7 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
 )
 from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
-from vibrocap.numerics.kernel.generated.lane import SIDE, SIDE_TOLD
+from vibrocap.numerics.kernel.generated.lane import SIDE, SIDE_TOLD, TIME
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
 from vibrocap.numerics.kernel.generated.stepper import (
     COUNTED,
@@ -46,7 +46,9 @@ def on_piece(floats, ints, trace, lane, h):
                 elif before == 0.0:
                     kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
                 on_event(floats, ints, trace, lane, kind, c, 0.0)
-    if ints[NOTICED] > 0:  # at the instant at which this piece begins, with the sides that are decided now
+    # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
+    # tell lies between events of one instant.
+    if ints[NOTICED] > 0 and floats[TIME] + h > floats[TIME]:
         ints[NOTICED] = 0
         ints[STOPPED] = ints[STOPPING]
     keep_piece(floats, ints, trace, h)
