@@ -94,20 +94,22 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
     index = np.searchsorted(begun, instants, side="right") - 1
     wanted = polynomial_values(record.series, index, instants - begun[index]).T
     motion = vc.stepper(system, initial=initial, tolerance=tolerance)
+    happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
+    kinds = event_kinds(system.placed.switch_events)[record.event_kinds]
+    named = [numbered(str(kind), max(1, int(c))) for kind, c in zip(kinds, record.event_contacts, strict=True)]
+    assert named
     found, sides = [], []
     for instant, before in zip(instants, [0.0, *instants], strict=False):
         motion.step(instant - before)
         assert motion.time == instant
         found.append(motion.states)
         sides.append(motion.sides)
+        until = happened <= instant
+        counts = Counter(name for name, is_past in zip(named, until, strict=True) if is_past)
+        assert {name: count for name, count in motion.events.items() if count} == counts
+        assert (motion.last_event.time if counts else None) == (happened[until][-1] if counts else None)
     np.testing.assert_array_equal(found, wanted)
     np.testing.assert_array_equal(sides, record.piece_sides[index])
-    happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
-    kinds = event_kinds(system.placed.switch_events)[record.event_kinds]
-    named = (numbered(str(kind), max(1, int(c))) for kind, c in zip(kinds, record.event_contacts, strict=True))
-    counts = Counter(name for name, time in zip(named, happened, strict=True) if time <= instants[-1])
-    assert {name: count for name, count in motion.events.items() if count} == counts
-    assert motion.last_event.time == happened[happened <= instants[-1]][-1]
 
 
 def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
@@ -199,6 +201,13 @@ def test_events_end_a_step_where_they_are():
             assert motion.sides == (wanted,)
     wanted = [event.time for event in reference.events if event.time <= times[-1]]
     np.testing.assert_allclose(times, wanted, atol=1e-8)
+
+
+def test_the_roundings_of_many_lengths_do_not_add_up():
+    for motion in (vc.stepper(README, input="drive"), vc.stepper(README)):
+        for _ in range(5000):
+            motion.step(*((0.0, 0.1) if isinstance(motion, vc.InputStepper) else (0.1,)))
+        assert motion.time == math.fsum([0.1] * 5000)
 
 
 def test_a_jump_of_the_input_asks_a_contact_at_rest_again():
