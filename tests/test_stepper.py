@@ -24,6 +24,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.polynomials import polynomial_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
 from vibrocap.physics.drives.drive import segment_table
 from vibrocap.physics.numbering import numbered
 
@@ -110,6 +111,27 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
         assert (motion.last_event.time if counts else None) == (happened[until][-1] if counts else None)
     np.testing.assert_array_equal(found, wanted)
     np.testing.assert_array_equal(sides, record.piece_sides[index])
+
+
+ENTRIES = ("PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
+INT_ENTRIES = ("ARRIVING", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
+
+
+@pytest.mark.parametrize("system", cases(OWN))
+def test_the_kernel_begins_as_a_recorded_run_does(system):
+    """Natural sizes, period, segment and sides, which it computes itself from parameters and states."""
+    initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
+    given = parameter_values(system), [*initial.values()]
+    layout, _ = linked_motion(equations(system), series_order(1e-9))
+    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (1, 1))
+    stepped = SteppedCase(Case(system, initial))
+    memory, kernel = stepped.memory(), stepped.kernel
+    kernel.entry("begin_motion", memory)(0)
+    for names, found, expected in ((ENTRIES, memory.floats, wanted[0]), (INT_ENTRIES, memory.ints, wanted[1])):
+        for name in names:
+            size = layout.sizes.get(name, 1)
+            here, there = kernel.places[name], layout.places[name]
+            np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
 
 
 def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
@@ -497,6 +519,16 @@ def test_the_library_has_the_bits_of_the_stepper_and_keeps_motions(tmp_path):
         assert library.step(motion, wrong) == 2
     assert library.set_input(motion, math.nan, 0.0, 0.0) == 0
     assert library.set_parameter(motion, 0, 1.0) == 0  # it has begun
+    v, w, c = 0.2, 0.9, -0.4  # an input that was set goes on from step to step
+    library.set_input(motion, v, w, c)
+    for k in range(5):
+        assert library.step(motion, 0.3) == 0
+        t = 0.3 * k
+        reference.step(v + w * t + 0.5 * c * t * t, 0.3, w + c * t, c)
+        wanted[-1] = reference.values
+        np.testing.assert_allclose(library.values(motion), wanted[-1], atol=1e-12)
+    wanted[-1] = library.values(motion)
+    library.step(motion, -1.0)
     np.testing.assert_array_equal(library.values(motion), wanted[-1])
 
 
