@@ -4,7 +4,9 @@ With the case's own drive a stepper is the literal kernel (`recorded_run(..., li
 it is looked at. Under an input it is compared with `simulate` under the same drive, whose segments are that input.
 """
 
+import contextlib
 import ctypes
+import itertools
 import math
 import pickle
 import shutil
@@ -17,6 +19,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.stepped_case import SteppedCase
@@ -25,7 +28,9 @@ from vibrocap.motion.polynomials import polynomial_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
+from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
+from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import numbered
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -186,6 +191,34 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         assert np.abs(motion.states - [*reference.state.values()]).max() <= bound * size
         found = {name: count for name, count in motion.events.items() if count and not name.startswith("graze")}
         assert found == counts  # whether a velocity touches zero is a matter of rounding
+
+
+PAIRS = [
+    pytest.param(*pair, id="-".join(pair), marks=pytest.mark.slow) for pair in itertools.product(laws(), machines())
+]
+
+
+@pytest.mark.parametrize(("law", "machine"), exhaustive_but(range(0, len(PAIRS), 29), PAIRS))
+def test_every_law_on_every_machine_takes_an_input(law, machine):
+    """States, or when and why a motion cannot go on.
+
+    How often a kinked law turns at rest, and which branch it is on there, is a matter of rounding.
+    """
+    body = machines()[machine]()
+    imposed = isinstance(body, Imposed)
+    drive = vc.Trapezoid(amplitude=0.6, frequency=1.3) if imposed else vc.Square(amplitude=1.2, frequency=1.3)
+    system = vc.System(body, laws()[law](), drive)
+    reference = vc.simulate(system, periods=3, tolerance=1e-9)
+    for parts, to_events in ((1, True), (4, False)):
+        motion = vc.stepper(system, input="drive", tolerance=1e-9)
+        with contextlib.suppress(vc.MotionEnded):
+            follow(motion, drive, 3, parts, to_events)
+        assert (motion.status or vc.Status.FINISHED) is reference.status
+        assert motion.time == pytest.approx(reference.end, abs=1e-7)
+        plain = [name for name in system.state_names if name not in system.switched]
+        np.testing.assert_allclose(
+            [motion[name] for name in plain], [reference.state[name] for name in plain], atol=1e-6
+        )
 
 
 @pytest.mark.parametrize(("length", "bound"), [(3.0, 1e-13), (0.3, 5e-10), (0.01, 5e-10)])
