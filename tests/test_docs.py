@@ -2,10 +2,10 @@
 
 A fence says what is done with it: `python` runs (the blocks of a page share their names), `python src/PATH` is a new
 file of the package, `python FILE` and `toml FILE` are files of a user, at hand where blocks and commands run, `text
-printed` is what the block before printed. `python PACKAGE` and `text PACKAGE` are the same where an optional package is
-installed, of blocks that stand alone. `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with the
-`text complaints` after it, `toml parts` a case of the new files. Commands run where the folder `examples/` is at hand,
-as in the root of the repository.
+printed` is what the block before printed, `python PACKAGE` and `text PACKAGE` are the same on their own where an
+optional package is installed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with the `text
+complaints` after it, `toml parts` a case of the new files. Commands run where the folder `examples/` is at hand, as
+in the root of the repository.
 """
 
 import contextlib
