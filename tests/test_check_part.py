@@ -1,5 +1,6 @@
 """check_part: a part that keeps its contract is told so, and each fault is found by its clause and said in words."""
 
+import dataclasses
 import json
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from vibrocap.contracts.system_clauses import motion_of, moves, system_of
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.mechanism import Mechanism
 from vibrocap.physics.part_files import load_parts
 
 
@@ -54,6 +56,21 @@ def sprung(self, t, y, drive, force):
 def forgets_a_belt(self, t, y, drive, force, *others):
     drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, force, *others)
     return drive_power, damper - 0.3 * sum(others)
+
+
+def unsprung(self, t, y):
+    return self._with_bob(y, "bob")
+
+
+def heavier(self, t, y):
+    (block,) = vc.Oscillator.mechanism(self, t, y).bodies
+    mass, rate = 2.0 * block.mass, block.rate / 2.0**0.5  # of the same energy
+    return Mechanism((dataclasses.replace(block, mass=mass, rate=rate),))
+
+
+def undamped(self, t, y):
+    found = vc.TwoBodyCrawler.mechanism(self, t, y)
+    return Mechanism(found.bodies, (dataclasses.replace(found.links[0], damping=0.0),))
 
 
 LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
@@ -99,6 +116,9 @@ FAULTS = {
     "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
     "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
     "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with contact_velocity"),
+    "mechanism without its spring": (of(CAPSULE, mechanism=unsprung), "mechanism: its energy is "),
+    "mechanism of another mass": (of(OSCILLATOR, mechanism=heavier), "mechanism: its momentum is "),
+    "mechanism without its damper": (of(vc.TwoBodyCrawler, mechanism=undamped), "mechanism: its power is "),
     "contact": (of(OSCILLATOR, contact_velocity=lambda self, t, y: 2 * y[1]), "contact_velocity: changes by 0.5"),
     "contact state": (
         of(OSCILLATOR, contact_state="speed"),

@@ -257,6 +257,35 @@ def place(given: Any) -> str | None:
     return None
 
 
+def mechanism(given: Any) -> str | None:
+    """Its mechanism, where it has one, has its energy, its momentum and its powers without friction."""
+    for machine, t, y, drive, _ in _moving(given):
+        if (parts := machine.mechanism(t, y)) is None:
+            return None
+        normal = 0.0 if machine.gravity is None else machine.gravity[0]
+        places, velocities = {"": 0.0}, {"": 0.0}
+        energy = momentum = power = 0.0
+        for each in parts.bodies:
+            turns, sine, cosine = each.joint == "hinge", math.sin(each.place), math.cos(each.place)
+            rise = -sine * each.rate if turns else 0.0
+            velocity = velocities[each.carrier] + (-cosine * each.rate if turns else each.rate)
+            places[each.name], velocities[each.name] = each.place, velocity
+            energy += 0.5 * each.mass * (velocity * velocity + rise * rise) + 0.5 * each.stiffness * each.place**2
+            energy += each.mass * normal * cosine if turns else 0.0
+            momentum += each.mass * velocity
+            power += (each.actuation * drive - each.damping * each.rate) * each.rate
+        for link in parts.links:
+            opening, rate = (found[link.ahead] - found[link.behind] for found in (places, velocities))
+            energy += 0.5 * link.stiffness * opening * opening
+            power += (link.actuation * drive - link.damping * rate) * rate
+        none = (0.0,) * (1 + len(machine.contacts))
+        wanted = machine.energy(t, y), machine.momentum(t, y), sum(machine.powers(t, y, drive, *none))
+        for what, found, value in zip(("energy", "momentum", "power"), (energy, momentum, power), wanted, strict=True):
+            if not abs(found - value) <= 64 * EPSILON * (1.0 + max(map(abs, (*y, drive, value)))) ** 2:
+                return f"mechanism: its {what} is {found:g}, that of the equations {value:g} ({_place(y, drive, 0.0)})"
+    return None
+
+
 def sizes(machine: Any) -> str | None:
     """Its load and its scales are positive."""
     if not (math.isfinite(machine.load()) and machine.load() > 0.0):
@@ -309,4 +338,16 @@ def _place(y: tuple, drive: float, force: float) -> str:
 
 
 BALANCES = (energy, momentum, load_made)
-MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, turns, place, sizes, branches)
+MACHINE_CLAUSES = (
+    declarations,
+    held_at_rest,
+    contact,
+    *BALANCES,
+    symmetric,
+    cyclic,
+    turns,
+    place,
+    mechanism,
+    sizes,
+    branches,
+)

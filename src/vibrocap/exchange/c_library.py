@@ -32,9 +32,7 @@ def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str,
     input: "drive", if the drive is set by the caller; None: it is that of the case
     Raises ArgumentError for another name or input.
     """
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
-        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
+    checked_name(name)
     stepped = SteppedCase(case, input)
     text = stepped.kernel.c_text(f"{name}_kernel")
     words = _words(stepped, text, name)
@@ -44,6 +42,14 @@ def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str,
         "main.c": _filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
         "README.txt": _filled(templates.README, words),
     }
+
+
+def checked_name(name: str) -> str:
+    """A name with which others may begin in C; ArgumentError for another."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
+        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
+    return name
 
 
 def export_c(case: Case, folder: str | Path, name: str = "capsule", input: Input = None) -> list[Path]:

@@ -14,6 +14,10 @@ HEADER = """/* A vibro-driven capsule with its exact stick-slip contact, moved o
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define @NAME@_STATES @states@
 #define @NAME@_OBSERVABLES @observables@
 #define @NAME@_PARAMETERS @parameters@
@@ -83,6 +87,10 @@ int64_t @name@_last_event(const @name@ *c, double *time, int *kind, int *contact
 #define @NAME@_BYTES (sizeof(@name@) + 8)
 void @name@_save(const @name@ *c, void *bytes);
 int @name@_load(@name@ *c, const void *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
 """
@@ -202,7 +210,7 @@ double @name@_parameter(const @name@ *c, int i) {
 
 const double *@name@_look(@name@ *c) {
   @name@_kernel_look_at(c->floats, c->ints, c->trace, 0);
-  return c->trace + @SEEN@;
+  return c->trace + @SHOWN@;
 }
 
 int @name@_side(const @name@ *c, int contact) {
@@ -294,8 +302,7 @@ static int go_on(@name@ *c, double h) {
 """
 
 MAIN = (
-    """/* Prints the motion of the case as CSV: a line at its start, for every event, @samples@ a period, and at its
-   end. */
+    """/* Prints the motion of the case as CSV: a line for its start, each event, @samples@ in each period, its end. */
 """
     + MAIN_HEAD
     + """

@@ -202,8 +202,8 @@ class Layout:
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
     implicit: bool = True  # whether there are implicit steps, which need work space
-    observed: int = 0  # observables that it shows
-    table: int = 0  # numbers of its drive's table
+    observed: int = 0  # observables that a stepper or a page shows
+    table: int = 0  # numbers of the table of its drive
 
     @property
     def measured(self) -> int:
@@ -269,12 +269,17 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
+        """Work space of the event search; or that of a point and of functions at points, or of a drive's table.
+
+        The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
+        """
         gathering = self.states + 8 * (self.measured + 8)
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
-        return max(40 * (self.order + 3), points, tangents, gathering, deciding)
+        search = self.order + 1 + 38 * (self.order + 2)
+        shown = self.states + max(self.observed, self.table)
+        return max(search, points, tangents, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:
@@ -368,7 +373,7 @@ class Layout:
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,
-            "SEEN": 0,
+            "SHOWN": 0,
             "BACKUP": self.shown + self.table,
             "WAITING": self.waiting,
             "INT_COUNT": self.whole_size,

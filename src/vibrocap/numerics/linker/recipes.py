@@ -83,6 +83,7 @@ LANE_PRIMITIVES = (
     *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
     *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
+INSTANT = Recipe("instant", ALONE, slots=())  # the equations at an instant, alone
 DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
 
 

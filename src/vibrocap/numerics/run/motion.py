@@ -112,6 +112,7 @@ def sizes(equations: Any) -> dict[str, Any]:
         "coefficients": 0 if corners is None else corners.coefficients,
         "imposed": len(equations.imposed_velocities),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
+        "implicit": equations.maybe_stiff,
         "contacts": len(equations.contacts),
         "turns": len(equations.turns),
         "held": sum(each.sticks for each in equations.contacts[1:]),

@@ -122,7 +122,6 @@ def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: boo
         **sizes(equations),
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
-        implicit=equations.maybe_stiff,
         observed=len(observed),
         table=table,
     )

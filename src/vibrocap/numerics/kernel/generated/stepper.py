@@ -11,4 +11,4 @@ COUNTED = LAST_KIND = LAST_CONTACT = LAST_TIME = 0
 WAITING_EVENTS = WAITING_KIND = WAITING_CONTACT = WAITING_TIME = WAITING = 0
 
 # its trace: what it shows, and a backup of what it carries, of which so many are ints
-SEEN = BACKUP = INT_COUNT = 0
+SHOWN = BACKUP = INT_COUNT = 0

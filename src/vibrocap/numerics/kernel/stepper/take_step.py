@@ -38,7 +38,7 @@ from vibrocap.numerics.kernel.generated.stepper import (
     ENDED,
     LENGTH,
     PIECE_LENGTH,
-    SEEN,
+    SHOWN,
     SHOWN_SIDE,
     STEPS_PER_CALL,
     STOPPED,
@@ -120,13 +120,13 @@ def take_step(floats, ints, trace, to_event):
 
 
 def look_at(floats, ints, trace, _):
-    """Write the states and then the observables at the clock to SEEN of the trace."""
+    """Write the states and then the observables at the clock to SHOWN of the trace."""
     s = show_instant(floats, ints, WORK)
     for i in range(STATES):
-        trace[SEEN + i] = floats[WORK + i]
+        trace[SHOWN + i] = floats[WORK + i]
     floats[STEP] = floats[PIECE_LENGTH]
     fitting_point(floats, ints, 0, s, WORK)
     observables(floats, floats[TIME] + s, WORK, floats[SIDE], 0, WORK + STATES)
     for i in range(OBSERVABLES):
-        trace[SEEN + STATES + i] = floats[WORK + STATES + i]
+        trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
     show_instant(floats, ints, WORK)
