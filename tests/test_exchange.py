@@ -1,4 +1,7 @@
-"""Cases as C: the bits of the package's kernel with every optimisation; what would change them is refused."""
+"""Cases as C: the bits of the package's kernel with every optimisation; what would change them is refused.
+
+What the library does as a stepper (inputs, parameters, copies, ends) is asked in `test_stepper.py`.
+"""
 
 import csv
 import ctypes
@@ -236,11 +239,14 @@ def test_bad_input_is_named(tmp_path, capsys):
     case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
     with pytest.raises(ValueError, match="name should be up to 31"):
         c_files(read_case(case), "Capsule-1")
+    with pytest.raises(ValueError, match="input should be 'drive' or None, got 'torque'"):
+        c_files(read_case(case), input="torque")
     (tmp_path / "file").write_text("")
     for options, said in (
         (["--out", str(tmp_path / "file")], "--out: "),
         (["--out", str(tmp_path / "new"), "--name", "a b"], "--name should be"),
         (["--to", "simulink", "--out", str(tmp_path / "new")], "simulink"),
+        (["--input", "torque", "--out", str(tmp_path / "new")], "torque"),
     ):
         assert main(["export", case, *options]) == 2
         assert said in capsys.readouterr().err

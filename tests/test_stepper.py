@@ -4,7 +4,9 @@ With the case's own drive a stepper is the literal kernel (`recorded_run(..., li
 it is looked at. Under an input it is compared with `simulate` under the same drive, whose segments are that input.
 """
 
+import contextlib
 import ctypes
+import itertools
 import math
 import pickle
 import shutil
@@ -17,6 +19,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.stepped_case import SteppedCase
@@ -24,7 +27,10 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.polynomials import polynomial_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
+from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
+from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
+from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import numbered
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -94,20 +100,43 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
     index = np.searchsorted(begun, instants, side="right") - 1
     wanted = polynomial_values(record.series, index, instants - begun[index]).T
     motion = vc.stepper(system, initial=initial, tolerance=tolerance)
+    happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
+    kinds = event_kinds(system.placed.switch_events)[record.event_kinds]
+    named = [numbered(str(kind), max(1, int(c))) for kind, c in zip(kinds, record.event_contacts, strict=True)]
+    assert named
     found, sides = [], []
     for instant, before in zip(instants, [0.0, *instants], strict=False):
         motion.step(instant - before)
         assert motion.time == instant
         found.append(motion.states)
         sides.append(motion.sides)
+        until = happened <= instant
+        counts = Counter(name for name, is_past in zip(named, until, strict=True) if is_past)
+        assert {name: count for name, count in motion.events.items() if count} == counts
+        assert (motion.last_event.time if counts else None) == (happened[until][-1] if counts else None)
     np.testing.assert_array_equal(found, wanted)
     np.testing.assert_array_equal(sides, record.piece_sides[index])
-    happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
-    kinds = event_kinds(system.placed.switch_events)[record.event_kinds]
-    named = (numbered(str(kind), max(1, int(c))) for kind, c in zip(kinds, record.event_contacts, strict=True))
-    counts = Counter(name for name, time in zip(named, happened, strict=True) if time <= instants[-1])
-    assert {name: count for name, count in motion.events.items() if count} == counts
-    assert motion.last_event.time == happened[happened <= instants[-1]][-1]
+
+
+ENTRIES = ("PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
+INT_ENTRIES = ("ARRIVING", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
+
+
+@pytest.mark.parametrize("system", cases(OWN))
+def test_the_kernel_begins_as_a_recorded_run_does(system):
+    """Natural sizes, period, segment and sides, which it computes itself from parameters and states."""
+    initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
+    given = parameter_values(system), [*initial.values()]
+    layout, _ = linked_motion(equations(system), series_order(1e-9))
+    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (1, 1))
+    stepped = SteppedCase(Case(system, initial))
+    memory, kernel = stepped.memory(), stepped.kernel
+    kernel.entry("begin_motion", memory)(0)
+    for names, found, expected in ((ENTRIES, memory.floats, wanted[0]), (INT_ENTRIES, memory.ints, wanted[1])):
+        for name in names:
+            size = layout.sizes.get(name, 1)
+            here, there = kernel.places[name], layout.places[name]
+            np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
 
 
 def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
@@ -164,6 +193,34 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         assert found == counts  # whether a velocity touches zero is a matter of rounding
 
 
+PAIRS = [
+    pytest.param(*pair, id="-".join(pair), marks=pytest.mark.slow) for pair in itertools.product(laws(), machines())
+]
+
+
+@pytest.mark.parametrize(("law", "machine"), exhaustive_but(range(0, len(PAIRS), 29), PAIRS))
+def test_every_law_on_every_machine_takes_an_input(law, machine):
+    """States, or when and why a motion cannot go on.
+
+    How often a kinked law turns at rest, and which branch it is on there, is a matter of rounding.
+    """
+    body = machines()[machine]()
+    imposed = isinstance(body, Imposed)
+    drive = vc.Trapezoid(amplitude=0.6, frequency=1.3) if imposed else vc.Square(amplitude=1.2, frequency=1.3)
+    system = vc.System(body, laws()[law](), drive)
+    reference = vc.simulate(system, periods=3, tolerance=1e-9)
+    for parts, to_events in ((1, True), (4, False)):
+        motion = vc.stepper(system, input="drive", tolerance=1e-9)
+        with contextlib.suppress(vc.MotionEnded):
+            follow(motion, drive, 3, parts, to_events)
+        assert (motion.status or vc.Status.FINISHED) is reference.status
+        assert motion.time == pytest.approx(reference.end, abs=1e-7)
+        plain = [name for name in system.state_names if name not in system.switched]
+        np.testing.assert_allclose(
+            [motion[name] for name in plain], [reference.state[name] for name in plain], atol=1e-6
+        )
+
+
 @pytest.mark.parametrize(("length", "bound"), [(3.0, 1e-13), (0.3, 5e-10), (0.01, 5e-10)])
 @pytest.mark.parametrize("to_events", [False, True])
 def test_the_square_wave_held_by_hand(length, bound, to_events):
@@ -199,6 +256,13 @@ def test_events_end_a_step_where_they_are():
             assert motion.sides == (wanted,)
     wanted = [event.time for event in reference.events if event.time <= times[-1]]
     np.testing.assert_allclose(times, wanted, atol=1e-8)
+
+
+def test_the_roundings_of_many_lengths_do_not_add_up():
+    for motion in (vc.stepper(README, input="drive"), vc.stepper(README)):
+        for _ in range(5000):
+            motion.step(*((0.0, 0.1) if isinstance(motion, vc.InputStepper) else (0.1,)))
+        assert motion.time == math.fsum([0.1] * 5000)
 
 
 def test_a_jump_of_the_input_asks_a_contact_at_rest_again():
@@ -488,6 +552,16 @@ def test_the_library_has_the_bits_of_the_stepper_and_keeps_motions(tmp_path):
         assert library.step(motion, wrong) == 2
     assert library.set_input(motion, math.nan, 0.0, 0.0) == 0
     assert library.set_parameter(motion, 0, 1.0) == 0  # it has begun
+    v, w, c = 0.2, 0.9, -0.4  # an input that was set goes on from step to step
+    library.set_input(motion, v, w, c)
+    for k in range(5):
+        assert library.step(motion, 0.3) == 0
+        t = 0.3 * k
+        reference.step(v + w * t + 0.5 * c * t * t, 0.3, w + c * t, c)
+        wanted[-1] = reference.values
+        np.testing.assert_allclose(library.values(motion), wanted[-1], atol=1e-12)
+    wanted[-1] = library.values(motion)
+    library.step(motion, -1.0)
     np.testing.assert_array_equal(library.values(motion), wanted[-1])
 
 

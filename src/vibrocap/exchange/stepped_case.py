@@ -57,6 +57,9 @@ class SteppedCase:
         if self.input is not None and self.input not in INPUTS:
             raise ArgumentError("input", f"should be {shown(INPUTS[0])} or None, got {shown(self.input)}")
 
+    def __reduce__(self):
+        return type(self), (self.case, self.input)  # all else follows
+
     @functools.cached_property
     def system(self) -> System:
         """That of the case, with the input in the place of the drive where it is one."""

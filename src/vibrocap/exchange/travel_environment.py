@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import gymnasium
+import gymnasium  # pyright: ignore[reportMissingImports]  # the extra `gym`
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_positive, shown, suggestion

@@ -88,7 +88,13 @@ class StepperKernel:
         arrays = memory.floats, memory.ints, memory.trace
         if plain:
             return functools.partial(plain_kernel(self.text)[name], *arrays)
-        return compiled_kernel(self.text, literal=True, entry=name).bound_to(*arrays)
+        if name not in self._compiled:
+            self._compiled[name] = compiled_kernel(self.text, literal=True, entry=name)
+        return self._compiled[name].bound_to(*arrays)
+
+    @functools.cached_property
+    def _compiled(self) -> dict[str, Any]:
+        return {}
 
     def c_text(self, prefix: str) -> str:
         """The entries in C; all names begin with `prefix`."""
