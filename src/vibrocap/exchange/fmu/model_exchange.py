@@ -9,7 +9,7 @@ from vibrocap.exchange.fmu.description import Package
 from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.fmu.variables import Variable
 from vibrocap.exchange.stepped_case import Port, SteppedCase
-from vibrocap.motion.equations import parameter_values
+from vibrocap.motion.equations import Equations, parameter_values
 from vibrocap.numerics.api import codes, exported_instant
 from vibrocap.physics.machines.machine import Imposed
 
@@ -23,16 +23,15 @@ COUNTED = ("stick", "slip_forward", "slip_back", "reversal")
 def check_exchanged(stepped: SteppedCase) -> None:
     """Raise ArgumentError for a case whose equations an importer cannot integrate between such events."""
     system, recorded = stepped.system, stepped.equations
-    machine, law, drive = system.machine.name, system.friction.name, system.drive.name
+    machine, law = system.machine.name, system.friction.name
     branching = law if recorded.law_switches else machine
     for refused, said in (
         (recorded.several, f"takes one contact, the {machine} has several"),
         (not recorded.contacts[0].sticks, f"takes set-valued laws of friction, {law} is none"),
         (recorded.switches, f"takes no branches of equations, {branching} has some"),
-        (recorded.corners is not None and not stepped.inputs, f"takes no drives with corners, {drive} has some"),
         (
-            stepped.inputs and isinstance(system.machine, Imposed),
-            f"takes no input that imposes a motion, as of {machine}",
+            recorded.corners is not None and isinstance(system.machine, Imposed),
+            f"takes no velocities that jump, those of {machine} do",
         ),
     ):
         if refused:
@@ -43,7 +42,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for model exchange is made of; see `check_exchanged`."""
     check_exchanged(stepped)
     recorded = stepped.equations
-    instant = exported_instant(recorded, name)
+    instant = exported_instant(recorded, name, own_drive=not stepped.inputs)
     places, kinds = instant.places, [codes.BEYOND_BOUND + kind for kind in recorded.bound_kinds]
     indicators = _indicators(len(kinds))
     before = [of.time(stepped), *of.parameters(stepped, [each.place for each in stepped.parameters])]
@@ -66,7 +65,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         values[places["STATE"] + i] = each.value
     constants = {
         **places,
-        "HELD": -1 if recorded.corners is None else places["PARAMETER"] + recorded.corners.place + 2,
+        **_of_drive(recorded, places["PARAMETER"], instant.sizes["TABLE"]),
         "INDICATOR": instant.size,
         "VALUES": len(values),
         "COUNTS": len(sides) + len(COUNTED),
@@ -79,7 +78,9 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
     }
     own = [
         "typedef struct { char none; } own_state;",
+        f"void {name}_drive(double *values);",
         f"void {name}_equations(double *values);",
+        f"#define DRIVE {name}_drive",
         f"#define EQUATIONS {name}_equations",
         '#define TOLERANCES "greater than 0"',
         '#define STARTS "a finite number"',
@@ -96,6 +97,14 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         sources={f"{name}.c": instant.text},
         header=header(variables, constants, values, stepped, own),
     )
+
+
+def _of_drive(recorded: Equations, parameters: int, table: int) -> dict[str, int]:
+    """Where the numbers of the present segment stand, and an input; how many segments follow one another."""
+    if recorded.corners is None:
+        return {"SEGMENT": 0, "HELD": 0, "COEFFICIENTS": 0, "SEGMENTS": 0}
+    segment, row = parameters + recorded.corners.place, recorded.corners.row_size
+    return {"SEGMENT": segment, "HELD": segment + 2, "COEFFICIENTS": row - 1, "SEGMENTS": table // row}
 
 
 def _indicators(bounds: int) -> list[Variable]:
