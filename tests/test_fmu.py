@@ -166,7 +166,7 @@ def test_variables_carry_units_starts_and_meanings():
     variables = {each.name: each for each in found.modelVariables}
     assert variables["time"].unit == "s"
     assert (variables["position"].unit, variables["friction"].unit, variables["energy"].unit) == ("m", "N", "J")
-    mass = variables["machine.mass_ratio"]
+    mass = variables["machine.capsule_mass"]
     assert (mass.unit, float(mass.start), mass.causality) == ("kg", 0.5, "parameter")
     assert mass.description
     assert float(variables["angle"].start) == case.initial["angle"]
@@ -286,7 +286,7 @@ class TestCompiled:
             np.testing.assert_array_equal(run[100:], ahead)
 
     def test_parameters_and_starts_are_those_of_another_case(self):
-        slave = Slave(fmu("bench-in-si", fmi="3.0")).begin(machine__mass_ratio=0.6, angle=0.4, drive__frequency=1.1)
+        slave = Slave(fmu("bench-in-si", fmi="3.0")).begin(machine__capsule_mass=0.6, angle=0.4, drive__frequency=1.1)
         case = read_case(EXAMPLES["bench-in-si"], {"machine.capsule_mass_kg": 0.6, "drive.frequency_Hz": 1.1})
         motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
         slave.fmu.doStep(0.0, 9.0)
