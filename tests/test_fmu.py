@@ -540,20 +540,3 @@ def test_a_compiler_that_fails_is_quoted(tmp_path, monkeypatch, capsys):
     assert main(["export", str(EXAMPLES["travels-by-stick-slip"]), "--to", "fmu", "--out", str(out)]) == 3
     assert "-no-such-option" in capsys.readouterr().err
     assert not out.exists()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")
-def test_the_listing_for_fmpy_in_the_docs_runs(tmp_path, monkeypatch):
-    page = (Path(__file__).parents[1] / "docs" / "exchange.md").read_text(encoding="utf-8")
-    listing = page.split("```python in_fmpy.py\n")[1].split("```")[0]
-    export_fmu(README, tmp_path / "capsule.fmu", input="drive")
-    monkeypatch.chdir(tmp_path)
-    names: dict = {}
-    exec(listing, names)
-    assert names["result"]["time"][-1] == pytest.approx(9.0)
-    assert names["result"]["events.stick"][-1] > 0
-    machine = dataclasses.replace(README.system.machine, mass_ratio=2.2)
-    system = dataclasses.replace(README.system, machine=machine, drive=square_wave().system.drive)
-    motion = vc.simulate(system, periods=1.5, initial={"angle": 0.5}, tolerance=1e-10)
-    assert names["result"]["position"][-1] == pytest.approx(motion.state["position"], abs=1e-11)

@@ -47,7 +47,7 @@ OWN = {
     "cubic": vc.System(CAPSULE, vc.Stribeck(), TABLE),
     "several": vc.System(vc.ThreeBodyCrawler(), vc.Exponential(), vc.Square(amplitude=1.2, frequency=1.3)),
     "dynamic-load": vc.System(
-        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Trapezoid(amplitude=1.2)
+        vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
     ),
     "stops": vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic(amplitude=1.0)),
     "imposed": vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Trapezoid(amplitude=0.6, frequency=1.3)),

@@ -45,6 +45,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "export": (
         "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
         "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
         "vibrocap export examples/bench-in-si.toml --to fmu --kind model-exchange --out rates.fmu",
     ),

@@ -294,7 +294,8 @@ static int go_on(@name@ *c, double h) {
 """
 
 MAIN = (
-    """/* Prints the motion of the case as CSV: a line at its start, for every event, @samples@ in each period, at its end. */
+    """/* Prints the motion of the case as CSV: a line at its start, for every event, @samples@ a period, and at its
+   end. */
 """
     + MAIN_HEAD
     + """

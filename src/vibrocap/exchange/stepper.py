@@ -114,8 +114,8 @@ class SteppedMotion:
     def _begin_with(self, memory: StepperMemory) -> None:
         places = self.stepped.kernel.places
         self._memory = memory
-        self._floats: Any = memoryview(memory.floats)  # faster, number by number, than arrays
-        self._ints: Any = memoryview(memory.ints)
+        self._floats: Any = memory.floats.data  # faster, number by number, than arrays
+        self._ints: Any = memory.ints.data
         self._length, self._ended, self._stopped = places["LENGTH"], places["ENDED"], places["STOPPED"]
         self._input, self._new_input = places["INPUT"], places["NEW_INPUT"]
         self._take, self._look = self._entry("take_step"), self._entry("look_at")
