@@ -24,15 +24,14 @@ def check_exchanged(stepped: SteppedCase) -> None:
     """Raise ArgumentError for a case whose equations an importer cannot integrate between such events."""
     system, recorded = stepped.system, stepped.equations
     machine, law = system.machine.name, system.friction.name
-    branching = law if recorded.law_switches else machine
+    stay = [recorded.graph.node("state", i).index for i in range(len(recorded.rates))]
+    turn = [each.index for each in recorded.contacts[0].after_reversal]
+    jumps = recorded.corners is not None and isinstance(system.machine, Imposed)
     for refused, said in (
         (recorded.several, f"takes one contact, the {machine} has several"),
         (not recorded.contacts[0].sticks, f"takes set-valued laws of friction, {law} is none"),
-        (recorded.switches, f"takes no branches of equations, {branching} has some"),
-        (
-            recorded.corners is not None and isinstance(system.machine, Imposed),
-            f"takes no velocities that jump, those of {machine} do",
-        ),
+        (turn != stay, f"takes no states that a reversal changes, as those of {law}"),
+        (jumps, f"takes no velocities that jump with the drive, as those of the {machine}"),
     ):
         if refused:
             raise ArgumentError("kind", f"model exchange {said}; export it for co-simulation")
@@ -44,9 +43,13 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
     recorded = stepped.equations
     instant = exported_instant(recorded, name, own_drive=not stepped.inputs)
     places, kinds = instant.places, [codes.BEYOND_BOUND + kind for kind in recorded.bound_kinds]
-    indicators = _indicators(len(kinds))
-    before = [of.time(stepped), *of.parameters(stepped, [each.place for each in stepped.parameters])]
+    indicators = _indicators(len(kinds), len(recorded.switches))
     states, sides = of.states(stepped), of.sides(1)
+    switch, *own = stepped.event_kinds[stepped.contact_kinds :]  # of the laws, of the machine
+    switches = [switch] * recorded.law_switches + own[: len(recorded.switches) - recorded.law_switches]
+    counted = list(dict.fromkeys((*COUNTED, *switches)))
+    counts = [str(len(sides) + counted.index(each)) for each in switches]
+    before = [of.time(stepped), *of.parameters(stepped, [each.place for each in stepped.parameters])]
     variables = (
         *before,
         *states,
@@ -55,7 +58,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         *of.observables(stepped),
         *indicators,
         *sides,
-        *of.counts(COUNTED, len(sides)),
+        *of.counts(counted, len(sides)),
         of.STATUS,
     )
     values = [0.0] * (instant.size + len(indicators))
@@ -68,9 +71,10 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         **_of_drive(recorded, places["PARAMETER"], instant.sizes["TABLE"]),
         "INDICATOR": instant.size,
         "VALUES": len(values),
-        "COUNTS": len(sides) + len(COUNTED),
+        "COUNTS": len(sides) + len(counted),
         "STATES": len(states),
         "BOUNDS": len(kinds),
+        "SWITCHES": len(switches),
         "CONTACT": recorded.contacts[0].state,
         "STATE_VARIABLE": len(before),
         "RATE_VARIABLE": len(before) + len(states),
@@ -80,7 +84,10 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         "typedef struct { char none; } own_state;",
         f"void {name}_drive(double *values);",
         f"void {name}_equations(double *values);",
+        f"void {name}_after(double *values, int guard);",
         f"#define DRIVE {name}_drive",
+        f"#define AFTER {name}_after",
+        f"static const int count_of_switch[] = {{{', '.join(counts) or '0'}}};",
         f"#define EQUATIONS {name}_equations",
         '#define TOLERANCES "greater than 0"',
         '#define STARTS "a finite number"',
@@ -107,11 +114,12 @@ def _of_drive(recorded: Equations, parameters: int, table: int) -> dict[str, int
     return {"SEGMENT": segment, "HELD": segment + 2, "COEFFICIENTS": row - 1, "SEGMENTS": table // row}
 
 
-def _indicators(bounds: int) -> list[Variable]:
+def _indicators(bounds: int, switches: int) -> list[Variable]:
     meanings = [
         "positive while the contact slides to its side, or the holding force is below its upper limit",
         "positive while the holding force is above its lower limit",
         *(f"positive while the equations hold ({i + 1})" for i in range(bounds)),
+        *(f"positive within the present branch of the equations ({i + 1})" for i in range(switches)),
     ]
     return [
         Variable(Port(f"guard_{i + 1}"), meaning, f"INDICATOR + {i}", causality="local")

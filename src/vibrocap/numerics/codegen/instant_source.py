@@ -12,6 +12,7 @@ from vibrocap.numerics.codegen.driven_source import function_source
 from vibrocap.numerics.codegen.source import ScalarWriter
 from vibrocap.numerics.expressions.graph import Expression, derivative
 
+ARGUMENTS = "floats, ints, trace, number"
 START = ("lane, point, side = 0, STATE, floats[SIDE]", "t = floats[TIME] - floats[ORIGIN]")
 
 
@@ -23,7 +24,8 @@ class Instant:
     drive) and SIDE (+1, -1; 0 at rest). Written by `period` and `table`: PERIOD, and TABLE (of each segment of a drive
     with corners its length and its coefficients). Written by `instant`: RATE (of the states), VELOCITY of the contact,
     HOLD (the force that would hold it, over the middle of what it can hold) and LIMIT (how far that reaches), BOUND
-    (positive while the equations hold), SCALE (natural sizes of the states) and OBSERVED.
+    (positive while the equations hold), SWITCH (positive within the present branches), SCALE (natural sizes of the
+    states) and OBSERVED. Written by `after_switch`: NEXT, the states after a guard of SWITCH has fallen to zero.
     """
 
     sizes: dict[str, int]
@@ -43,7 +45,7 @@ class Instant:
 
 
 def instant_source(equations: Any, own_drive: bool) -> Instant:
-    """`period`, `table` and `instant`, each of (floats, ints, trace, steps), of equations with a contact that can rest.
+    """The functions, each of (floats, ints, trace, number), of equations with one contact that can rest.
 
     own_drive: whether the drive is that of the case, so that its segments, if it has corners, follow one another
     """
@@ -60,11 +62,13 @@ def instant_source(equations: Any, own_drive: bool) -> Instant:
         "HOLD": (contact.hold,),
         "LIMIT": (contact.limit,),
         "BOUND": equations.bounds,
+        "SWITCH": equations.switches,
         "SCALE": equations.scales,
         "OBSERVED": tuple(observed.values()),
     }
     given = {"PARAMETER": len(equations.parameter_paths), "STATE": len(rates), "TIME": 1, "ORIGIN": 1, "SIDE": 1}
     sizes = given | {name: len(values) for name, values in (period | table | instant).items()}
+    sizes["NEXT"] = len(rates)
     found = Instant(sizes, tuple(observed), "")
     text = [
         *(f"{name} = {place}" for name, place in {**found.places, "LANES": 1}.items()),
@@ -72,6 +76,7 @@ def instant_source(equations: Any, own_drive: bool) -> Instant:
         _function("period", period),
         _function("table", table),
         _function("instant", instant),
+        _after_switch(equations.after_switch),
     ]
     return dataclasses.replace(found, text="\n".join(text))
 
@@ -82,4 +87,15 @@ def _function(name: str, written: Mapping[str, Sequence[Expression]]) -> str:
     writer = ScalarWriter(values[0].graph if values else None)
     named = [(entry, i, writer.name(value)) for entry, each in written.items() for i, value in enumerate(each)]
     stores = [f"floats[{entry} + {i}] = {value}" for entry, i, value in named]
-    return function_source(f"{name}(floats, ints, trace, steps)", [*START, *writer.lines, *stores])
+    return function_source(f"{name}({ARGUMENTS})", [*START, *writer.lines, *stores])
+
+
+def _after_switch(outcomes: Sequence[Sequence[Expression]]) -> str:
+    """`after_switch`, by the number of the guard that has fallen."""
+    lines = [*START]
+    for number, states in enumerate(outcomes):
+        writer = ScalarWriter(states[0].graph)
+        values = [writer.name(state) for state in states]
+        body = [*writer.lines, *(f"floats[NEXT + {i}] = {value}" for i, value in enumerate(values))]
+        lines += [f"if number == {number}:", *(f"    {line}" for line in body)]
+    return function_source(f"after_switch({ARGUMENTS})", lines)
