@@ -89,7 +89,7 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
-OPTIONAL = ("gymnasium",)  # packages that blocks on their own need
+OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
 NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
 

@@ -59,7 +59,7 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
         SubElement(categories, "Category", name=each)
     case = package.case
     end = case.periods * case.system.drive.period * package.variables[0].port.scale
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=repr(end), tolerance=repr(case.tolerance))
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=f"{end:.15g}", tolerance=repr(case.tolerance))
     listed = SubElement(root, "ModelVariables")
     for each in package.variables:
         written.variable(listed, each)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import over_seconds, shortest
+from vibrocap.physics.units import one_way, over_seconds, parameter_keys, shortest
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
 INPUT = "drive"
@@ -65,18 +65,26 @@ def time(stepped: SteppedCase) -> Variable:
 
 
 def parameters(stepped: SteppedCase, places: Iterable[int]) -> list[Variable]:
-    """The parameters of the case, by their paths; places: of each in the memory."""
-    meanings = {
-        f"{part}.{info.name}": info.meaning
-        for part, record in stepped.system.parts.items()
-        for info in parameter_table(record)
-    }
-    return [
-        Variable(
-            each, meanings[each.name], f"PARAMETER + {place}", causality="parameter", variability="fixed", starts=True
-        )
-        for each, place in zip(stepped.parameters, places, strict=True)
-    ]
+    """The parameters of the case, by their paths, in SI without the unit in them; places: of each in the memory."""
+    given = {"causality": "parameter", "variability": "fixed", "starts": True}
+    found = []
+    for each, place in zip(stepped.parameters, places, strict=True):
+        name, meaning = _in_words(stepped, each.name)
+        found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {place}", **given))
+    return found
+
+
+def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
+    """Name and meaning of a parameter by its path."""
+    part, _, name = path.partition(".")
+    record = stepped.system.parts[part]
+    meaning = next(info.meaning for info in parameter_table(record) if info.name == name)
+    if stepped.system.units is None:
+        return path, meaning
+    key = one_way(parameter_keys(type(record), stepped.system.si.effort), name)
+    if key is None or not key.has_unit:
+        return path, meaning
+    return f"{part}.{key.stem}", f"{_words(key.stem)}; without units: {meaning}"
 
 
 def states(stepped: SteppedCase) -> list[Variable]:

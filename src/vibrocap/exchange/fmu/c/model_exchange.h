@@ -4,6 +4,8 @@
 
 /* Below so much of its natural size a velocity counts as zero; so an indicator never starts from zero. */
 #define STILL 1e-12
+/* By so much of its period a time of the importer may fall short of a corner of the drive that it was told. */
+#define NEAR_CORNER 1e-14
 
 static void begin(instance *c);
 
@@ -31,12 +33,16 @@ static void refresh(instance *c) {
   double *v = d->values, *indicator = v + INDICATOR;
   int k;
   if (!d->stale) return;
-  d->stale = 0;
   if (d->phase <= INITIALIZING) begin(c);
+  d->stale = 0;
+#if !SEGMENTS
+  v[ORIGIN] = floor(v[TIME] / v[PERIOD]) * v[PERIOD];
+#endif
   EQUATIONS(v);
   indicator[0] = v[SIDE] == 0.0 ? v[LIMIT] - v[HOLD] : v[SIDE] * v[VELOCITY] + STILL * v[SCALE + CONTACT];
   indicator[1] = v[SIDE] == 0.0 ? v[LIMIT] + v[HOLD] : 1.0;
   for (k = 0; k < BOUNDS; k++) indicator[2 + k] = v[BOUND + k];
+  for (k = 0; k < SWITCHES; k++) indicator[2 + BOUNDS + k] = v[SWITCH + k] + STILL;
   d->counts[0] = (int64_t)v[SIDE];
 }
 
@@ -49,9 +55,61 @@ static double decided(instance *c) {
   return fabs(v[HOLD]) < v[LIMIT] ? 0.0 : v[HOLD] > 0.0 ? 1.0 : -1.0;
 }
 
-/* The side at the start. */
+/* Count what has become of the side. */
+static void turned(data *d, double before) {
+  double now = d->values[SIDE];
+  if (now != before) d->counts[now == 0.0 ? 1 : before != 0.0 ? 4 : now > 0.0 ? 2 : 3]++;
+  d->stale = 1;
+}
+
+/* The next branch of law or machine, after a guard has fallen; a velocity may jump. */
+static void switched(instance *c, int guard) {
+  data *d = &c->now;
+  double *v = d->values, before = v[SIDE], velocity = v[VELOCITY];
+  AFTER(v, guard);
+  memcpy(v + STATE, v + NEXT, STATES * sizeof *v);
+  d->counts[count_of_switch[guard]]++;
+  EQUATIONS(v);
+  if (v[VELOCITY] != velocity) v[SIDE] = v[VELOCITY] > 0.0 ? 1.0 : -1.0;
+  if (fabs(v[VELOCITY]) <= STILL * v[SCALE + CONTACT]) {
+    v[STATE + CONTACT] -= v[VELOCITY];
+    v[SIDE] = decided(c);
+  }
+  turned(d, before);
+}
+
+/* The segment of the drive that holds from now on; the time at which it ends, none where there are no corners. */
+static double take_segment(data *d) {
+  double *v = d->values, end = 0.0;
+#if SEGMENTS
+  const double *row = v + TABLE;
+  double periods = floor(v[TIME] / v[PERIOD] + NEAR_CORNER * (1.0 + fabs(v[TIME] / v[PERIOD]))), start = 0.0, power = 1.0;
+  double now = v[TIME] / v[PERIOD] - periods + NEAR_CORNER * (1.0 + fabs(periods));
+  int number, k;
+  end = row[0];
+  for (number = 0; number < SEGMENTS - 1 && end <= now; number++) {
+    start = end;
+    row += 1 + COEFFICIENTS;
+    end += row[0];
+  }
+  v[ORIGIN] = periods * v[PERIOD];
+  v[SEGMENT] = v[PERIOD];
+  v[SEGMENT + 1] = start * v[PERIOD];
+  for (k = 0; k < COEFFICIENTS; k++, power *= v[PERIOD]) v[SEGMENT + 2 + k] = row[1 + k] / power;
+  end = number == SEGMENTS - 1 ? (periods + 1.0) * v[PERIOD] : (periods + end) * v[PERIOD];
+#else
+  UNUSED(v);
+#endif
+  d->stale = 1;
+  return end;
+}
+
+/* The drive and the side at the start. */
 static void begin(instance *c) {
-  double *v = c->now.values, velocity, side = decided(c);
+  double *v = c->now.values, velocity, side;
+  DRIVE(v);
+  take_segment(&c->now);
+  side = decided(c);
   velocity = v[VELOCITY];
   v[SIDE] = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : side;
 }
@@ -79,14 +137,21 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
   double *v = d->values, before;
   int k;
   if (in_phase(c, EVENTS, EVENTS, "fmi3UpdateDiscreteStates")) return fmi3Error;
-  UNUSED(time);
-  *again = *terminate = *nominals = *states = *time_defined = false;
+  *again = *terminate = *nominals = *states = false;
+  *time_defined = SEGMENTS > 0;
+  *time = take_segment(d) * TIME_FACTOR;
   refresh(c);
   for (k = 0; k < BOUNDS; k++) {
     if (v[BOUND + k] > 0.0) continue;
     d->status = bound_status[k];
     *terminate = true;
     say(c, WARNING, "the motion ends at %.9g: %s", v[TIME] * TIME_FACTOR, status_text(d->status));
+    return fmi3OK;
+  }
+  for (k = 0; k < SWITCHES; k++) {
+    if (v[INDICATOR + 2 + BOUNDS + k] > 0.0) continue;
+    switched(c, k);
+    *states = *again = true;
     return fmi3OK;
   }
   before = v[SIDE];
@@ -96,8 +161,7 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
     *states = true;
   }
   v[SIDE] = decided(c);
-  if (v[SIDE] != before) d->counts[v[SIDE] == 0.0 ? 1 : before != 0.0 ? 4 : v[SIDE] > 0.0 ? 2 : 3]++;
-  d->stale = 1;
+  turned(d, before);
   return fmi3OK;
 }
 
@@ -159,12 +223,12 @@ EXPORT fmi3Status FMI(GetNominalsOfContinuousStates)(fmi3Instance i, fmi3Float64
 }
 
 EXPORT fmi3Status FMI(GetEventIndicators)(fmi3Instance i, fmi3Float64 indicators[], size_t n) {
-  return given_out(i, -1, INDICATOR, indicators, n, 2 + BOUNDS, "event indicators");
+  return given_out(i, -1, INDICATOR, indicators, n, 2 + BOUNDS + SWITCHES, "event indicators");
 }
 
 EXPORT fmi3Status FMI(GetNumberOfEventIndicators)(fmi3Instance i, size_t *n) {
   UNUSED(i);
-  *n = 2 + BOUNDS;
+  *n = 2 + BOUNDS + SWITCHES;
   return fmi3OK;
 }
 

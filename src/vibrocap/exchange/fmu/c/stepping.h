@@ -87,6 +87,7 @@ static int go_on(instance *c, double from, double length, int to_event, int *eve
   rest = until - time_now(d);
   take_input(d);
   d->stale = 1;
+  if (!(rest > 0.0)) return DONE; /* the length is lost in the rounding of the time */
   d->status = to_event ? STEPPER(step_to_event)(&d->own.motion, rest) : STEPPER(step)(&d->own.motion, rest);
   if (d->status == AT_EVENT) {
     d->status = 0;
