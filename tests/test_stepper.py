@@ -193,6 +193,19 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         assert found == counts  # whether a velocity touches zero is a matter of rounding
 
 
+@pytest.mark.parametrize("system", cases({name: HELD[name] for name in ("readme", "lugre", "several", "dynamic-load")}))
+def test_what_is_seen_under_an_input_is_what_a_motion_is_asked_for(system):
+    drive, initial = system.drive, initial_of(system)
+    reference = vc.simulate(system, periods=3, initial=initial, tolerance=1e-10)
+    motion = vc.stepper(system, input="drive", initial=initial, tolerance=1e-10)
+    for k in range(30):
+        motion.step(drive.amplitude if k % 10 < 5 else -drive.amplitude, drive.period / 10.0)
+        if k % 5 < 4:  # not at its corners, where the drive of a motion has jumped already
+            for name in motion.stepped.kernel.observed:
+                wanted = reference.at(motion.time, name)[0]
+                assert motion[name] == pytest.approx(wanted, rel=1e-8, abs=1e-8), name
+
+
 PAIRS = [
     pytest.param(*pair, id="-".join(pair), marks=pytest.mark.slow) for pair in itertools.product(laws(), machines())
 ]
