@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKED_APART = {"site": ["docs"], "exchange": ["exchange", "gym", "mujoco"]}  # extras by the lock that holds them
 LOCKS = [ROOT / "requirements.lock", *sorted((ROOT / ".ci").glob("*.txt"))]
 
 LONGEST_MODULE = 400
@@ -86,18 +87,23 @@ def locked(text: str) -> dict[str, str]:
 
 
 def test_lock_covers_every_declared_dependency():
-    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, the site."""
-    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in ("gpu", "peers", "docs")}
+    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, and LOCKED_APART."""
+    apart = {"gpu", "peers"}.union(*LOCKED_APART.values())
+    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in apart}
     named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])
     assert named <= locked(LOCK).keys()
 
 
-def test_lock_of_the_site_covers_its_extra_and_agrees_with_the_other():
+@pytest.mark.parametrize("name", LOCKED_APART)
+def test_a_lock_apart_covers_its_extras_and_agrees_with_the_others(name):
     """They are installed into one environment."""
-    site = locked((ROOT / ".ci" / "site-requirements.txt").read_text(encoding="utf-8"))
-    assert declared(PROJECT["optional-dependencies"]["docs"]) <= site.keys()
-    both = locked(LOCK).keys() & site.keys()
-    assert {name: site[name] for name in both} == {name: locked(LOCK)[name] for name in both}
+    files = [LOCK, *((ROOT / ".ci" / f"{each}-requirements.txt").read_text(encoding="utf-8") for each in LOCKED_APART)]
+    this, others = locked((ROOT / ".ci" / f"{name}-requirements.txt").read_text(encoding="utf-8")), map(locked, files)
+    for extra in LOCKED_APART[name]:
+        assert declared(PROJECT["optional-dependencies"][extra]) <= this.keys()
+    for other in others:
+        both = this.keys() & other.keys()
+        assert {name: this[name] for name in both} == {name: other[name] for name in both}
 
 
 def test_modules_are_short_and_their_names_say_what_they_hold():

@@ -14,6 +14,7 @@ from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.machines.machine import Contact
+from vibrocap.physics.mechanism import Mechanism
 from vibrocap.physics.part_files import load_parts
 
 
@@ -68,6 +69,21 @@ def sprung(self, t, y, drive, frictions):
 def forgets_a_belt(self, t, y, drive, frictions):
     drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, frictions)
     return drive_power, damper - 0.3 * sum(frictions[1:])
+
+
+def unsprung(self, t, y):
+    return self._with_bob(y, "bob")
+
+
+def heavier(self, t, y):
+    (block,) = vc.Oscillator.mechanism(self, t, y).bodies
+    mass, rate = 2.0 * block.mass, block.rate / 2.0**0.5  # of the same energy
+    return Mechanism((dataclasses.replace(block, mass=mass, rate=rate),))
+
+
+def undamped(self, t, y):
+    found = vc.TwoBodyCrawler.mechanism(self, t, y)
+    return Mechanism(found.bodies, (dataclasses.replace(found.links[0], damping=0.0),))
 
 
 LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
@@ -148,6 +164,9 @@ FAULTS = {
         held_otherwise(vc.LinkageCrawler, 2, reaction=(1.0, 0.5, 0.1)),
         "contacts: the reaction of contact 2 should be (b, n, s_1, ...), 4 numbers",
     ),
+    "mechanism without its spring": (of(CAPSULE, mechanism=unsprung), "mechanism: its energy is "),
+    "mechanism of another mass": (of(OSCILLATOR, mechanism=heavier), "mechanism: its momentum is "),
+    "mechanism without its damper": (of(vc.TwoBodyCrawler, mechanism=undamped), "mechanism: its power is "),
     "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should be a tuple of names, each once, among"),
     "channel of friction": (of(CAPSULE, channels=("drive", "bristle_loss")), "channels: 'bristle_loss' is no name for"),
     "strikes nothing": (of(OSCILLATOR, strikes_ground=("impact",)), "strikes_ground: names 'impact', which is none of"),

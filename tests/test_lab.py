@@ -19,10 +19,12 @@ from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
 from vibrocap.lab.controls import part_record
+from vibrocap.lab.forms import form_of
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.measures.during_run import measure_table
+from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import ROUNDING, Piecewise
@@ -571,6 +573,16 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     shared = "#v=1&preset=own&friction=exponential"
     wanted = [False, 0.05, 0.15, needed, needed, shared, needed, [], "", shared + "&friction.decay_rate=2", 2, True]
     assert json.loads(done.stdout) == wanted
+
+
+def test_a_page_has_room_for_a_drive_with_a_long_table():
+    """In WebAssembly what is written beyond it would change other numbers in silence."""
+    times = np.linspace(0.0, 6.0, 401)
+    drive = vc.DriveTable(tuple(times), (0.5, *np.cos(times[1:-1]), 0.5), interpolation="linear")
+    kernel = form_of(vc.System(vc.Oscillator(), vc.Coulomb(), drive)).motion
+    floats, ints = kernel.layout.allocated()
+    with np.errstate(all="ignore"):
+        plain_kernel(kernel.text)["begin"](floats, ints, np.zeros(4 * len(times)), 0)
 
 
 def test_a_page_asks_for_nothing_and_holds_every_script(data):

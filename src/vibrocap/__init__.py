@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
+    from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -251,6 +253,8 @@ __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
+# a motion that is moved on from outside
+__all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]

@@ -56,7 +56,13 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
-    "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),
+    "export": (
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to mjcf --out capsule.xml",
+        "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
+        "vibrocap export examples/bench-in-si.toml --to fmu --kind model-exchange --out rates.fmu",
+    ),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),
     "friction show": (

@@ -2,11 +2,11 @@
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
+from vibrocap.contracts.growth import along, explicit_rates
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
-from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import Contact
 
 # of friction and of surroundings, and what else stands beside works
@@ -116,29 +116,6 @@ def contact(given: Any) -> str | None:
             if not abs(after - before - 0.25) <= 8 * EPSILON * max(1.0, *map(abs, y)):
                 return f"contacts: the velocity changes by {after - before:g} where {name} changes by 0.25"
     return None
-
-
-def along(function: Callable, states: int) -> Callable[[float, tuple, Any], float]:
-    """d/dt of a function of the mechanical state, of (t, state, rates): by its partial derivatives, recorded once.
-
-    None of it by the time.
-    """
-    graph = Graph()
-    recorded = graph.expression(function(graph.node("time"), tuple(graph.node("state", i) for i in range(states))))
-    partial = [derivative(recorded, i) for i in range(states)]
-
-    def growth(t: float, y: tuple, rates: Any) -> float:
-        slopes = evaluate(partial, t, y, 1.0, ())
-        return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
-
-    return growth
-
-
-def explicit_rates(functions: Callable, t: float, y: tuple) -> list[float]:
-    """Partial derivatives by the time of functions of time and state."""
-    graph = Graph()
-    recorded = map(graph.expression, functions(graph.node("time"), y))
-    return list(map(float, evaluate([derivative(each, -1) for each in recorded], t, y, 1.0, ())))
 
 
 def energy(given: Any) -> str | None:
@@ -306,6 +283,35 @@ def place(given: Any) -> str | None:
     return None
 
 
+def mechanism(given: Any) -> str | None:
+    """Its mechanism, where it has one, has its energy, its momentum and its powers without friction."""
+    for machine, t, y, drive, _ in _moving(given):
+        if (parts := machine.mechanism(t, y)) is None:
+            return None
+        normal = 0.0 if machine.gravity is None else machine.gravity[0]
+        places, velocities = {"": 0.0}, {"": 0.0}
+        energy = momentum = power = 0.0
+        for each in parts.bodies:
+            turns, sine, cosine = each.joint == "hinge", math.sin(each.place), math.cos(each.place)
+            rise = -sine * each.rate if turns else 0.0
+            velocity = velocities[each.carrier] + (-cosine * each.rate if turns else each.rate)
+            places[each.name], velocities[each.name] = each.place, velocity
+            energy += 0.5 * each.mass * (velocity * velocity + rise * rise) + 0.5 * each.stiffness * each.place**2
+            energy += each.mass * normal * cosine if turns else 0.0
+            momentum += each.mass * velocity
+            power += (each.actuation * drive - each.damping * each.rate) * each.rate
+        for link in parts.links:
+            opening, rate = (found[link.ahead] - found[link.behind] for found in (places, velocities))
+            energy += 0.5 * link.stiffness * opening * opening
+            power += (link.actuation * drive - link.damping * rate) * rate
+        none = (0.0,) * len(machine.contact_states)
+        wanted = machine.energy(t, y), machine.momentum(t, y), sum(machine.powers(t, y, drive, none))
+        for what, found, value in zip(("energy", "momentum", "power"), (energy, momentum, power), wanted, strict=True):
+            if not abs(found - value) <= 64 * EPSILON * (1.0 + max(map(abs, (*y, drive, value)))) ** 2:
+                return f"mechanism: its {what} is {found:g}, that of the equations {value:g} ({_place(y, drive, none)})"
+    return None
+
+
 def sizes(machine: Any) -> str | None:
     """Its loads and its scales are positive."""
     if not all(math.isfinite(load) and load > 0.0 for load in machine.loads()):
@@ -368,6 +374,7 @@ MACHINE_CLAUSES = (
     cyclic,
     turns,
     place,
+    mechanism,
     sizes,
     branches,
 )

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Contact, NonNegative, Number, Positive, Shape
+from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive, Shape
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.numbering import numbered
 
@@ -167,6 +167,18 @@ class BlockRow(Row):
         for friction in frictions:
             belt = belt - self.belt_speed * friction
         return driven, damped, belt
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Blocks on their wall springs, with a link in every gap."""
+        names = ("mass", "stiffness", "damping", "actuation")
+        own = zip(y[::2], self._velocities(y), *(self._all(name, self.bodies) for name in names), strict=True)
+        bodies = (
+            Body(f"body {i + 1}", mass, "slide", place, rate, "", stiffness, damping, actuation, i)
+            for i, (place, rate, mass, stiffness, damping, actuation) in enumerate(own)
+        )
+        gaps = zip(*(self._all(f"coupling_{name}", self.bodies - 1) for name in ("stiffness", "damping")), strict=True)
+        links = (Link(f"body {i}", f"body {i + 1}", *each) for i, each in enumerate(gaps, start=1))
+        return Mechanism(tuple(bodies), tuple(links))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """Blocks in a row, with the springs between them, under wall springs that hang from where each is at rest."""

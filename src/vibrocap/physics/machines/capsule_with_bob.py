@@ -3,7 +3,18 @@
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import Contact, Machine, Positive, Scales, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import (
+    Body,
+    Contact,
+    Machine,
+    Mechanism,
+    Positive,
+    Scales,
+    cos,
+    parameter,
+    parameters,
+    sin,
+)
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
@@ -141,6 +152,11 @@ class CapsuleWithBob(Machine):
     def momentum(self, t, y):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
         return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
+
+    def _with_bob(self, y, bob, stiffness=0.0) -> Mechanism:
+        """Capsule and bob, which stands under this name in the scene."""
+        turning = Body(bob, 1.0, "hinge", y[0], y[1], "capsule", stiffness, self.damping, actuation=1.0)
+        return Mechanism((Body("capsule", self.mass_ratio, place=y[2], rate=y[3], contact=0), turning))
 
     def powers(self, t, y, drive, frictions) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Contact, NonNegative, Number, Positive
+from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.numbering import numbered
 
@@ -107,6 +107,18 @@ class Crawler(Row):
         for (_, rate), actuation, damping in zip(self._gaps(y), *shares, strict=True):
             driven, damped = driven + actuation * (drive * rate), damped - damping * rate * rate
         return driven, damped
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Bodies on the ground, with a link in every gap."""
+        place, bodies, links = y[2], [], []
+        for i, (mass, rate) in enumerate(zip(self._all("mass", self.bodies), self._velocities(y), strict=True)):
+            bodies.append(Body(f"body {i + 1}", mass, place=place, rate=rate, contact=i))
+            if i < self.bodies - 1:
+                place = place + self._gaps(y)[i][0]
+        own = (self._all(name, self.bodies - 1) for name in ("stiffness", "damping", "actuation"))
+        for i, (stiffness, damping, actuation) in enumerate(zip(*own, strict=True), start=1):
+            links.append(Link(f"body {i}", f"body {i + 1}", stiffness, damping, actuation))
+        return Mechanism(tuple(bodies), tuple(links))
 
     def scene(self, t, y):
         """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.elementary import cos, sin, sqrt
+from vibrocap.physics.mechanism import Body, Link, Mechanism
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
@@ -16,10 +17,13 @@ from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "IMPACT",
+    "Body",
     "Contact",
     "Imposed",
     "ImposedDisplacement",
+    "Link",
     "Machine",
+    "Mechanism",
     "NonNegative",
     "Number",
     "Positive",
@@ -279,6 +283,12 @@ class Machine(Part):
         contact.
         """
         raise NotImplementedError
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Its bodies, joints and links, at a state, for programs of rigid bodies (`Mechanism`); None, the default,
+        where such a program has no parts for it: imposed motions, stops, bodies that move in a plane.
+        """
+        return None
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""

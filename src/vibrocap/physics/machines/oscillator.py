@@ -5,8 +5,10 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import (
+    Body,
     Contact,
     Machine,
+    Mechanism,
     NonNegative,
     Number,
     Positive,
@@ -117,6 +119,11 @@ class Oscillator(Machine):
         """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[1] + self.belt_speed
         return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * frictions[0]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The block on its spring."""
+        joint = {"place": y[0], "rate": y[1] + self.belt_speed, "actuation": 1.0, "contact": 0}
+        return Mechanism((Body("block", self.mass, stiffness=self.stiffness, damping=self.damping, **joint),))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, parameter, parameters, rebounds
+from vibrocap.physics.machines.machine import IMPACT, Machine, Positive, Shape, parameter, parameters, rebounds
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.machines.stops import (
     BackGap,
@@ -63,6 +63,7 @@ class OscillatorWithStops(Oscillator):
 
     source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*Oscillator.states, "touching")
     symmetry: ClassVar = (-1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -5,7 +5,17 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, cos, parameter, parameters, rebounds, sin
+from vibrocap.physics.machines.machine import (
+    IMPACT,
+    Machine,
+    Positive,
+    Shape,
+    cos,
+    parameter,
+    parameters,
+    rebounds,
+    sin,
+)
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.physics.machines.stops import EndOrRestitution
 
@@ -37,6 +47,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
 
     source: ClassVar[str] = "liu2019; brogliato2016"
     name: ClassVar[str] = "pendulum-capsule-with-stops"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*PendulumCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, rebounds
+from vibrocap.physics.machines.machine import IMPACT, Machine, NonNegative, Shape, parameter, parameters, rebounds
 from vibrocap.physics.machines.stops import BackGap, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 
@@ -36,6 +36,7 @@ class RigidStopCapsule(TwoMassCapsule):
 
     source: ClassVar[str] = "liu2013; brogliato2016"
     name: ClassVar[str] = "rigid-stop-capsule"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)

@@ -5,8 +5,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.machines.machine import (
+    Body,
     Contact,
     Machine,
+    Mechanism,
     NonNegative,
     Positive,
     Scales,
@@ -121,6 +123,13 @@ class TwoMassCapsule(Machine):
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The inner mass on its spring in the capsule; a drive from outside acts on both joints."""
+        outside = 1.0 if self._external else 0.0
+        capsule = Body("capsule", self.mass_ratio, place=y[2], rate=y[3], actuation=outside, contact=0)
+        joint = {"place": y[0], "rate": y[1], "carrier": "capsule", "actuation": 1.0}
+        return Mechanism((capsule, Body("inner mass", 1.0, stiffness=self.stiffness, damping=self.damping, **joint)))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, and in it the mass on its spring."""

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.machines.stops import BackGap, ElasticStops, StopDamping, StopStiffness, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
@@ -42,6 +42,7 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
