@@ -81,7 +81,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         "MODEL_EXCHANGE": 1,
     }
     own = [
-        "typedef struct { char none; } own_state;",
+        "typedef struct { double instant; int switches; } own_state;",
         f"void {name}_drive(double *values);",
         f"void {name}_equations(double *values);",
         f"void {name}_after(double *values, int guard);",

@@ -7,6 +7,8 @@
 /* By so much of its period a time of the importer may fall short of a corner of the drive that it was told. */
 #define NEAR_CORNER 1e-14
 
+#define MOST_SWITCHES 100 /* at one instant */
+
 static void begin(instance *c);
 
 static void to_start(data *d) {
@@ -150,6 +152,9 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
   }
   for (k = 0; k < SWITCHES; k++) {
     if (v[INDICATOR + 2 + BOUNDS + k] > 0.0) continue;
+    if (v[TIME] != d->own.instant) d->own.instant = v[TIME], d->own.switches = 0;
+    if (++d->own.switches > MOST_SWITCHES)
+      return STATUS(WRONG("branches follow one another without end at %.9g", v[TIME] * TIME_FACTOR));
     switched(c, k);
     *states = *again = true;
     return fmi3OK;
