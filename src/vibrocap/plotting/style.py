@@ -209,6 +209,11 @@ def legend_above(axes: Axes, **options: Any) -> None:
     axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
 
 
+def letters(points: float) -> float:
+    """The size of letters that are so large on a screen, in points; on a page at most those of its labels."""
+    return points if page().width is None else min(points, PAGE_STYLE["xtick.labelsize"])
+
+
 def heading(fig: Figure, text: str) -> None:
     """The title of a whole figure."""
     if page().header:

@@ -89,7 +89,7 @@ def simulate(
     out
         export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
     plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
+        draw time histories, phase planes and the friction loop: FILE.png, .svg, .pdf or .tex
     animate
         make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
     set_
