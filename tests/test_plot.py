@@ -221,6 +221,29 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
+def test_the_sheet_of_one_block_shows_its_plane_once():
+    block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
+    titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
+    assert titles == ["Place over the whole run", "Block", "Block", "Contact", "Block", "Friction"]
+    row = vc.figure(vc.simulate(vc.System(vc.TwoBlockRow(), vc.Coulomb(), vc.Constant(duration=3.0)), periods=2))
+    shown = {ax.get_title(loc="left"): ax for ax in row.axes}
+    assert [*shown] == [
+        "Place of body 1 over the whole run", "Positions", "Bodies", "Contacts", "Modes", "Body 2", "Body 1",
+        "Friction",
+    ]  # fmt: skip
+    assert shown["Body 2"].get_xlabel() == "position $x_2$"
+    assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
+
+
+def test_modes_are_explained_as_far_as_they_occur():
+    motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
+    (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]
+    seen = {int(each.side) for contact in (1, 2) for each in motion.phases_of(contact) if each.end > motion.start_time}
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == [word for side, word in ((1, "forward"), (0, "stuck"), (-1, "back")) if side in seen]
+    assert len(words) == 2
+
+
 def test_machine_without_a_known_load_is_refused():
     motion = vc.simulate(vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic()), periods=1)
     with pytest.raises(ValueError, match="the oscillator does not say how its load follows the motion"):

@@ -19,7 +19,7 @@ from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import figure, given_axes, legend_below, style
 
@@ -182,7 +182,7 @@ def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> s
     along = _along(found, over)
     if along.unit != "1":
         stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
-        return f"{part} {stem.replace('_', ' ')} [{along.unit}]"
+        return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
     record = found.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"

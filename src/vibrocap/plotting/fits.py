@@ -15,7 +15,7 @@ from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
-from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent
+from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     blank_figure,
@@ -127,7 +127,7 @@ def _row_height(rows: int) -> float:
     return 2.15 if page().width is None else PRINTED * rows
 
 
-def _beside_heading() -> str:
+def _beside_heading() -> Any:
     """Where a legend stands: beside the heading, in a column, where the heading takes all the room, below."""
     return "outside lower left" if page().narrow else "outside upper right"
 
@@ -175,7 +175,7 @@ def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> No
     for ax, (x, factor, label) in zip(axes[1:], columns, strict=False):
         for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
             ax.plot(x[at] / factor, force[at] / scale, **look)
-        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{units.force})")
+        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{whole(units.force)})")
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
@@ -354,7 +354,7 @@ def _part(record: RecordResult, stretch: slice) -> str:
 def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
     """The factor of the unit that suits the values, and the label of their axis."""
     factor, prefix = unit_of(values)
-    return factor, f"{name} ({prefix}{unit})"
+    return factor, f"{name} ({prefix}{whole(unit)})"
 
 
 def _even_choice(count: int, most: int) -> np.ndarray:
