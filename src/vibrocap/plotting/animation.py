@@ -234,7 +234,8 @@ Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of
 
 def _drawn(moving: MovingShape, axes: Axes, inclined: Transform) -> Mover:
     """Draw a shape on axes, on inclined ground; returns what moves it to its place in a frame."""
-    shape, along = moving.shape, {"transform": inclined}
+    shape = moving.shape
+    along: dict[str, Any] = {"transform": inclined}
     wide, tall = shape.size
     if shape.kind == "box":
         style = BoxStyle("round", pad=0, rounding_size=0.25 * min(wide, tall))

@@ -12,8 +12,6 @@ const withGiven = (wrong, value) => (wrong.includes(", got ") ? wrong : `${wrong
 // The range of tolerances of a form's kernel, which belong to the order of its series (`numerics/run/motion.py`).
 const TOLERANCES = { 10: [1e-7, 1e-5], 12: [1e-11, 9.99e-8], 16: [1e-14, 9.99e-12] };
 
-const CHECKS = new WeakMap(); // of forms, whose records go to workers and hold no functions
-
 class Model {
   constructor(data) {
     this.data = data;
@@ -132,8 +130,7 @@ class Model {
 
   // The first rule between numbers that is broken, as the parts themselves have it: [field, what is wrong]; or null.
   broken(form, values) {
-    if (!CHECKS.has(form)) CHECKS.set(form, new Function("p", "f", `return ${form.rules}||null`));
-    return CHECKS.get(form)(form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
+    return RULES[form.number](form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
   }
 
   get(path) {
