@@ -20,7 +20,7 @@ from vibrocap.lab.shortened import shortened
 WORKER = ("worker/engine.js", "worker/dense.js", "worker/worker.js")
 SCRIPTS = (
     *("charts.js", "scene.js", "model.js", "panels.js", "share.js", "maps.js"),
-    *("controls.js", "readouts.js", "fields.js", "main.js", "sharing.js"),
+    *("controls.js", "readouts.js", "fields.js", "print.js", "main.js", "sharing.js"),
 )
 
 

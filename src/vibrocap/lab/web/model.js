@@ -1,5 +1,6 @@
 // The state of the lab: which parts, which numbers, how it runs; what may be set, and what is wrong with what is not.
 
+const WIDTH = "friction.smoothing_velocity"; // of a law that is smoothed
 const PARTS = ["machine", "friction", "drive"];
 const MOST_PERIODS = 2000;
 const NEEDED = "should be given; in SI it has no default";
@@ -209,7 +210,10 @@ class Model {
   get names() {
     const { beside } = this.state;
     if (beside === "twin") return ["this motion", "its mirror twin"];
-    return beside === "kept" ? ["this motion", "the kept one"] : [wordy(this.form.friction), wordy(beside)];
+    if (beside === "kept") return ["this motion", "the kept one"];
+    const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
+    const named = (law, values) => wordy(law) + (values && WIDTH in values ? ` (width ${said(values[WIDTH])})` : "");
+    return [named(this.form.friction, this.state.values), named(beside, number >= 0 && this.valuesBeside(number))];
   }
 
   // The present case is kept beside, and what was kept is the present one.

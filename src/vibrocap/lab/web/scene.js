@@ -2,14 +2,20 @@
 
 const ARROW = 1.1, LOAD_ARROW = 0.3; // the longest arrows of friction and load, in lengths of the equations
 
-// now: { sides: of the contacts, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
+// now: { sides: of the contacts, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit, slope: of the ground, uphill forward }
 function drawScene(pen, theme, form, now) {
-  const low = -0.42, high = 1.95, scale = pen.height / (high - low), middle = pen.width / 2;
+  const [rise, level] = [Math.abs(Math.sin(now.slope)), Math.cos(now.slope)];
+  const low = -0.42 * level - rise, high = 1.95 * level + rise, scale = pen.height / (high - low), middle = pen.width / 2;
+  pen.turned(middle, pen.height + low * scale, -now.slope, () => drawGround(pen, theme, form, now, scale, middle, low));
+}
+
+// The ground and what is on it, as on level ground.
+function drawGround(pen, theme, form, now, scale, middle, low) {
   const along = Math.min(scale, (pen.width / 2 - scale) / now.reach); // a machine that goes far is seen from afar
   const px = (x) => middle + (x - now.camera) * along, py = (y) => pen.height - (y - low) * scale;
-  const half = pen.width / 2 / along;
-  pen.path([0, py(0), pen.width, py(0)], theme.axis, 1.5);
-  const unit = now.unit, each = ticks(0, 2 * half * unit, 11)[1] / unit, step = each / 5;
+  const seen = Math.hypot(pen.width / 2, pen.height), half = seen / along;
+  pen.path([middle - seen, py(0), middle + seen, py(0)], theme.axis, 1.5);
+  const unit = now.unit, each = ticks(0, (pen.width / along) * unit, 11)[1] / unit, step = each / 5;
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
     const x = k * step, whole = Math.abs(x / each - Math.round(x / each)) < 1e-9;
     pen.path([px(x), py(0), px(x), py(whole ? -0.1 : -0.05)], theme.axis, 1);
