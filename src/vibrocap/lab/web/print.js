@@ -1,28 +1,32 @@
 // The page on paper: the machine as it stands, what it is, its panels, and where it is found; on one page.
 
-const ON_PAPER = { width: 800, scene: 170, panels: 520 }; // its panels share that height
+// In units of which the page is 800 wide and, less its margins, 1050 high: the scene, a line of text, and what panels get.
+const ON_PAPER = { width: 800, height: 1050, scene: 170, line: 19, letters: 105, least: 300, most: 640 };
 
 function putOnPaper(lab) {
-  const { model, shown } = lab, root = $$("paper"), theme = themeOf(root), svg = [];
+  const { model, shown } = lab, root = $$("paper"), theme = themeOf(root), moves = model.state.view === "motion";
   if (!shown || !shown.count) return;
-  const row = shown.at(lab.clock.time), pen = new SvgPen(ON_PAPER.width, ON_PAPER.scene);
-  const moves = model.state.view === "motion", rows = lab.other ? 5 : 4;
-  if (moves) {
-    pen.within(0, 0, pen.width, pen.height, () => drawScene(pen, theme, shown.form, lab.now(row)));
-    pen.text(4, 14, lab.words(row)[0], { fill: theme.side(row[1]), size: 13, weight: 600 });
-    pen.text(pen.width - 4, 14, lab.words(row)[1], { fill: theme.soft, size: 12, align: "right" });
-    svg.push(pen.svg.replaceAll("clip0", "scene-clip"));
-  }
-  svg.push(pictureSvg(lab, theme, ON_PAPER.width / 2, ON_PAPER.panels / rows));
-  root.innerHTML = [
-    `<h1>${escaped(model.preset.title)}</h1>`,
-    moves ? svg[0] : "",
-    ...model.form.sections.map((section) => `<p><b>${escaped(model.part(section).name)}</b>: ${sectionOnPaper(lab, section)}</p>`),
-    `<p><b>start and run</b>: ${startOnPaper(lab)}</p>`,
-    moves ? `<p>${readoutsOf(model, shown, lab.details, lab.units, lab.other).map(({ name, value }) => `<span>${escaped(name)}: <b>${escaped(value)}</b></span>`).join("; ")}</p>` : "",
-    svg[svg.length - 1],
-    `<p class="soft">${escaped(addressOf(lab))}<br>vibrocap ${escaped(model.data.version)}</p>`,
-  ].join("");
+  const paragraphs = [
+    ...model.form.sections.map((section) => `<b>${escaped(model.part(section).name)}</b>: ${sectionOnPaper(lab, section)}`),
+    `<b>start and run</b>: ${startOnPaper(lab)}`,
+    ...(moves ? [readoutsOf(model, shown, lab.details, lab.units, lab.other).map(({ name, value }) => `<span>${escaped(name)}: <b>${escaped(value)}</b></span>`).join("; ")] : []),
+    `<small>${escaped(addressOf(lab))}; vibrocap ${escaped(model.data.version)}</small>`,
+  ];
+  root.innerHTML = `<h1>${escaped(model.preset.title)}</h1>${paragraphs.map((each) => `<p>${each}</p>`).join("")}`;
+  const texts = [...root.querySelectorAll("p")], { width, height, scene, line, letters, least, most } = ON_PAPER;
+  const lines = texts.reduce((sum, each) => sum + 0.4 + Math.ceil(each.textContent.length / letters), 2);
+  const room = Math.min(most, Math.max(least, height - scene - line * lines)), rows = lab.other ? 5 : 4;
+  if (moves) root.firstChild.insertAdjacentHTML("afterend", sceneOnPaper(lab, theme, width, scene));
+  texts[texts.length - 1].insertAdjacentHTML("beforebegin", pictureSvg(lab, theme, width / 2, room / rows));
+}
+
+// The machine as it stands.
+function sceneOnPaper(lab, theme, width, height) {
+  const { shown } = lab, row = shown.at(lab.clock.time), pen = new SvgPen(width, height), [words, clock] = lab.words(row);
+  pen.within(0, 0, width, height, () => drawScene(pen, theme, shown.form, lab.now(row)));
+  pen.text(4, 14, words, { fill: theme.side(row[1]), size: 13, weight: 600 });
+  pen.text(width - 4, 14, clock, { fill: theme.soft, size: 12, align: "right" });
+  return pen.svg.replaceAll("clip0", "scene-clip");
 }
 
 // The numbers of a part, with their symbols and units.
