@@ -192,3 +192,23 @@ def test_no_other_script_runs_in_a_page_and_it_reaches_no_address(opened):
     assert any("connect-src" in each or "default-src" in each for each in said)
     assert not any(each.startswith("asked for") for each in said)
     page.events.clear()
+
+
+def test_no_number_of_the_ground_stands_under_an_arrow(opened):
+    page = opened()
+    page.js("lab.play(false)")
+    shown = page.js("""Array.from({ length: 60 }, (_, k) => {
+      const { from, end, form } = lab.shown, pen = new SvgPen(800, 250);
+      const row = lab.shown.at(from + (k / 60) * (end - from));
+      drawScene(pen, lab.theme, form, lab.now(row));
+      return pen.parts.filter((each) => each.startsWith("<text")).map((each) => {
+        const [, x, text] = /x="([^"]*)".*>([^<]*)</.exec(each);
+        return [Number(x), text];
+      });
+    })""")
+    for texts in shown:
+        letters = [x for x, text in texts if text in "RN"]
+        numbers = [x for x, text in texts if text not in "RN"]
+        assert len(letters) == 2
+        assert len(numbers) >= 3
+        assert min(abs(x - letter) for x in numbers for letter in letters) > 12.0
