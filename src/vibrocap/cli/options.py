@@ -15,7 +15,7 @@ from cyclopts import Parameter
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
 from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
-from vibrocap.io.spreadsheets import BESIDE, ROWS, beside
+from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
@@ -169,6 +169,12 @@ def writable_film(option: str, path: Path | None) -> None:
             raise Refusal(
                 f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
             )
+
+
+def with_headings(path: Path | None, wanted: bool, option: str) -> None:
+    """Refusal for units in headings of a file that has none."""
+    if wanted and (path is None or path.suffix.lower() not in HEADED):
+        raise Refusal(f"--unit-headings: is for {option} FILE.csv and FILE.xlsx, which have headings")
 
 
 def writable_table(option: str, path: Path | None, *packages: str, rows: int = 0) -> None:

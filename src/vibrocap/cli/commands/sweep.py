@@ -32,6 +32,7 @@ def sweep(
     resume: bool = False,
     mixed: bool = False,
     export: Path | None = None,
+    unit_headings: bool = False,
     cases: Path | None = None,
     design: str | None = None,
     runs: int | None = None,
@@ -74,6 +75,8 @@ def sweep(
         with --resume, continue even if the study was started by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too
+    unit_headings
+        of the columns of --export FILE.csv or .xlsx: name and unit, as in "drift [m]"
     cases
         instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
     design
@@ -122,7 +125,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(out or found.dataset(), export)
+            write_study(out or found.dataset(), export, unit_headings=unit_headings)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
