@@ -128,6 +128,14 @@ def test_a_caption_takes_the_place_of_the_header():
     assert not any("LuGre" in text.get_text() or "units" in text.get_text() for text in texts_of(bare))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["equilibria", "diagram"])
+def test_diagrams_over_a_parameter_name_the_others(kind):
+    heading = vc.figure(RESULTS[kind]())._suptitle.get_text()
+    assert all(each in heading for each in (r"$\eta_{c}$", "$c$", "$N$"))
+    assert "$v_{b}$" not in heading  # which varies
+
+
 def test_the_users_settings_hold_over_those_of_the_package(motion):
     with matplotlib.rc_context({"font.size": 6.0, "font.family": "DejaVu Serif", "axes.grid": False}):
         label = vc.plot(motion).xaxis.label

@@ -226,6 +226,12 @@ def setting(fig: Figure, text: str) -> None:
         fig.suptitle(text, fontsize=9.5 if page().width is None else HEAD, x=0.01, ha="left")
 
 
+def small_setting(fig: Figure, text: str) -> None:
+    """The same in small print, as of a diagram over one of the parameters."""
+    if page().header:
+        fig.suptitle(text, fontsize=8 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
+
+
 def logarithmic(ax: Axes, name: str) -> None:
     """A logarithmic scale of the axis "x" or "y" whose ticks do not run into each other.
 
