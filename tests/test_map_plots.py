@@ -288,14 +288,13 @@ def test_response_period_and_status_are_named():
 
 
 def test_colours_are_logarithmic_only_where_all_numbers_are_positive():
-    dataset = study()
-    cost = np.geomspace(1.0, 1e4, dataset["cost_of_transport"].size).reshape(dataset["cost_of_transport"].shape)
-    for least, expected in ((0.5, True), (0.0, False), (-0.5, False)):
-        cost[0, 6] = least  # one of 192: less than the outermost half percent
-        view = study_view(
-            dataset.assign(cost_of_transport=dataset["cost_of_transport"].copy(data=cost)), "cost_of_transport"
-        )
-        assert limits(view)[4] is expected
+    """One run of 384 is less than the half percent that a scale leaves out where it lies far out."""
+    dataset = study(x=np.linspace(0.5, 8.0, 32))
+    costs = np.geomspace(1.0, 1e4, dataset["cost_of_transport"].size).reshape(dataset["cost_of_transport"].shape)
+    for least, expected in ((0.5, True), (0.0, False), (-0.5, False), (-1e5, False)):
+        costs[0, 6] = least
+        shown = dataset.assign(cost_of_transport=dataset["cost_of_transport"].copy(data=costs))
+        assert limits(study_view(shown, "cost_of_transport"))[4] is expected
 
 
 def test_a_line_explains_no_band_that_holds_no_run():

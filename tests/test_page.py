@@ -190,6 +190,9 @@ def test_a_tex_picture_needs_tex_and_no_large_map(tmp_path, monkeypatch, capsys)
 def test_tex_sets_a_picture_of_its_width(kind, tmp_path):
     figure = vc.figure(RESULTS[kind](), tmp_path / "one.tex", width="column")
     assert any(each.get_rasterized() for each in figure.findobj()) == (kind == "map")  # as before
+    assert not any("ensuremath" in text.get_text() for text in texts_of(figure))
+    assert "includegraphics" not in (tmp_path / "one.tex").read_text()
+    assert [each.name for each in tmp_path.iterdir()] == ["one.tex"]
     text = r"\documentclass{article}\usepackage{pgf}\begin{document}\setbox0\hbox{\input{one.tex}}"
     (tmp_path / "page.tex").write_text(text + r"\typeout{WIDTH \the\wd0}\box0\end{document}")
     said = subprocess.run(

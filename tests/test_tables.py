@@ -67,6 +67,9 @@ def test_headings_of_a_study_carry_their_units_by_choice(tmp_path):
     heads = first_line(write_study(study, tmp_path / "study.csv", unit_headings=True))
     assert heads[:2] == ["drive.frequency_Hz", "friction.coulomb_coefficient"]
     assert {"mean_velocity [m/s]", "drift [m]", "word", "status"} <= {*heads}
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("openpyxl")
+    assert list(pandas.read_excel(write_study(study, tmp_path / "study.xlsx", unit_headings=True))) == heads
     units = tomllib.loads((tmp_path / "study.csv.toml").read_text())["result"]["units"]
     assert (units["drive.frequency_Hz"], units["mean_velocity"], units["word"]) == ("Hz", "m/s", "1")
     arrays = pytest.importorskip("scipy.io").loadmat(
