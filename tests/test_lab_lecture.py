@@ -1,6 +1,7 @@
 """The page of `vibrocap lab` in a lecture: on paper, on a full screen, on a slope, from a disk, closed to others."""
 
 import base64
+import functools
 import json
 import math
 import re
@@ -21,21 +22,30 @@ PAGE = re.compile(rb"/Type\s*/Page\b")
 ON_PAPER = "(dispatchEvent(new Event('beforeprint')), document.getElementById('paper'))"
 
 
+def systems():
+    """The paper's, one on a slope, and a crawler of three bodies with more numbers than most."""
+    uphill = vc.Environment(inclination=SLOPE)
+    return {
+        "usual": None,
+        "slope": vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), environment=uphill),
+        "crawler": vc.System(vc.ThreeBodyCrawler(), [vc.MaxwellSlip(), vc.LuGre(), vc.Coulomb()], vc.Biharmonic()),
+    }
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """Pages on a disk: the usual one, one on a slope, and a crawler of three bodies with more numbers than most."""
+    """Pages on a disk by name, made when they are first asked for; their addresses."""
     folder = tmp_path_factory.mktemp("pages")
-    uphill = vc.System(
-        vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), environment=vc.Environment(inclination=SLOPE)
-    )
-    crawler = vc.System(vc.ThreeBodyCrawler(), [vc.MaxwellSlip(), vc.LuGre(), vc.Coulomb()], vc.Biharmonic())
-    for name, system in (("slope", uphill), ("crawler", crawler)):
-        vc.Case(system, periods=4).save(folder / f"{name}.toml")
-    made = {}
-    for name in ("usual", "slope", "crawler"):
-        case = [str(folder / f"{name}.toml")] if name != "usual" else []
-        assert main(["lab", *case, "--out", str(folder / f"{name}.html")]) == 0
-        made[name] = (folder / f"{name}.html").as_uri()
+
+    @functools.cache
+    def made(name):
+        out, case = folder / f"{name}.html", []
+        if (system := systems()[name]) is not None:
+            case = [str(vc.Case(system, periods=4).save(folder / f"{name}.toml")), "--laws", system.friction.name]
+            case += ["--drives", system.drive.name]
+        assert main(["lab", *case, "--out", str(out)]) == 0
+        return out.as_uri()
+
     return made
 
 
@@ -51,7 +61,7 @@ def opened(chromium, pages):
 
     def open_(name="usual", fragment="", **options):
         chromium.events.clear()
-        chromium.open(pages[name] + fragment, **options)
+        chromium.open(pages(name) + fragment, **options)
         chromium.wait(SETTLED)
         return chromium
 

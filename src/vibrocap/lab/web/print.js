@@ -4,8 +4,8 @@
 const ON_PAPER = { width: 800, height: 1050, scene: 170, line: 19, letters: 105, least: 300, most: 640 };
 
 function putOnPaper(lab) {
-  const { model, shown } = lab, root = $$("paper"), theme = themeOf(root), moves = model.state.view === "motion";
-  if (!shown || !shown.count) return;
+  const { model, shown } = lab, root = $$("paper"), theme = themeOf(root), there = shown?.count > 0;
+  const moves = there && model.state.view === "motion";
   const paragraphs = [
     ...model.form.sections.map((section) => `<b>${escaped(model.part(section).name)}</b>: ${sectionOnPaper(lab, section)}`),
     `<b>start and run</b>: ${startOnPaper(lab)}`,
@@ -17,7 +17,7 @@ function putOnPaper(lab) {
   const lines = texts.reduce((sum, each) => sum + 0.4 + Math.ceil(each.textContent.length / letters), 2);
   const room = Math.min(most, Math.max(least, height - scene - line * lines)), rows = lab.other ? 5 : 4;
   if (moves) root.firstChild.insertAdjacentHTML("afterend", sceneOnPaper(lab, theme, width, scene));
-  texts[texts.length - 1].insertAdjacentHTML("beforebegin", pictureSvg(lab, theme, width / 2, room / rows));
+  if (there) texts[texts.length - 1].insertAdjacentHTML("beforebegin", pictureSvg(lab, theme, width / 2, room / rows));
 }
 
 // The machine as it stands.
