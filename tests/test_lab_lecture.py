@@ -100,6 +100,9 @@ def test_paper_shows_the_motion_its_numbers_and_its_address(opened):
         assert part in words
     assert f"Drift per period: {page.js('said(lab.shown.drift, 8)')}" in words
     assert "usual.html#v=1&preset=paper-5-8-exponential; vibrocap" in words
+    drawn = page.js(f"{ON_PAPER}.innerHTML")  # while the page is dark
+    assert "#ffffff" in drawn
+    assert "#171b21" not in drawn
     page("Emulation.setEmulatedMedia", media="print")
     seen = (
         "[...document.querySelectorAll('header, main, footer, nav, button, canvas')].filter((each) => each.offsetWidth)"
