@@ -47,6 +47,8 @@ def pulled(speed):
     return stick_slip(*Belt(0.5 / speed).record(0.02), **Belt(0.5 / speed).known)
 
 
+BIHARMONIC = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Biharmonic())
+DESIGNS = {"drive.frequency": (0.5, 3.0), "machine.damping": (0.3, 3.0)}
 RUBBED = [rubbed("slow", 2.0), rubbed("fast", 9.0)]
 RESULTS = {
     "motion": lambda: vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
@@ -68,6 +70,7 @@ RESULTS = {
     "regularisation": lambda: vc.regularisation_error(
         SYSTEM, widths=[0.1, 0.03, 0.01], periods=4, initial={"angle": 1.0}
     ),
+    "front": lambda: vc.pareto_front(BIHARMONIC, DESIGNS, starts=[{"angle": 1.0}], evaluations=300, points=8),
     "stick-slip": lambda: pulled(0.05),
     "steady pull": lambda: stick_slip(np.linspace(0.0, 9.0, 900), 10.0 + np.random.default_rng(0).standard_normal(900)),
     "regimes": lambda: regime_diagram([pulled(speed) for speed in (0.05, 0.1, 0.3)]),
@@ -106,6 +109,8 @@ def test_a_motion_fits_a_column(motion):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", RESULTS)
 def test_every_kind_of_picture_fits_a_column_and_a_page(kind):
+    if kind == "front":
+        pytest.importorskip("pymoo")
     result = RESULTS[kind]()
     for (width, size), header in itertools.product(WIDTHS.items(), (True, False)):
         figure = vc.figure(result, width=width, header=header)
