@@ -48,7 +48,7 @@ def pulled(speed):
 
 
 BIHARMONIC = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Biharmonic())
-DESIGNS = {"drive.frequency": (0.5, 3.0), "machine.damping": (0.3, 3.0)}
+DESIGNS = {"drive.second_phase": (0.0, 6.0), "machine.damping": (0.3, 3.0)}
 RUBBED = [rubbed("slow", 2.0), rubbed("fast", 9.0)]
 RESULTS = {
     "motion": lambda: vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
@@ -70,7 +70,7 @@ RESULTS = {
     "regularisation": lambda: vc.regularisation_error(
         SYSTEM, widths=[0.1, 0.03, 0.01], periods=4, initial={"angle": 1.0}
     ),
-    "front": lambda: vc.pareto_front(BIHARMONIC, DESIGNS, starts=[{"angle": 1.0}], evaluations=300, points=8),
+    "front": lambda: vc.pareto_front(BIHARMONIC, DESIGNS, starts=[{"angle": 1.0}], evaluations=600, points=8),
     "stick-slip": lambda: pulled(0.05),
     "steady pull": lambda: stick_slip(np.linspace(0.0, 9.0, 900), 10.0 + np.random.default_rng(0).standard_normal(900)),
     "regimes": lambda: regime_diagram([pulled(speed) for speed in (0.05, 0.1, 0.3)]),
