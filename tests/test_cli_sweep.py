@@ -336,7 +336,7 @@ def test_full_disk_ends_with_a_sentence_and_the_study_goes_on(case, cheap, capsy
 
 
 def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
-    def full(*_):
+    def full(*_, **_options):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(importlib.import_module("vibrocap.io.study_file"), "write_study", full)

@@ -143,7 +143,7 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
+WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, fit, stick_slip)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (

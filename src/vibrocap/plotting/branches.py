@@ -19,9 +19,8 @@ from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -29,6 +28,7 @@ QUANTITIES = {
     "period": "period of the steady motion",
 }
 UNITS = {"mean_velocity": "velocity", "drift": "position", "period": "time"}  # what has the same unit
+LINE = 0.16  # inches: the height of a line of parameters above a picture
 UNSTABLE = (0, (3.0, 2.2))
 LINES: dict[str, dict[str, Any]] = {"stable": {"linewidth": 1.8}, "unstable": {"linewidth": 1.0, "linestyle": UNSTABLE}}
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
@@ -90,13 +90,12 @@ def branch_figure(
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
     width = 4.4 * columns + 1.0
-    setting = _setting(given, width)
-    size = (width, 3.4 + 1.9 * multipliers + 0.5 + 0.16 * (setting.count("\n") + 1))
+    setting = fixed_parameters(given, width)
+    size = (width, 3.4 + 1.9 * multipliers + 0.5 + LINE * (setting.count("\n") + 1))
     fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
     used: set[str] = set()
     with style():
-        if page().header:
-            fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
+        small_setting(fig, setting)
         for column, each in enumerate(given):
             ax = axes[0, column]
             along = _along(each, over)
@@ -152,8 +151,8 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
 
 
-def _setting(given: Sequence[Branch | BranchDiagram], width: float) -> str:
-    """The parameters of the systems, each part once, without the one that varies."""
+def fixed_parameters(given: Sequence[Any], width: float) -> str:
+    """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
     if given[0].system.units is not None:
         return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
     parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
@@ -182,7 +181,7 @@ def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> s
     along = _along(found, over)
     if along.unit != "1":
         stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
-        return f"{part} {stem.replace('_', ' ')} [{along.unit}]"
+        return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
     record = found.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"

@@ -126,7 +126,7 @@ def figure(
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
         bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on smoothing, a stick-slip
         record, a regime diagram, a dataset of a study
-    path: a file to write it to as well (.png, .svg or .pdf)
+    path: a file to write it to as well (.png, .svg, .pdf or .tex)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
         and the panels of a motion stand one below the other where they have no room side by side; by default what suits
         a screen
@@ -137,9 +137,6 @@ def figure(
     """
     if isinstance(result, Orbit):
         result = result.motion()
-    if isinstance(result, SCREEN_ONLY) and (width is not None or not header):
-        what = type(result).__name__
-        raise ArgumentError("width", f"is not arranged for the sheet of a {what}; draw its panels by `plot`")
     with on_page(width, header):
         fig, settings = _sheet(result, options)
         if path is None:
@@ -176,8 +173,6 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     StickSlip: stick_slip_figure,
     RegimeDiagram: regime_figure,
 }
-
-SCREEN_ONLY = (Fit, Comparison, Match, Regularisation, StickSlip, RegimeDiagram)  # not arranged for a page
 
 
 def thumbnail(result: Any) -> str:

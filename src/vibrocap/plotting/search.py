@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from vibrocap.design.optimise import Optimum
 from vibrocap.design.search.goal import INFEASIBLE
 from vibrocap.plotting.colours import BLUE, GREY
+from vibrocap.plotting.labels import bracketed
 from vibrocap.plotting.style import figure, style
 
 
@@ -21,7 +22,7 @@ def search_figure(found: Optimum) -> Figure:
         best = np.fmax.accumulate(np.where(np.isnan(merits), -np.inf, merits))
         best = np.where(np.isinf(best), np.nan, best)
         ax.plot(np.arange(len(cost)), sign * best, "-", color=BLUE, label="the best so far")
-        unit = "" if found.unit in ("", "1") else f" [{found.unit}]"
-        ax.set(xlabel="designs evaluated", ylabel=found.measure.replace("_", " ") + unit, title="The search")
+        label = found.measure.replace("_", " ") + bracketed(found.unit or "1")
+        ax.set(xlabel="designs evaluated", ylabel=label, title="The search")
         fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return fig

@@ -68,7 +68,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     set_
         NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     plot
-        draw steady curve and presliding loops: FILE.png, .svg or .pdf
+        draw steady curve and presliding loops: FILE.png, .svg, .pdf or .tex
     """
     from rich.table import Table
 
@@ -142,7 +142,7 @@ def canonical_tests(
     speed
         speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
     plot
-        draw all tests on one sheet: FILE.png, .svg or .pdf
+        draw all tests on one sheet: FILE.png, .svg, .pdf or .tex
     json
         print the numbers as JSON, in full precision
     """

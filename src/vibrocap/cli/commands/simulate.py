@@ -14,6 +14,7 @@ from vibrocap.cli.options import (
     Settings,
     by_option,
     changes,
+    with_headings,
     writable_film,
     writable_picture,
     writable_table,
@@ -73,6 +74,7 @@ def simulate(
     out: Path | None = None,
     plot: Path | None = None,
     animate: Path | None = None,
+    unit_headings: bool = False,
     set_: Settings = None,
     initial: list[str] | None = None,
     periods: float | None = None,
@@ -89,9 +91,11 @@ def simulate(
     out
         export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
     plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
+        draw time histories, phase planes and the friction loop: FILE.png, .svg, .pdf or .tex
     animate
         make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+    unit_headings
+        of the columns of --out FILE.csv or .xlsx: name and unit, as in "position [m]"
     set_
         PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
     initial
@@ -107,6 +111,7 @@ def simulate(
     changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
     with refused.collected():
         writable_table("--out", out, "xarray")
+        with_headings(out, unit_headings, "--out")
     with refused.collected():
         writable_picture("--plot", plot)
     with refused.collected():
@@ -127,7 +132,7 @@ def simulate(
         if motion.system.units is not None:
             record = record_in_si(record, motion.system)
     if out is not None:
-        write_motion(motion, out, setup)
+        write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
         from vibrocap.plotting.finishing import save

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
-from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
+from vibrocap.cli.options import Refusal, needs, pairs, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, notes, progress, table
 from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
@@ -32,6 +32,7 @@ def sweep(
     resume: bool = False,
     mixed: bool = False,
     export: Path | None = None,
+    unit_headings: bool = False,
     cases: Path | None = None,
     design: str | None = None,
     runs: int | None = None,
@@ -74,6 +75,8 @@ def sweep(
         with --resume, continue even if the study was started by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too
+    unit_headings
+        of the columns of --export FILE.csv or .xlsx: name and unit, as in "drift [m]"
     cases
         instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
     design
@@ -122,7 +125,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(out or found.dataset(), export)
+            write_study(out or found.dataset(), export, unit_headings=unit_headings)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
@@ -296,7 +299,7 @@ def plot(
     measure
         the measure to draw, or status, settled, response_period [default: the first measure]
     out
-        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
+        FILE.png, .svg, .pdf or .tex [default: a .png beside the study, named after it and the measure]
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
@@ -312,7 +315,7 @@ def plot(
     if dead_band is not None and not 0.0 <= dead_band < float("inf"):
         complaints.append(f"--dead-band: should be a number >= 0, got {dead_band:g}")
     with complaints.collected():
-        writable_file("--out", out, PICTURES)
+        writable_picture("--out", out)
     from vibrocap.studies.dataset import open_study
 
     try:
@@ -324,7 +327,7 @@ def plot(
         complaints.add("--out", f"{str(path)!r} is there, and was not drawn by this command; name a picture")
     with complaints.collected():
         view = study_view(dataset, measure, fixed, dead_band)
-        writable_file("--out", path, PICTURES)
+        writable_picture("--out", path)
         if not complaints:
             from vibrocap.plotting.studies.maps import plot_view
 
