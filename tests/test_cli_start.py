@@ -1,8 +1,6 @@
-"""The commands new, examples and completion: what a user begins with."""
+"""The commands new and examples: what a user begins with."""
 
 import itertools
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,14 +8,13 @@ import pytest
 import vibrocap as vc
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
 from vibrocap.cli.commands.start import examples_folder
-from vibrocap.cli.main import app, main
+from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-COMMANDS = [name for name in app if not name.startswith("-")]
 
 
 @pytest.fixture(autouse=True)
@@ -100,32 +97,3 @@ def test_unknown_examples_are_named(capsys):
     assert main(["examples", "miror-twin", "--to", "a"]) == WRONG_INPUT
     assert "miror-twin: there is no such example; did you mean 'mirror-twin'?" in capsys.readouterr().err
     assert not Path("a").exists()
-
-
-# --- completion ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
-def test_completion_knows_commands_and_options(shell, capsys):
-    assert main(["completion", shell]) == OK
-    script = capsys.readouterr().out
-    for word in (*COMMANDS, "tolerance", "response-period"):
-        assert word in script
-    if shutil.which(shell) and shell != "powershell":
-        Path("script").write_text(script)
-        subprocess.run([shell, "-n", "script"], check=True, timeout=60)
-
-
-def test_completion_of_bash_completes():
-    """As bash itself would ask: `vibrocap sim<TAB>`."""
-    if shutil.which("bash") is None:
-        pytest.skip("bash is not installed")
-    Path("script").write_text(app.generate_completion(shell="bash"))
-    ask = "source ./script; COMP_WORDS=(vibrocap simu); COMP_CWORD=1; _vibrocap; echo ${COMPREPLY[*]}"
-    asked = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, timeout=60, check=True)
-    assert asked.stdout.split() == ["simulate"], asked.stderr
-
-
-def test_an_unknown_shell_is_refused(capsys):
-    assert main(["completion", "tcsh"]) == WRONG_INPUT
-    assert "zsh" in capsys.readouterr().err
