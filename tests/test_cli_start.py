@@ -10,7 +10,7 @@ from vibrocap.case.case import RUN_DEFAULTS, case_from_text
 from vibrocap.cli.commands.start import examples_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import drives, laws, machines, registered
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
 
@@ -97,3 +97,50 @@ def test_unknown_examples_are_named(capsys):
     assert main(["examples", "miror-twin", "--to", "a"]) == WRONG_INPUT
     assert "miror-twin: there is no such example; did you mean 'mirror-twin'?" in capsys.readouterr().err
     assert not Path("a").exists()
+
+
+# --- convert ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def own_parts():
+    """Parts that a test registers are forgotten after it."""
+    before = registered()
+    yield
+    for part in registered():
+        if part not in before:
+            vc.unregister(part)
+
+
+def test_a_pure_number_that_is_not_declared_is_named_with_its_cure(own_parts, capsys):
+    Path("own.py").write_text(OWN_LAW)
+    Path("own.toml").write_text(OWN_CASE)
+    scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"
+    arguments = ["convert", "own.toml", "--parts", "own.py", "--scales", scales]
+    assert main(arguments) == WRONG_INPUT
+    assert "friction.colour: declares neither a role nor a unit" in (said := capsys.readouterr().err)
+    assert 'unit="1"' in said
+    Path("own.py").write_text(
+        OWN_LAW.replace('"a pure number")', '"a pure number", unit="1")').replace("own-law", "own-cured")
+    )
+    Path("own.toml").write_text(OWN_CASE.replace("own-law", "own-cured"))
+    assert main(arguments) == OK
+    assert "colour = 1.0" in capsys.readouterr().out
+
+
+OWN_LAW = """\
+from vibrocap import Coulomb, register
+from vibrocap.physics.parameters import parameter, parameters
+
+@register
+@parameters
+class Own(Coulomb):
+    colour: float = parameter(1.0, "c", "a pure number")
+    name = "own-law"
+    source = "made up"
+"""
+OWN_CASE = """\
+machine.kind = "pendulum-capsule"
+friction.law = "own-law"
+drive.waveform = "harmonic"
+"""

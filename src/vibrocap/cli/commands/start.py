@@ -16,6 +16,7 @@ from vibrocap.files import made_folder, write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.units import UNDECLARED, undeclared
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -221,6 +222,9 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         infos = (info for info in parameter_table(record) if not isinstance(info.default, float))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
+    for name, part in setup.system.parts.items() if wanted == SI else ():
+        for each in undeclared(type(part)):
+            refused.add(f"{name}.{each}", UNDECLARED)
     if refused:
         raise Refusal(*refused)
     plain = dataclasses.replace(setup.system, units=None)  # the scales are kept beside; results stay without units
