@@ -1,0 +1,354 @@
+"""Gradients of a steady motion: how its measures change with the parameters, exactly.
+
+The orbit is a fixed point y = P(y, p) of the map over its response. So
+
+    (I - P_y) dy/dp = P_p            dm/dp = m_y dy/dp + m_p
+
+with P_y, P_p and the derivatives of a measure m by tangents: one lane for each state and for each parameter, carried
+through the events by saltation (`orbits/maps/variations.py`). Works have their integrals along the tangent. Where an
+instant itself moves with a parameter, the end of the period or a corner of the drive at t_c, the tangent takes on
+(f- - f+) dt_c/dp, with the rates f before and after it.
+"""
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.api import Budget, ensemble_run
+from vibrocap.numerics.expressions.graph import Expression, evaluate, sensitivity
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, is_driven
+from vibrocap.orbits.maps.variations import variational_equations, with_integrals
+from vibrocap.physics.conversion import quantity, quantity_in_si
+from vibrocap.physics.system import System
+from vibrocap.results import Result
+
+DEGENERATE = 1e-9  # least singular value of I - P_y, over natural sizes: below it the orbit is one of a continuum
+SHORT = 1e-13  # share of the period: a segment that is no longer has no length
+
+
+@dataclasses.dataclass(frozen=True)
+class Slope:
+    """How a measure of a steady motion changes with a parameter.
+
+    value: of the measure; slope: d(measure)/d(parameter) in `unit`; elasticity: the relative change of the measure for a
+    relative change of the parameter, d(ln m)/d(ln p); NaN where the measure or the parameter is zero
+    """
+
+    measure: str
+    parameter: str
+    value: float
+    slope: float
+    unit: str
+    elasticity: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Gradients(Result):
+    """The slopes of measures of a steady motion over parameters, in SI where the system knows its scales."""
+
+    system: System
+    slopes: tuple[Slope, ...]
+
+    @property
+    def heading(self) -> str:
+        measures = dict.fromkeys(each.measure for each in self.slopes)
+        return f"gradients of {', '.join(measures)}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        largest = max(self.slopes, key=lambda each: abs(np.nan_to_num(each.elasticity)))
+        return {
+            "slopes": f"{len(self.slopes)} slopes",
+            "largest": f"largest elasticity {largest.elasticity:.4g}, of {largest.measure} by {largest.parameter}",
+        }
+
+    def __getitem__(self, asked: tuple[str, str]) -> Slope:
+        """The slope of (measure, parameter); KeyError for what was not asked for."""
+        for each in self.slopes:
+            if (each.measure, each.parameter) == asked:
+                return each
+        raise KeyError(asked)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Rows of a table, by measure and then by parameter."""
+        return [dataclasses.asdict(each) for each in self.slopes]
+
+
+def measures_with_gradients(system: System) -> tuple[str, ...]:
+    """The measures that have a gradient: travel, works per drive period and the cost of transport."""
+    works = [f"{name}_work" for name in _integrals(StroboscopicMap(system))]
+    travel = ["drift", "mean_velocity"] if system.machine.cyclic is not None else []
+    return (*travel, *works, *(["cost_of_transport"] if travel and "drive_work" in works else []))
+
+
+def gradients(
+    orbit: PeriodicSolution, over: Iterable[str] | None = None, measures: Iterable[str] | str = ("mean_velocity",)
+) -> Gradients:
+    """The slopes of measures of a closed orbit over parameters, exact to the tolerance of its runs.
+
+    over: paths of parameters, in SI such as "drive.frequency_Hz" of a system in SI; None: every parameter with a number
+    measures: names of `measures_with_gradients`
+    They are those of the mode sequence of the orbit: at a change of it they hold to one side. Raises ValueError, naming
+    the argument, for an orbit that is not closed, has no neighbours or nothing that drives it in time, and for machines
+    whose contacts turn together.
+    """
+    system = orbit.system
+    _check(orbit)
+    asked = [quantity(path, system).plain for path in (_numbers(system) if over is None else over)]
+    wanted, known = [measures] if isinstance(measures, str) else list(measures), measures_with_gradients(system)
+    for name in wanted:
+        if name not in known:
+            raise ArgumentError("measures", f"there is no gradient of {name!r}; {suggestion(name, known)}")
+    ends = _Ends(orbit, asked)
+    values, slopes = _measured(ends, orbit)
+    return Gradients(
+        system, tuple(_slope(system, m, p, values[m], slopes[m][i]) for m in wanted for i, p in enumerate(asked))
+    )
+
+
+def _check(orbit: PeriodicSolution) -> None:
+    """Refuse an orbit that has no gradients, by what it lacks."""
+    system = orbit.system
+    if not orbit.closes:
+        raise ArgumentError(
+            "orbit", f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
+        )
+    if not is_driven(system) or not orbit.response_period:
+        raise ArgumentError("orbit", "should be driven in time: the period of this one is its own, and moves too")
+    if system.machine.coupled == "distances":
+        raise ArgumentError(
+            "orbit", f"contacts of a {system.machine.name} turn at one instant: no gradient goes through that"
+        )
+
+
+def _numbers(system: System) -> list[str]:
+    """Paths of all parameters that are numbers."""
+    paths = system.parameter_paths
+    kept = [path for path in paths if isinstance(system.parameter(path), float) or type(system.parameter(path)) is int]
+    return kept
+
+
+def _integrals(map_: StroboscopicMap) -> tuple[str, ...]:
+    """Channels of energy whose works have gradients, in the order of the states that carry them."""
+    names = map_.equations.integral_names
+    return tuple(name for i, name in enumerate(names) if i != map_.equations.impact and name != "impulse")
+
+
+class _Ends:
+    """What becomes of the states and integrals over a response, and how that changes with the parameters.
+
+    end: [states + integrals]; by_parameter: [states + integrals, parameters], all that a parameter does, with the start
+    on the orbit of its value; period, period_by: of the drive, and [parameters] its derivative
+    """
+
+    def __init__(self, orbit: PeriodicSolution, asked: list[str]):
+        system = orbit.system
+        form = system
+        for path in asked:
+            form = _recorded(form, path)
+        self.map = map_ = StroboscopicMap(form, orbit.tolerance, 1)
+        paths = map_.equations.parameter_paths
+        self.row = map_.parameters()
+        self.places = [paths.index(path) for path in asked]
+        self.row[self.places] = [float(system.parameter(path)) for path in asked]
+        self.row = map_.equations.filled(self.row)
+        self.steps = np.array([abs(self.row[j]) or 1.0 for j in self.places])  # in which tangents are of usual size
+        stretches = _Stretches(map_, self.row, self.places)
+        self.period, self.period_by = stretches.period, stretches.moves[-1]
+        self.recording = variational_equations(with_integrals(map_.equations), True)
+        state, moving = state_vector(system, orbit.state), map_.smooth_states
+        sizes = map_.scales(self.row)
+        n, m = self.recording.base // 1, len(moving)
+        self.size = n
+        lanes = np.zeros((m + len(asked), n))
+        free = map_.free(state[None], self.row[None])[0]
+        lanes[np.arange(m), moving] = (sizes * free)[moving]
+        here = np.zeros(n)
+        here[: map_.states] = state
+        motion = orbit.motion()
+        for turn in range(orbit.response_period):
+            for k in range(len(stretches.ends)):
+                here, lanes = self._over(stretches, k, turn * self.period, here, lanes, motion, m)
+        self.end = here
+        jacobian = lanes[:m].T / sizes[moving]
+        own = lanes[m:].T / self.steps
+        matrix = np.eye(m) - jacobian[moving]
+        least = np.linalg.svd(matrix * sizes[moving] / sizes[moving, None], compute_uv=False)[-1] if m else 1.0
+        if least < DEGENERATE:
+            raise ArgumentError("orbit", "is one of a continuum, or at a fold: no gradient of it is determined")
+        self.by_parameter = own + jacobian @ np.linalg.solve(matrix, own[moving])
+
+    def _over(
+        self,
+        stretches: "_Stretches",
+        k: int,
+        begun: float,
+        here: np.ndarray,
+        lanes: np.ndarray,
+        motion: Trajectory,
+        m: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(states, tangents) at the end of a stretch between corners, from those at its start."""
+        n, count, own = self.size, len(lanes), len(self.row)
+        start, end = stretches.starts[k], stretches.ends[k]
+        lanes = lanes.copy()
+        for at, moves, sign in ((start, stretches.moves_from(k), -1.0),):
+            lanes[m:] += (
+                sign * np.outer(moves * self.steps, _rates(motion, begun + at, n, True)) if np.any(moves) else 0.0
+            )
+        rows = np.zeros((count, 2 * own))
+        rows[:, :own] = stretches.rows[k]
+        rows[m:, own:] = stretches.directions[k] * self.steps[:, None]
+        states = np.concatenate((np.tile(here, (count, 1)), lanes), axis=1)
+        budget = Budget(1, 1, 0.0, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
+        times = {"mark_distance": np.full(count, end), "start": np.full(count, start)}
+        ended = ensemble_run(self.recording, rows, states, budget, threads=1, order=ORDER, **times)
+        if not np.all(ended.finished):
+            raise ArgumentError(
+                "orbit", "a run along it did not return; simulate it to see why, or ask for fewer parameters"
+            )
+        lanes = ended.state[:, n:].copy()
+        moves = stretches.moves[k + 1]
+        if np.any(moves):
+            lanes[m:] += np.outer(moves * self.steps, _rates(motion, begun + end, n, False))
+        return ended.state[0, :n].copy(), lanes
+
+
+class _Stretches:
+    """The stretches of a drive's period between its corners: one where it has none.
+
+    starts, ends: times; rows: [stretches] parameter vectors with the numbers of the segment; directions: [stretches,
+    asked, parameters] their derivative by each parameter that is asked for; moves: [stretches + 1, asked] derivatives
+    of the times at which they begin and end
+    """
+
+    def __init__(self, map_: StroboscopicMap, row: np.ndarray, places: list[int]):
+        corners, count = map_.equations.corners, len(places)
+        unit = np.zeros((count, len(row)))
+        unit[np.arange(count), places] = 1.0
+        if corners is None:
+            self.period = map_.period(row)
+            ends = [self.period]
+            self.rows, self.directions = [row], [unit]
+            moves = [_by(map_.equations.period, row, places)]
+        else:
+            self.period = float(corners.periods(row[None])[0])
+            longer = _by(corners.period, row, places)
+            table = corners.tables(row[None])[0]
+            size = corners.row_size
+            slopes = np.array([_by(each, row, places) for each in corners.numbers]).reshape(-1, size, count)
+            shares, moved = table[:, 0].copy(), np.cumsum(slopes[:, 0], axis=0)
+            shares[-1], moved[-1] = 1.0, 0.0
+            before = np.concatenate(([0.0], shares[:-1]))
+            ends, moves, self.rows, self.directions = [], [], [], []
+            power = np.arange(corners.coefficients)
+            start, start_moves = 0.0, np.zeros(count)
+            for i, share in enumerate(shares):
+                if share - before[i] <= SHORT:
+                    if np.any(slopes[i, 0] != 0.0):
+                        raise ArgumentError("over", "a segment of the drive has no length: it can only become longer")
+                    continue
+                scale = self.period ** -power.astype(float)
+                numbers, own = table[i, 1:], row.copy()
+                own[corners.place :] = [self.period, start, *(numbers * scale)]
+                along = unit.copy()
+                along[:, corners.place] = longer
+                along[:, corners.place + 1] = start_moves
+                of_scale = -power * numbers * scale / self.period
+                along[:, corners.place + 2 :] = slopes[i, 1:].T * scale + np.outer(longer, of_scale)
+                self.rows.append(own)
+                self.directions.append(along)
+                start, start_moves = share * self.period, moved[i] * self.period + share * longer
+                ends.append(start)
+                moves.append(start_moves)
+        self.ends, self.starts = ends, [0.0, *ends[:-1]]
+        self.moves = [np.zeros(count), *moves]
+
+    def moves_from(self, k: int) -> np.ndarray:
+        """[asked] derivatives of the time at which a stretch begins."""
+        return self.moves[k]
+
+
+def _by(expression: Expression, row: np.ndarray, places: list[int]) -> np.ndarray:
+    """Derivatives [places] of an expression of the parameters alone."""
+    graph = expression.graph
+    slopes = [sensitivity(expression, graph.node("parameter", j).index) for j in places]
+    return np.array([float(value) for value in evaluate(slopes, 0.0, (), 1.0, row)])
+
+
+def _rates(motion: Trajectory, time: float, size: int, after: bool) -> np.ndarray:
+    """Rates [states + integrals] of a motion just before or just after a time at which a piece ends."""
+    near = 1e-11 * motion.period
+    starts, lengths = motion.piece_start, motion.piece_length
+    if after:
+        index = int(np.flatnonzero((starts > time - near) & (lengths > near))[0])
+        s = 0.0
+    else:
+        index = int(np.flatnonzero((starts + lengths < time + near) & (lengths > near))[-1])
+        s = float(lengths[index])
+    at = np.array([index]), np.array([s])
+    names = tuple(name for i, name in enumerate(motion.integral_names) if i != _impact(motion))
+    found = np.concatenate((motion.piece_slopes(*at)[:, 0], motion.piece_observables(names, *at)[:, 0]))
+    assert len(found) == size
+    return found
+
+
+def _impact(motion: Trajectory) -> int:
+    from vibrocap.motion.equations import equations
+
+    return equations(motion.system).impact
+
+
+def _recorded(system: System, path: str) -> System:
+    """The system with the parameter as a number of the equations; ArgumentError for what is none."""
+    from vibrocap.orbits.maps.closing_map import recorded_with
+
+    value = system.parameter(path)
+    if isinstance(value, (str, bool)) or not isinstance(value, (int, float)):
+        raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {value!r}")
+    return recorded_with(system, path)
+
+
+def _measured(ends: _Ends, orbit: PeriodicSolution) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """(values, slopes [parameters]) of all measures that have gradients, by name."""
+    turns, values, slopes = orbit.response_period, {}, {}
+    n = ends.map.states
+    for k, name in enumerate(_integrals(ends.map)):
+        values[f"{name}_work"] = float(ends.end[n + k] / turns)
+        slopes[f"{name}_work"] = ends.by_parameter[n + k] / turns
+    if (cyclic := ends.map.cyclic) >= 0:
+        drift = float(ends.end[cyclic] / turns)
+        by = ends.by_parameter[cyclic] / turns
+        values["drift"], slopes["drift"] = drift, by
+        values["mean_velocity"] = drift / ends.period
+        slopes["mean_velocity"] = (by - values["mean_velocity"] * ends.period_by) / ends.period
+        if "drive_work" in values:
+            work = values["drive_work"]
+            values["cost_of_transport"] = work / abs(drift) if drift else float("inf")
+            rate = (slopes["drive_work"] - work / drift * by) / abs(drift) if drift else np.full(len(by), np.nan)
+            slopes["cost_of_transport"] = rate
+    return values, slopes
+
+
+def _slope(system: System, measure: str, plain: str, value: float, slope: float) -> Slope:
+    """The record of one slope, in SI where the system knows its scales."""
+    from vibrocap.measures.during_run import known_measure
+
+    known, place, size, unit = known_measure(measure, system), quantity_in_si(plain, system), 1.0, "1"
+    assert known is not None
+    if system.units is not None:
+        size, unit = system.si.factor_of(known.si_unit), known.si_unit
+    at = float(system.parameter(plain))
+    elasticity = slope * at / value if value and at else float("nan")
+    over = (
+        "" if place.unit == "1" else f"/({place.unit})" if " " in place.unit or "/" in place.unit else f"/{place.unit}"
+    )
+    whole = f"({unit})" if over and "/" in unit else unit
+    return Slope(
+        measure, place.path, value * size, float(slope * size / place.scale), f"{whole}{over}", float(elasticity)
+    )
