@@ -17,16 +17,18 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.motion.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, ensemble_run
 from vibrocap.numerics.expressions.graph import Expression, evaluate, sensitivity
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, is_driven
-from vibrocap.orbits.maps.variations import variational_equations, with_integrals
+from vibrocap.orbits.maps.variations import carried, variational_equations, with_integrals
 from vibrocap.physics.conversion import quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.results import Result
 
+TRAVEL = ("drift", "mean_velocity")
 DEGENERATE = 1e-9  # least singular value of I - P_y, over natural sizes: below it the orbit is one of a continuum
 SHORT = 1e-13  # share of the period: a segment that is no longer has no length
 
@@ -35,8 +37,8 @@ SHORT = 1e-13  # share of the period: a segment that is no longer has no length
 class Slope:
     """How a measure of a steady motion changes with a parameter.
 
-    value: of the measure; slope: d(measure)/d(parameter) in `unit`; elasticity: the relative change of the measure for a
-    relative change of the parameter, d(ln m)/d(ln p); NaN where the measure or the parameter is zero
+    value: of the measure; slope: d(measure)/d(parameter) in `unit`; elasticity: d(ln measure)/d(ln parameter), relative
+    change for relative change; NaN where the measure or the parameter is zero
     """
 
     measure: str
@@ -81,8 +83,8 @@ class Gradients(Result):
 
 def measures_with_gradients(system: System) -> tuple[str, ...]:
     """The measures that have a gradient: travel, works per drive period and the cost of transport."""
-    works = [f"{name}_work" for name in _integrals(StroboscopicMap(system))]
-    travel = ["drift", "mean_velocity"] if system.machine.cyclic is not None else []
+    works = [f"{name}_work" for name in carried(equations(system))]
+    travel = list(TRAVEL) if system.machine.cyclic is not None else []
     return (*travel, *works, *(["cost_of_transport"] if travel and "drive_work" in works else []))
 
 
@@ -104,7 +106,7 @@ def gradients(
     for name in wanted:
         if name not in known:
             raise ArgumentError("measures", f"there is no gradient of {name!r}; {suggestion(name, known)}")
-    ends = _Ends(orbit, asked)
+    ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted))
     values, slopes = _measured(ends, orbit)
     return Gradients(
         system, tuple(_slope(system, m, p, values[m], slopes[m][i]) for m in wanted for i, p in enumerate(asked))
@@ -133,12 +135,6 @@ def _numbers(system: System) -> list[str]:
     return kept
 
 
-def _integrals(map_: StroboscopicMap) -> tuple[str, ...]:
-    """Channels of energy whose works have gradients, in the order of the states that carry them."""
-    names = map_.equations.integral_names
-    return tuple(name for i, name in enumerate(names) if i != map_.equations.impact and name != "impulse")
-
-
 class _Ends:
     """What becomes of the states and integrals over a response, and how that changes with the parameters.
 
@@ -146,7 +142,7 @@ class _Ends:
     on the orbit of its value; period, period_by: of the drive, and [parameters] its derivative
     """
 
-    def __init__(self, orbit: PeriodicSolution, asked: list[str]):
+    def __init__(self, orbit: PeriodicSolution, asked: list[str], works: bool):
         system = orbit.system
         form = system
         for path in asked:
@@ -160,10 +156,11 @@ class _Ends:
         self.steps = np.array([abs(self.row[j]) or 1.0 for j in self.places])  # in which tangents are of usual size
         stretches = _Stretches(map_, self.row, self.places)
         self.period, self.period_by = stretches.period, stretches.moves[-1]
-        self.recording = variational_equations(with_integrals(map_.equations), True)
+        own = with_integrals(map_.equations) if works else map_.equations
+        self.recording = variational_equations(own, True)
         state, moving = state_vector(system, orbit.state), map_.smooth_states
         sizes = map_.scales(self.row)
-        n, m = self.recording.base // 1, len(moving)
+        n, m = own.base, len(moving)
         self.size = n
         lanes = np.zeros((m + len(asked), n))
         free = map_.free(state[None], self.row[None])[0]
@@ -176,12 +173,12 @@ class _Ends:
                 here, lanes = self._over(stretches, k, turn * self.period, here, lanes, motion, m)
         self.end = here
         jacobian = lanes[:m].T / sizes[moving]
-        own = lanes[m:].T / self.steps
+        direct = lanes[m:].T / self.steps
         matrix = np.eye(m) - jacobian[moving]
         least = np.linalg.svd(matrix * sizes[moving] / sizes[moving, None], compute_uv=False)[-1] if m else 1.0
         if least < DEGENERATE:
             raise ArgumentError("orbit", "is one of a continuum, or at a fold: no gradient of it is determined")
-        self.by_parameter = own + jacobian @ np.linalg.solve(matrix, own[moving])
+        self.by_parameter = direct + jacobian @ np.linalg.solve(matrix, direct[moving])
 
     def _over(
         self,
@@ -292,16 +289,12 @@ def _rates(motion: Trajectory, time: float, size: int, after: bool) -> np.ndarra
         index = int(np.flatnonzero((starts + lengths < time + near) & (lengths > near))[-1])
         s = float(lengths[index])
     at = np.array([index]), np.array([s])
-    names = tuple(name for i, name in enumerate(motion.integral_names) if i != _impact(motion))
-    found = np.concatenate((motion.piece_slopes(*at)[:, 0], motion.piece_observables(names, *at)[:, 0]))
-    assert len(found) == size
-    return found
-
-
-def _impact(motion: Trajectory) -> int:
-    from vibrocap.motion.equations import equations
-
-    return equations(motion.system).impact
+    found = motion.piece_slopes(*at)[:, 0]
+    if size == len(found):
+        return found
+    recorded = equations(motion.system)
+    powers = tuple(motion.integral_names[recorded.integral_names.index(name)] for name in carried(recorded))
+    return np.concatenate((found, motion.piece_observables(powers, *at)[:, 0]))
 
 
 def _recorded(system: System, path: str) -> System:
@@ -318,7 +311,7 @@ def _measured(ends: _Ends, orbit: PeriodicSolution) -> tuple[dict[str, float], d
     """(values, slopes [parameters]) of all measures that have gradients, by name."""
     turns, values, slopes = orbit.response_period, {}, {}
     n = ends.map.states
-    for k, name in enumerate(_integrals(ends.map)):
+    for k, name in enumerate(carried(ends.map.equations) if len(ends.end) > n else ()):
         values[f"{name}_work"] = float(ends.end[n + k] / turns)
         slopes[f"{name}_work"] = ends.by_parameter[n + k] / turns
     if (cyclic := ends.map.cyclic) >= 0:

@@ -13,23 +13,29 @@ from vibrocap.numerics.expressions.graph import Expression, derivative, sensitiv
 LEEWAY = 100.0
 
 
+def carried(equations: Equations) -> tuple[str, ...]:
+    """The powers whose integrals `with_integrals` carries: of all channels of energy but the loss in impacts."""
+    names = enumerate(equations.integral_names)
+    return tuple(name for i, name in names if i != equations.impact and name != "impulse")
+
+
 @functools.lru_cache(maxsize=32)
 def with_integrals(equations: Equations) -> Equations:
     """The same equations with the integrals of their powers as states behind those of the motion.
 
     So a tangent tells how the works change. What an impact loses at an instant is no part of them.
     """
-    graph, n = equations.graph, len(equations.rates)
-    kept = [i for i in range(len(equations.integrals)) if i != equations.impact]
-    carried = tuple(graph.node("state", n + k) for k in range(len(kept)))
+    graph, n, names = equations.graph, len(equations.rates), carried(equations)
+    kept = [equations.integral_names.index(name) for name in names]
+    integrals = tuple(graph.node("state", n + k) for k in range(len(kept)))
     one = graph.constant(1.0)
 
     def longer(states: Sequence[Expression]) -> tuple[Expression, ...]:
-        return (*states, *carried)
+        return (*states, *integrals)
 
     return dataclasses.replace(
         equations,
-        state_names=(*equations.state_names, *(f"{equations.integral_names[i]}_integral" for i in kept)),
+        state_names=(*equations.state_names, *(f"{name}_integral" for name in names)),
         rates=(*equations.rates, *(equations.integrals[i] for i in kept)),
         scales=(*equations.scales, *(one for _ in kept)),
         symmetry=(*equations.symmetry, *(1 for _ in kept)),
