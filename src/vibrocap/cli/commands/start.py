@@ -10,6 +10,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
+from vibrocap.cli.example_files import examples_folder, shows
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
@@ -165,23 +166,6 @@ def examples(*names: str, to: Path | None = None) -> int:
         write_text(target, source.read_text(encoding="utf-8"))
         page.say(f"Written: {target}")
     return OK
-
-
-def examples_folder() -> Path:
-    """The example cases: in the package where it was installed from a wheel, else in the folder of the sources."""
-    package = Path(__file__).resolve().parents[2]
-    inside = package / "examples"
-    return inside if inside.is_dir() else package.parents[1] / "examples"
-
-
-def shows(path: Path) -> str:
-    """What an example shows: the first sentence of its head."""
-    words = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if not line.removeprefix("#").strip():
-            break
-        words.append(line.removeprefix("#").strip())
-    return " ".join(words).partition(". ")[0].rstrip(".:")
 
 
 def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = None, out: Path | None = None) -> int:

@@ -89,50 +89,54 @@ def measures_with_gradients(system: System) -> tuple[str, ...]:
 
 
 def gradients(
-    orbit: PeriodicSolution, over: Iterable[str] | None = None, measures: Iterable[str] | str = ("mean_velocity",)
+    orbit: PeriodicSolution, over: Iterable[str] | None = None, measures: Iterable[str] | str | None = None
 ) -> Gradients:
     """The slopes of measures of a closed orbit over parameters, exact to the tolerance of its runs.
 
-    over: paths of parameters, in SI such as "drive.frequency_Hz" of a system in SI; None: every parameter with a number
-    measures: names of `measures_with_gradients`
-    They are those of the mode sequence of the orbit: at a change of it they hold to one side. Raises ValueError, naming
-    the argument, for an orbit that is not closed, has no neighbours or nothing that drives it in time, and for machines
-    whose contacts turn together.
+    over: paths of parameters, in SI such as "drive.frequency_Hz" of a system in SI; None: every parameter that is a
+        number, but for those that a segment of the drive without length keeps from having a slope to both sides
+    measures: of `measures_with_gradients`; None: the mean velocity, or the work of the drive of what cannot travel
+    They are those of the mode sequence of the orbit: at a change of it they hold to one side. Raises ArgumentError for
+    what is asked, for a system that has no gradients (`check_gradients`), and for an orbit that is not closed or is one
+    of a continuum.
     """
     system = orbit.system
-    _check(orbit)
-    asked = [quantity(path, system).plain for path in (_numbers(system) if over is None else over)]
-    wanted, known = [measures] if isinstance(measures, str) else list(measures), measures_with_gradients(system)
+    check_gradients(system)
+    known = measures_with_gradients(system)
+    wanted = [measures] if isinstance(measures, str) else list(measures or known[:1])
     for name in wanted:
         if name not in known:
             raise ArgumentError("measures", f"there is no gradient of {name!r}; {suggestion(name, known)}")
-    ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted))
-    values, slopes = _measured(ends, orbit)
-    return Gradients(
-        system, tuple(_slope(system, m, p, values[m], slopes[m][i]) for m in wanted for i, p in enumerate(asked))
-    )
-
-
-def _check(orbit: PeriodicSolution) -> None:
-    """Refuse an orbit that has no gradients, by what it lacks."""
-    system = orbit.system
-    if not orbit.closes:
+    if orbit.failed or not orbit.response_period:
         raise ArgumentError(
             "orbit", f"should be closed: this one is {orbit.status.value}, so nothing is a measure of it"
         )
-    if not is_driven(system) or not orbit.response_period:
-        raise ArgumentError("orbit", "should be driven in time: the period of this one is its own, and moves too")
+    every = over is None
+    asked = list(dict.fromkeys(quantity(path, system).plain for path in (_numbers(system) if over is None else over)))
+    ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
+    values, slopes = _measured(ends, orbit)
+    pairs = [(name, i) for name in wanted for i in range(len(ends.asked))]
+    return Gradients(
+        system, tuple(_slope(system, name, ends.asked[i], values[name], slopes[name][i]) for name, i in pairs)
+    )
+
+
+def check_gradients(system: System) -> None:
+    """ArgumentError for a system whose steady motions have no gradients here, by what stands in the way."""
+    if not is_driven(system):
+        raise ArgumentError("system", "nothing drives it in time: its period is its own, and would move too")
     if system.machine.coupled == "distances":
-        raise ArgumentError(
-            "orbit", f"contacts of a {system.machine.name} turn at one instant: no gradient goes through that"
-        )
+        name = system.machine.name
+        raise ArgumentError("system", f"contacts of a {name} turn at one instant, through which no tangent is carried")
 
 
 def _numbers(system: System) -> list[str]:
     """Paths of all parameters that are numbers."""
-    paths = system.parameter_paths
-    kept = [path for path in paths if isinstance(system.parameter(path), float) or type(system.parameter(path)) is int]
-    return kept
+    return [path for path in system.parameter_paths if _is_number(system.parameter(path))]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 class _Ends:
@@ -142,7 +146,7 @@ class _Ends:
     on the orbit of its value; period, period_by: of the drive, and [parameters] its derivative
     """
 
-    def __init__(self, orbit: PeriodicSolution, asked: list[str], works: bool):
+    def __init__(self, orbit: PeriodicSolution, asked: list[str], works: bool, every: bool):
         system = orbit.system
         form = system
         for path in asked:
@@ -153,6 +157,11 @@ class _Ends:
         self.places = [paths.index(path) for path in asked]
         self.row[self.places] = [float(system.parameter(path)) for path in asked]
         self.row = map_.equations.filled(self.row)
+        if every:
+            kept = ~_opening(map_, self.row, self.places)
+            asked = [path for path, keep in zip(asked, kept, strict=True) if keep]
+            self.places = [place for place, keep in zip(self.places, kept, strict=True) if keep]
+        self.asked = asked
         self.steps = np.array([abs(self.row[j]) or 1.0 for j in self.places])  # in which tangents are of usual size
         stretches = _Stretches(map_, self.row, self.places)
         self.period, self.period_by = stretches.period, stretches.moves[-1]
@@ -194,24 +203,23 @@ class _Ends:
         n, count, own = self.size, len(lanes), len(self.row)
         start, end = stretches.starts[k], stretches.ends[k]
         lanes = lanes.copy()
-        for at, moves, sign in ((start, stretches.moves_from(k), -1.0),):
-            lanes[m:] += (
-                sign * np.outer(moves * self.steps, _rates(motion, begun + at, n, True)) if np.any(moves) else 0.0
-            )
+        if np.any(moves := stretches.moves[k]):
+            lanes[m:] -= np.outer(moves * self.steps, _rates(motion, begun + start, n, True))
         rows = np.zeros((count, 2 * own))
         rows[:, :own] = stretches.rows[k]
         rows[m:, own:] = stretches.directions[k] * self.steps[:, None]
         states = np.concatenate((np.tile(here, (count, 1)), lanes), axis=1)
         budget = Budget(1, 1, 0.0, self.map.tolerance, MOST_EVENTS, MOST_STEPS)
-        times = {"mark_distance": np.full(count, end), "start": np.full(count, start)}
-        ended = ensemble_run(self.recording, rows, states, budget, threads=1, order=ORDER, **times)
+        from_, to = np.full(count, start), np.full(count, end)
+        ended = ensemble_run(
+            self.recording, rows, states, budget, threads=1, order=ORDER, start=from_, mark_distance=to
+        )
         if not np.all(ended.finished):
             raise ArgumentError(
                 "orbit", "a run along it did not return; simulate it to see why, or ask for fewer parameters"
             )
         lanes = ended.state[:, n:].copy()
-        moves = stretches.moves[k + 1]
-        if np.any(moves):
+        if np.any(moves := stretches.moves[k + 1]):
             lanes[m:] += np.outer(moves * self.steps, _rates(motion, begun + end, n, False))
         return ended.state[0, :n].copy(), lanes
 
@@ -226,6 +234,11 @@ class _Stretches:
 
     def __init__(self, map_: StroboscopicMap, row: np.ndarray, places: list[int]):
         corners, count = map_.equations.corners, len(places)
+        for path in np.flatnonzero(_opening(map_, row, places)):
+            name = map_.equations.parameter_paths[places[path]]
+            raise ArgumentError(
+                "over", f"{name} gives a length to a segment of the drive that has none: to one side only"
+            )
         unit = np.zeros((count, len(row)))
         unit[np.arange(count), places] = 1.0
         if corners is None:
@@ -247,8 +260,6 @@ class _Stretches:
             start, start_moves = 0.0, np.zeros(count)
             for i, share in enumerate(shares):
                 if share - before[i] <= SHORT:
-                    if np.any(slopes[i, 0] != 0.0):
-                        raise ArgumentError("over", "a segment of the drive has no length: it can only become longer")
                     continue
                 scale = self.period ** -power.astype(float)
                 numbers, own = table[i, 1:], row.copy()
@@ -266,9 +277,14 @@ class _Stretches:
         self.ends, self.starts = ends, [0.0, *ends[:-1]]
         self.moves = [np.zeros(count), *moves]
 
-    def moves_from(self, k: int) -> np.ndarray:
-        """[asked] derivatives of the time at which a stretch begins."""
-        return self.moves[k]
+
+def _opening(map_: StroboscopicMap, row: np.ndarray, places: list[int]) -> np.ndarray:
+    """[parameters] whether a parameter gives a length to a segment of the drive that has none."""
+    found, corners = np.zeros(len(places), dtype=bool), map_.equations.corners
+    for length in () if corners is None else corners.lengths:
+        if float(evaluate([length], 0.0, (), 1.0, row)[0]) <= SHORT:
+            found |= _by(length, row, places) != 0.0
+    return found
 
 
 def _by(expression: Expression, row: np.ndarray, places: list[int]) -> np.ndarray:
@@ -301,8 +317,7 @@ def _recorded(system: System, path: str) -> System:
     """The system with the parameter as a number of the equations; ArgumentError for what is none."""
     from vibrocap.orbits.maps.closing_map import recorded_with
 
-    value = system.parameter(path)
-    if isinstance(value, (str, bool)) or not isinstance(value, (int, float)):
+    if not _is_number(value := system.parameter(path)):
         raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {value!r}")
     return recorded_with(system, path)
 
