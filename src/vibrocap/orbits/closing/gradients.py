@@ -28,7 +28,7 @@ from vibrocap.physics.conversion import quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.results import Result
 
-TRAVEL = ("drift", "mean_velocity")
+TRAVEL = ("mean_velocity", "drift")
 DEGENERATE = 1e-9  # least singular value of I - P_y, over natural sizes: below it the orbit is one of a continuum
 SHORT = 1e-13  # share of the period: a segment that is no longer has no length
 
@@ -330,7 +330,7 @@ def _measured(ends: _Ends, orbit: PeriodicSolution) -> tuple[dict[str, float], d
         values[f"{name}_work"] = float(ends.end[n + k] / turns)
         slopes[f"{name}_work"] = ends.by_parameter[n + k] / turns
     if (cyclic := ends.map.cyclic) >= 0:
-        drift = float(ends.end[cyclic] / turns)
+        drift = 0.0 if orbit.symmetric else float(ends.end[cyclic] / turns)
         by = ends.by_parameter[cyclic] / turns
         values["drift"], slopes["drift"] = drift, by
         values["mean_velocity"] = drift / ends.period
