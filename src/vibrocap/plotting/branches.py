@@ -237,7 +237,9 @@ def draw_branches(
 def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
     """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
     used: set[str] = set()
-    for each in found.transitions if isinstance(found, BranchDiagram) else ():
+    if not isinstance(found, BranchDiagram):
+        return used
+    for each in found.transitions:
         branch, x = found.branches[each.branch], each.parameter * along.scale
         up = scale(UNITS[quantity], branch.system)
         start = float(getattr(branch, quantity)[each.point]) * up

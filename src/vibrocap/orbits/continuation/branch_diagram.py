@@ -8,8 +8,10 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.section import whole_turns
+from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
@@ -23,7 +25,8 @@ AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
 MOST_BRANCHES = 40
 ONE_PLACE = 1e-5  # in natural sizes and shares of the range: two bifurcations so near are one
 ON_BRANCH = 1e-7  # the same of two orbits
-A_LITTLE = 2e-3  # share of the range beyond the end of stable motions, at which a simulation shows what follows
+SEEN = 200  # drive periods in which a run that fails shows why
+BEYOND = 2e-3, 1e-2  # shares of the range beyond an end of stable motions; farther on where all is slow beside it
 ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
@@ -46,8 +49,8 @@ class Transition:
     """Where the stable motions of a branch end within the range, and where a simulation goes from there.
 
     branch: index of the branch; point: its last stable point; parameter: where; why: the special point, or the end of
-    the branch, that ends them; reached: index of the branch on which a start at that point ends a little beyond; None
-    where it ends on no closed orbit (it does not settle, or cannot be run)
+    the branch, that ends them; reached: index of the branch on which a start at that point ends a little beyond, None
+    where it ends on no closed orbit; leads_to: the same in words, such as "a run that ends by lift-off"
     """
 
     branch: int
@@ -55,6 +58,7 @@ class Transition:
     parameter: float
     why: str
     reached: int | None
+    leads_to: str
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -99,9 +103,8 @@ class BranchDiagram(Result):
             verb = "leaves" if join.end == 0 else "ends on"
             lines.append(f"[{join.child}] {verb} [{join.parent}] at {self.over} = {place.parameter:.10g}")
         for each in self.transitions:
-            there = "no motion that closes" if each.reached is None else f"[{each.reached}]"
             edge = f"{self.over} = {each.parameter:.10g} ({each.why})"
-            lines.append(f"[{each.branch}] is stable up to {edge}; beyond it a simulation leads to {there}")
+            lines.append(f"[{each.branch}] is stable up to {edge}; beyond it a simulation leads to {each.leads_to}")
         return "\n".join(lines)
 
 
@@ -209,19 +212,26 @@ class _Growing:
         branch_ = self.branches[index]
         if self._joined(index, edge):
             return
-        beyond = branch_.system.with_parameters({branch_.over: edge.beyond})
         start = dict(zip(branch_.system.state_names, map(float, branch_.states[edge.point]), strict=True))
-        found = steady_orbit(beyond, initial=start, settle_periods=settle_periods)
+
+        def beyond(value: float) -> Orbit:
+            system = branch_.system.with_parameters({branch_.over: value})
+            return steady_orbit(system, initial=start, settle_periods=settle_periods)
+
+        found = beyond(edge.beyond[0])
+        if found.status is OrbitStatus.NOT_SETTLED:
+            found = beyond(edge.beyond[-1])
         reached = None
         if found.closes and found.stable:
             reached = next((i for i, each in enumerate(self.branches) if len(each) and _holds(each, found)), None)
             if reached is None:
                 options = {"points": self.points, "step": self.step, "tolerance": branch_.closing_map.tolerance}
-                reached = self.add(branch(beyond, branch_.over, branch_.between, orbit=found, **options), 0)
+                reached = self.add(branch(found.system, branch_.over, branch_.between, orbit=found, **options), 0)
                 self._join_loose_ends()
                 self.grow()
         if reached != index and not self._joined(index, edge):
-            self.transitions.append(Transition(index, edge.point, edge.parameter, edge.why, reached))
+            there = _without_orbit(found, start) if reached is None else f"[{reached}]"
+            self.transitions.append(Transition(index, edge.point, edge.parameter, edge.why, reached, there))
 
     def _joined(self, index: int, edge: "_Edge") -> bool:
         """Whether a branch that is followed begins or ends where the stable motions of another one do."""
@@ -266,14 +276,14 @@ class _Growing:
 
 @dataclasses.dataclass(frozen=True)
 class _Edge:
-    """The end of a stable stretch within the range; beyond: a value of the parameter a little farther on.
+    """The end of a stable stretch within the range; beyond: values of the parameter a little farther on, at least one.
 
     special: number of the special point there; end: 0 or -1 where it is an end of the branch
     """
 
     point: int
     parameter: float
-    beyond: float
+    beyond: tuple[float, ...]
     why: str
     special: int | None
     end: int | None
@@ -293,10 +303,19 @@ def _stable_edges(branch: Branch) -> Iterator[_Edge]:
             place = branch.special_points[special] if special is not None else None
             why = branch.ends[end].value if end is not None else place.kind.value if place else "stability lost"
             at = float(branch.parameter[point]) if place is None else place.parameter
-            beyond = at + going * A_LITTLE * (high - low)
-            early = end is not None and branch.ends[end].early  # the branch goes on, but was not followed
-            if going and low <= beyond <= high and not early:
+            steps = (at + going * share * (high - low) for share in BEYOND)
+            beyond = tuple(value for value in steps if low <= value <= high)
+            goes_on = end is not None and branch.ends[end] is BranchEnd.TOO_MANY_POINTS
+            if going and beyond and not goes_on:
                 yield _Edge(point, at, beyond, why, special, end)
+
+
+def _without_orbit(found: Orbit, start: Mapping[str, float]) -> str:
+    """What a start leads to that ends on no stable orbit, in words."""
+    if found.status is OrbitStatus.RUN_FAILED:
+        ended = simulate(found.system, initial=start, periods=SEEN).run_status
+        return "a run that ends early" if ended.ok else f"a run that ends by {ended.value}"
+    return "a motion that does not settle" if found.status is OrbitStatus.NOT_SETTLED else "no stable orbit"
 
 
 def _end_at(branch: Branch, point: int) -> int | None:
