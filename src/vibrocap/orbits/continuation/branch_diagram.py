@@ -298,7 +298,8 @@ def _stable_edges(branch: Branch) -> Iterator[_Edge]:
         for point, inner, before in ((first, first + 1, first - 1), (last, last - 1, last)):
             going = float(np.sign(branch.parameter[point] - branch.parameter[inner]))
             end = _end_at(branch, point)
-            there = [i for i, each in enumerate(branch.special_points) if each.after_point == before]
+            near = [(i, each) for i, each in enumerate(branch.special_points) if each.after_point == before]
+            there = [i for i, each in near if each.stability != "kept"] + [i for i, _ in near]
             special = None if end is not None or not there else there[0]
             place = branch.special_points[special] if special is not None else None
             why = branch.ends[end].value if end is not None else place.kind.value if place else "stability lost"
