@@ -287,7 +287,7 @@ def test_study_in_the_way(case, cheap, capsys):
     assert command("sweep", case, "--over", MASS, "--out", "map") == OK
     capsys.readouterr()
     again = refused(capsys, "sweep", case, "--over", MASS, "--out", "map")
-    assert "--out: map holds a study already; go on with --resume, or name another folder" in again
+    assert "--out: map holds a study already; continue with --resume, or name another folder" in again
     other = refused(capsys, "sweep", case, "--over", TORQUE, "--out", "map", "--periods", "13", "--resume")
     assert "--out: map holds another study: periods: stored 12, asked 13" in other
     assert "machine.mass_ratio" in other
@@ -360,7 +360,7 @@ def test_interrupted_sweep_says_how_it_goes_on(case):
     assert run.returncode == INTERRUPTED
     assert out == ""
     found = re.fullmatch(
-        r"Stopped: (\d+) of (\d+) tiles are stored in map\. The same command with --resume goes on\.\n", err
+        r"Stopped: (\d+) of (\d+) tiles are stored in map\. With --resume the same command continues\.\n", err
     )
     assert found
     assert 0 < int(found[1]) < int(found[2])

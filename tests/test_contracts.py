@@ -179,7 +179,7 @@ def opposite(sides):
 
 
 UNEVEN = {"second_amplitude", "level", "rate", "start", "force"}  # parameters of drives that are odd only without them
-UNEVEN |= {f"level_{i}" for i in range(1, 8)}
+UNEVEN |= {f"level_{i}" for i in range(1, 8)} | {f"{wave}_{n}" for wave in ("cosine", "sine") for n in (2, 4, 6)}
 EVEN = {  # parameters of drives that are odd only with these; no stroke from 0 to its end is ever odd
     "square": {"duty": 0.5},
     "on-off": {"amplitude": 1.2, "offset": -0.6, "duty": 0.5},

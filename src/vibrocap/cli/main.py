@@ -20,7 +20,10 @@ from cyclopts import App, CycloptsError, Parameter
 from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.commands.bound import bound
 from vibrocap.cli.commands.branch import basins, branch
+from vibrocap.cli.commands.calibrate import calibrate
+from vibrocap.cli.commands.cite import cite
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
@@ -29,6 +32,7 @@ from vibrocap.cli.commands.lab import lab
 from vibrocap.cli.commands.optimise import optimise
 from vibrocap.cli.commands.orbit import crossing, orbit
 from vibrocap.cli.commands.records import datasets, stick_slip
+from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
@@ -56,8 +60,8 @@ BEGIN = """To begin with:
   vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
 
-`vibrocap COMMAND --help` explains a command, with examples. Exit codes: 0 done, 2 wrong input, 3 a run that could not
-be completed.
+`vibrocap COMMAND --help` explains a command, with examples. \
+Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
 
 
@@ -146,13 +150,14 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITH_PICTURES = (simulate, plot, branch, basins, equilibria)
+WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 OWN_OFFERS = {examples: {"names": example_names}, check: {"names": part_names}}
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
+    completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

@@ -43,6 +43,8 @@ def refusing(*arguments: str, **options: str) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
+        if several := getattr(error, "complaints", None):
+            raise Refusal(*by_option(several, known)) from None
         named = re.match(rf"({'|'.join(known) or '(?!)'})(?::| (?=should))\s*(.*)", str(error), re.DOTALL)
         raise Refusal(f"{known[named[1]]}: {named[2]}" if named else str(error)) from None
 

@@ -17,7 +17,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
-from vibrocap.physics.units import quantity_unit, state_units
+from vibrocap.physics.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
@@ -77,6 +77,7 @@ def _standard_measures(
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
         *FRICTION,
+        *_drive_peaks(None if system is None else system.machine.effort),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
@@ -146,7 +147,7 @@ STICKING = (
     ),
     Measure(
         "word",
-        "phases of the last period: F forward, S stuck, B back (empty: the law is smooth)",
+        "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
         Standard(_words, codes.ASK_WORD, text=True),
     ),
 )
@@ -250,6 +251,22 @@ FRICTION = (
         si_unit="J",
     ),
 )
+
+
+@functools.cache
+def _drive_peaks(effort: str | None) -> tuple[Measure, ...]:
+    """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known."""
+    unit = "1" if effort is None else DRIVE_UNITS[effort]
+    return (
+        Measure.peak("peak_drive", "largest |drive| in the window", lambda now: now.drive, si_unit=unit),
+        Measure.peak(
+            "peak_drive_rate",
+            "largest |rate of the drive| in the window, jumps aside",
+            lambda now: now.drive_rate,
+            si_unit="1" if effort is None else over_seconds(unit),
+        ),
+        Measure.peak("peak_drive_power", "largest |power of the drive|", lambda now: now.drive_power, si_unit="W"),
+    )
 
 
 LOAD_WATCH = "hidden_lift_off"  # taken of every study of a machine whose constant load may hide a lift-off

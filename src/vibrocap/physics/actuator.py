@@ -28,6 +28,7 @@ class Actuator(Part):
     )
 
     name: ClassVar[str] = "actuator"
+    source: ClassVar[str] = "astrom2008"
 
     @property
     def states(self) -> tuple[str, ...]:

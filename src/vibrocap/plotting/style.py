@@ -22,6 +22,9 @@ from matplotlib.transforms import ScaledTranslation
 from vibrocap.plotting.colours import BLUE
 from vibrocap.plotting.page import page
 
+# fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
+logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
+
 FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
 
 # The paper's arrangement: LuGre red and solid, exponential blue and dashed.

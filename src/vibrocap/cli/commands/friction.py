@@ -10,6 +10,7 @@ from rich.table import Table
 
 from vibrocap.arguments import suggestion
 from vibrocap.case.case import CaseError
+from vibrocap.citations.bibliography import references
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.completers import completing, law_names, law_parameters
 from vibrocap.cli.options import Refusal, refusing, writable_picture
@@ -94,7 +95,8 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     with progress(f"Looking for cycles of {name} that create energy"):
         passive = passivity(law)
         scales = stiffness_report(law)
-    page.say(f"\nsource     {law.source}")
+    said = [each.text for each in references(type(law).source, law.name)] or ["not recorded"]
+    page.say("\nsource     " + "\n           ".join(said))
     page.say(f"passivity  {passive.verdict}. {passive.condition}")
     page.say(f"stiffness  {scales.method}")
     creeps = "yes" if law.creeps else "no"

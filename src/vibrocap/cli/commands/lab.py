@@ -25,7 +25,7 @@ def lab(
 ) -> int:
     """The exact capsule in a browser page: drag a slider and the motion follows.
 
-    The page is one file that works from disk and asks nothing of any network: a colleague or a lecture can have it.
+    The page is one file that works from disk, without a network: give it to a colleague, or use it in a lecture.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def sweep(
     seed
         seed of a design; the same seed gives the same runs [default: 0]
     adaptive
-        run points only where the word, the travel or the response period changes; writes to --export
+        run points only where the mode sequence, the travel or the response period changes; writes to --export
     periods
         drive periods of a run, at most; a whole number [default: the case's]
     window
@@ -99,7 +99,7 @@ def sweep(
     scheduler
         address of a Dask scheduler, whose workers see the folder --out too
     device
-        cpu, or cuda: an NVIDIA graphics card
+        cpu, or cuda: an NVIDIA GPU
     tile_runs
         runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
     yes
@@ -172,7 +172,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
         raise Refusal(*(f"--out: {request.out} {complaint}" for complaint in error.complaints)) from None
     except Stopped as stopped:
         done = str(stopped).partition(";")[0]
-        raise KeyboardInterrupt(f"{done}. The same command with --resume goes on.") from None
+        raise KeyboardInterrupt(f"{done}. With --resume the same command continues.") from None
     return _outcome(completed)
 
 

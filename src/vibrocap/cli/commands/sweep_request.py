@@ -99,7 +99,8 @@ class SweepRequest(Execution):
             if self.out is not None:
                 writable_folder("--out", self.out)
                 if (self.out / "study.json").exists() and not self.resume:
-                    found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
+                    said = "holds a study already; continue with --resume, or name another folder"
+                    found.add("--out", f"{self.out} {said}")
         with found.collected():
             writable_table("--export", self.export)
         return found

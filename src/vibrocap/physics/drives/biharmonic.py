@@ -15,6 +15,7 @@ class Biharmonic(Wave):
     second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic [rad]", "phase")
 
     name: ClassVar[str] = "biharmonic"
+    source: ClassVar[str] = "vibrocap"
 
     def value(self, t):
         """h cos(omega t) + h2 cos(2 omega t + psi)."""

@@ -13,6 +13,7 @@ class Harmonic(Wave):
     frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
 
     name: ClassVar[str] = "harmonic"
+    source: ClassVar[str] = "liu2019"
 
     def value(self, t):
         """h cos(omega t)."""

@@ -28,7 +28,7 @@ class BlockRow(Row):
     """Blocks 1, 2, ... in a row on a belt of the speed v_b, with springs and dampers to a wall and to each other.
 
     One block of it is the `Oscillator`; more are the models of chattering brakes and of earthquakes (Burridge and
-    Knopoff 1967; Galvanetto and Bishop 1994; Pascal 2012). x_i is how far block i is from where no spring is stretched,
+    Knopoff 1967; Galvanetto and Bishop 1994; Pascal 2008). x_i is how far block i is from where no spring is stretched,
     v_i its velocity over the belt, which is exactly zero while it sticks, and friction R_i acts on it:
 
         x_i' = v_i + v_b,     m_i v_i' = a_i drive - k_i x_i - c_i x_i' + F_i - F_(i-1) - R_i
@@ -42,6 +42,7 @@ class BlockRow(Row):
     """
 
     called: ClassVar = ("block", "row")
+    source: ClassVar[str] = "burridge1967; galvanetto1994; pascal2008"
     summary: ClassVar = "blocks in a row on a belt, on springs to a wall and to each other."
     cyclic: ClassVar = None
     place: ClassVar = "position"

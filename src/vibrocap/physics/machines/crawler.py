@@ -25,6 +25,7 @@ class Crawler(Row):
     """
 
     called: ClassVar = ("body", "crawler")
+    source: ClassVar[str] = "zimmermann2009"
     summary: ClassVar = "bodies in a row, all of them rubbing."
     contact_state: ClassVar = "velocity"
     row_parameters: ClassVar = (

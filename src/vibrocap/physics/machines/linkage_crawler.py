@@ -49,6 +49,7 @@ class LinkageCrawler(Machine):
     stance: Stance = parameter(1.2, "w_0", "distance of the bodies at which the spring is not stretched", "distance")
 
     name: ClassVar[str] = "linkage-crawler"
+    source: ClassVar[str] = "vibrocap"
     states: ClassVar = ("displacement", "velocity_2", "position", "velocity")
     cyclic: ClassVar = "position"
     contact_state: ClassVar = "velocity"

@@ -37,6 +37,7 @@ class ModeCouplingBlock(Machine):
     normal_load: Positive = parameter(1.0, "N_0", "load on the contact where y = 0", "load")
 
     name: ClassVar[str] = "mode-coupling-block"
+    source: ClassVar[str] = "hoffmann2002"
     states: ClassVar = ("approach", "approach_rate", "position", "sliding_velocity")
     cyclic: ClassVar = None
     place: ClassVar = "position"

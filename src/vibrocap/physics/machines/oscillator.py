@@ -42,6 +42,7 @@ class Oscillator(Machine):
     )
 
     name: ClassVar[str] = "oscillator"
+    source: ClassVar[str] = "denhartog1931"
     states: ClassVar = ("position", "sliding_velocity")
     cyclic: ClassVar = None
     place: ClassVar = "position"

@@ -61,6 +61,7 @@ class OscillatorWithStops(Oscillator):
         None, "c_b", "damper of the stop behind; none where it is that of the one in front", "viscous damping"
     )
 
+    source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"
     states: ClassVar = (*Oscillator.states, "touching")
     symmetry: ClassVar = (-1, -1, -1)

@@ -35,6 +35,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         None, "e", "coefficient of restitution of the stops, 0 to 1; none: a run ends there", "fraction"
     )
 
+    source: ClassVar[str] = "liu2019; brogliato2016"
     name: ClassVar[str] = "pendulum-capsule-with-stops"
     states: ClassVar = (*PendulumCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)

@@ -53,6 +53,7 @@ class PendulumCrawler(ImposedDisplacement):
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 
     name: ClassVar[str] = "pendulum-crawler"
+    source: ClassVar[str] = "liu2019; chernousko2002"
     effort: ClassVar = "number"
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 

@@ -34,6 +34,7 @@ class RigidStopCapsule(TwoMassCapsule):
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
 
+    source: ClassVar[str] = "liu2013; brogliato2016"
     name: ClassVar[str] = "rigid-stop-capsule"
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)

@@ -43,6 +43,7 @@ class RotorCapsule(CapsuleWithBob):
     )
 
     name: ClassVar[str] = "rotor-capsule"
+    source: ClassVar[str] = "kononenko1969"
     turns: ClassVar = {"angle": 2.0 * math.pi}
     si_load: ClassVar = (
         '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for what the motion makes'

@@ -61,6 +61,7 @@ class TwoMassCapsule(Machine):
     )
 
     name: ClassVar[str] = "two-mass-capsule"
+    source: ClassVar[str] = "chernousko2002; liu2013"
     states: ClassVar = ("displacement", "displacement_rate", "position", "velocity")
     cyclic: ClassVar = "position"
     contact_state: ClassVar = "velocity"

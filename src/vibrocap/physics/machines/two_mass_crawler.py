@@ -30,6 +30,7 @@ class TwoMassCrawler(ImposedDisplacement):
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load")
 
     name: ClassVar[str] = "two-mass-crawler"
+    source: ClassVar[str] = "chernousko2002"
     effort: ClassVar = "displacement"
     si_names: ClassVar = {"mass_ratio": "body_mass"}
 

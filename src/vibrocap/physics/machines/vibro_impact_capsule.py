@@ -40,6 +40,7 @@ class VibroImpactCapsule(TwoMassCapsule):
         "external", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
     )
 
+    source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)

@@ -31,6 +31,7 @@ class Worm(Row, Imposed):
     """
 
     called: ClassVar = ("body", "worm")
+    source: ClassVar[str] = "chernousko2002; zimmermann2009b"
     summary: ClassVar = "bodies in a row at imposed distances, all of them rubbing."
     contact_state: ClassVar = "centre_velocity"
     row_parameters: ClassVar = (
