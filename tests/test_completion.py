@@ -82,7 +82,10 @@ def test_machines_drives_and_examples_are_offered(capsys):
         ("simulate", CASE, "--set"),
         ("branch", CASE, "--over"),
         ("crossing", CASE, "--over"),
+        ("crossing", CASE, "--against"),
         ("optimise", CASE, "--over"),
+        ("robust", CASE, "--uncertain"),
+        ("calibrate", CASE, "--over"),
     ],
 )
 def test_paths_are_those_of_the_case_on_the_line(words, capsys):
@@ -121,7 +124,8 @@ def test_measures_are_those_of_the_case_and_no_name_is_offered_twice(capsys):
     assert set(offered(capsys, "sweep", CASE, "--measure", "word,")) == {
         f"word,{name}" for name in own if name != "word"
     }
-    assert set(offered(capsys, "optimise", CASE, "--for", "")) == set(own)
+    for option in ("--for", "--against", "--subject-to"):
+        assert set(offered(capsys, "optimise", CASE, option, "")) == set(own)
 
 
 @pytest.mark.parametrize("case", ["missing.toml", "broken.toml", "folder"])

@@ -155,6 +155,7 @@ def states_of_case(asked: Any) -> Offered:
 # What is offered, by the name of an option in Python; of a list with commas between, for the last one.
 OFFERS: dict[str, Callable[[Any], Offered]] = {
     "over": paths_of_case,
+    "uncertain": paths_of_case,
     "set_": paths_of_case,
     "against": paths_of_case,
     "initial": states_of_case,

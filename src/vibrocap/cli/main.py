@@ -36,7 +36,7 @@ from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
-from vibrocap.cli.completers import completing, example_names, part_names, script
+from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import check, taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -153,7 +153,11 @@ app = App(
 WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
-OWN_OFFERS = {examples: {"names": example_names}, check: {"names": part_names}}
+OWN_OFFERS = {
+    examples: {"names": example_names},
+    check: {"names": part_names},
+    optimise: {"against": measure_names},
+}
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
