@@ -8,6 +8,7 @@ import dataclasses
 import itertools
 import json
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -198,6 +199,9 @@ def test_the_table_has_a_row_for_each_measure_and_parameter(first):
     rows = [(row["measure"], row["parameter"]) for row in found.table()]
     assert rows == list(itertools.product(["drift", "mean_velocity"], ["drive.amplitude", "drive.frequency"]))
     assert "largest elasticity" in repr(found)
+    assert "largest elasticity" in found._repr_html_()
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert list(found.to_pandas().columns) == list(found.table()[0])
     with pytest.raises(KeyError):
         found["drift", "machine.damping"]
     period = 2.0 * math.pi
@@ -286,6 +290,8 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
     assert orbit.drift is None
     assert orbit.mean_velocity is None
     assert set(orbit.facts) == {"status"}
+    assert repr(orbit).startswith("<Orbit: no closed steady motion of a pendulum-capsule")
+    assert "<img" not in orbit._repr_html_()  # there was an error: the last state cannot be simulated
     with pytest.raises(ValueError, match="orbit should be closed: this one is run failed"):
         orbit.gradients()
     vc.save_case(light, tmp_path / "light.toml")

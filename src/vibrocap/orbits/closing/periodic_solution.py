@@ -102,6 +102,7 @@ class PeriodicSolution(Result):
     @property
     def heading(self) -> str:
         what = f"steady motion of {self.response_period} drive period(s)" if self.response_period else "cycle"
+        what = "no closed steady motion" if self.failed else what
         return f"{what} of a {self.system.machine.name}, {self.system.friction.name} friction"
 
     @property
