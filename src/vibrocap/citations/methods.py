@@ -47,7 +47,7 @@ METHODS = (
     Method(
         "simultaneous decision of several contacts",
         "loetstedt1981; pfeiffer1996; acary2008; cottle1992; murty1974",
-        used=lambda system: bool(system.machine.contacts),
+        used=lambda system: len(system.laws) > 1,
     ),
     Method(
         "loads that friction changes, and their paradox",

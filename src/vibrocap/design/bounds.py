@@ -136,7 +136,7 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
         return f"{name}: something besides level ground acts on the machine"
     if law.kind != "set-valued" or machine.follows_load:
         return f"{name}: friction is not that of a set-valued law under a constant load"
-    load = system.law_load
+    load = system.law_loads[0]
     kinetic = _least_friction(law, load)
     fast = [abs(law.force(side * speed, (), side, load)[0]) for side in (1.0, -1.0) for speed in (1e-12, 1.0, 1e12)]
     if max(*fast, law.holding_limit(load)) - kinetic > 1e-12 * kinetic or law.holding_middle(load) != 0.0:

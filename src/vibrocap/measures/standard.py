@@ -9,6 +9,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
@@ -62,7 +63,7 @@ def _standard_measures(
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
-    further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
+    further = range(2, 1 + max(len(kind.contact_states) for kind in kinds))
     channels |= dict.fromkeys(numbered("contact_sliding", number) for number in further)
     if system is not None:
         channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
@@ -81,7 +82,7 @@ def _standard_measures(
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
-        *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
+        *(REACTION if system is None or "reaction" in equations(system).observables else ()),
     ]
     return {measure.name: measure for measure in found}
 

@@ -13,7 +13,7 @@ from typing import Any
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
-from vibrocap.physics.states import OUTPUT, further_laws, state_names
+from vibrocap.physics.states import OUTPUT, laws_of, state_names
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
 ROLE_UNITS: dict[str, dict[str, float]] = {
@@ -209,7 +209,7 @@ def over_seconds(unit: str) -> str:
 def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
     """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
     own: dict[str, str] = {OUTPUT: DRIVE_UNITS[parts["machine"].effort]}
-    for part in (*further_laws(parts), parts["friction"], parts["machine"]):
+    for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
         own |= part.state_units
     return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
 

@@ -207,7 +207,7 @@ class Scene:
         shown = round(load * size, 3) + 0.0  # no minus before a zero
         words = rf"normal load $N$ = {shown:.3f}{unit}"
         if not system.machine.follows_load:
-            words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
+            words = f"true {words}, taken as {float(system.placed.loads()[0]) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
 
 

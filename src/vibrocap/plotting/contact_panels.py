@@ -21,7 +21,7 @@ HEIGHT = 0.7  # of a strip, of the distance to the next
 
 def contacts_of(motion: Trajectory) -> range:
     """Numbers of the contacts, from 1."""
-    return range(1, 2 + len(motion.system.machine.contacts))
+    return range(1, 1 + len(motion.system.machine.contact_states))
 
 
 def colour_of(contact: int, count: int) -> Any:

@@ -61,8 +61,8 @@ def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Ax
 def _first_state(found: EquilibriumBranch) -> str:
     """The state that is drawn unless another is asked for."""
     machine = found.system.machine
-    names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_state)]
-    return names[0] if names else machine.contact_state
+    names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_states[0])]
+    return names[0] if names else machine.contact_states[0]
 
 
 def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], state: str) -> set[str]:

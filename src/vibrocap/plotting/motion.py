@@ -55,7 +55,7 @@ def motion_figure(motion: Trajectory) -> Figure:
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
     title = parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
-    loaded, several = system.machine.follows_load or hides_lift_off(motion), bool(system.machine.contacts)
+    loaded, several = system.machine.follows_load or hides_lift_off(motion), len(system.machine.contact_states) > 1
     rows = 4 + loaded + several
     if page().width is None:
         height = 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)
@@ -173,7 +173,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
         if machine.follows_load:
             ax.plot(trace.time / period, load, **LAST)
         else:
-            given = float(motion.system.placed.load()) * scale("reaction", motion.system)
+            given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
             ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
             ax.plot(trace.time / period, load, **TRUE, label="true load")
             if np.min(load) < 0.0:
@@ -310,12 +310,12 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     start, contacts = _whole_run(axes[0], motion, "Travel of body 1"), contacts_of(motion)
     gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
-    imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
-    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contacts
+    imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
+    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contact_states
     second = ["drive"] if imposed else gaps or [numbered("position", each) for each in contacts]
     words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
     draw_all(motion, second, words, start, axes[1])
-    draw_all(motion, bodies if imposed else [machine.contact_state, *bodies], "velocity $v_i$", start, axes[2])
+    draw_all(motion, bodies, "velocity $v_i$", start, axes[2])
     draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
     draw_modes(motion, start, axes[4])
     titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
@@ -336,18 +336,18 @@ def _inner_plane(motion: Trajectory) -> tuple[str, str]:
 def _held_row(motion: Trajectory) -> bool:
     """Whether it is one of a row of blocks that are held to their places, whose states stand block by block."""
     machine = motion.system.machine
-    return bool(machine.contacts) and machine.cyclic is None
+    return len(machine.contact_states) > 1 and machine.cyclic is None
 
 
 def _body_velocity(motion: Trajectory) -> str:
     """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
     machine = motion.system.machine
-    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_state
+    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_states[0]
 
 
 def _body_name(motion: Trajectory) -> str:
     """What slides."""
-    if motion.system.machine.contacts:
+    if len(motion.system.machine.contact_states) > 1:
         return "Body 1"
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
 
@@ -357,7 +357,7 @@ def _inner_name(motion: Trajectory) -> str:
     machine = motion.system.machine
     if _held_row(motion):
         return "Body 2"
-    if machine.contacts:
+    if len(machine.contact_states) > 1:
         return "Gap 1"
     if isinstance(machine, Imposed):
         return "Imposed motion"
@@ -370,9 +370,9 @@ def _label(motion: Trajectory, name: str) -> str:
     """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
     machine = motion.system.machine
     label = LABELS.get(name, name.replace("_", " "))
-    if name == "position" and (machine.cyclic is None or machine.contacts):
+    if name == "position" and (machine.cyclic is None or len(machine.contact_states) > 1):
         label = "position $x$"
-    if machine.contacts:
+    if len(machine.contact_states) > 1:
         stem, number = name_and_number(name)
         known = {
             "velocity": "velocity $v_{}$",
@@ -383,7 +383,7 @@ def _label(motion: Trajectory, name: str) -> str:
         label = known[stem].format(number) if stem in known else label
     elif name == "contact_velocity" and isinstance(machine, Imposed):
         label = LABELS["velocity"]
-    elif name == "contact_velocity" and machine.contact_state == "sliding_velocity":
+    elif name == "contact_velocity" and machine.contact_states[0] == "sliding_velocity":
         label = LABELS["sliding_velocity"]
     elif name == "drive" and isinstance(machine, Imposed):
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"

@@ -265,7 +265,7 @@ def limits(case: Path, /, *, json: bool = False) -> int:
 
     system = read_source(case).system
     try:
-        found = plain = frictional_limits(system.friction, float(system.placed.load()))
+        found = plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
     except (TypeError, ValueError) as error:
         raise CaseError([f"friction: {error}"], str(case)) from None
     if system.units is not None:
@@ -293,7 +293,8 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
         notes.append("The load follows the motion; these are the limits at its mean.")
     if (environment := system.environment) is None:
         return notes
-    at_rest = environment.outside(system.placed, 0.0, (0.0,) * len(system.machine.states), 0).push_at_rest
+    states, still = ((0.0,) * len(names) for names in (system.machine.states, system.machine.contact_states))
+    (_, at_rest), *_ = environment.outside(system.placed, 0.0, states, still, still).pushes
     factor, unit = (1.0, "") if system.units is None else (system.si.factor("friction"), "N")
     push = at_rest * factor
     if push:

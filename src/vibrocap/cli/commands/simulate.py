@@ -290,8 +290,9 @@ def own_events(motion: "Trajectory") -> list[str]:
 
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
-    kinds = ("stick", "slip_forward", "slip_back", "reversal")
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in kinds)
+    from vibrocap.motion.trajectory import CONTACT_EVENTS
+
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in CONTACT_EVENTS)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:

@@ -3,7 +3,7 @@
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import Machine, Positive, Scales, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import Contact, Machine, Positive, Scales, cos, parameter, parameters, sin
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
@@ -52,7 +52,7 @@ class CapsuleWithBob(Machine):
 
     states: ClassVar = ("angle", "angle_rate", "position", "velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
+    contact_states: ClassVar = ("velocity",)
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "torque"
@@ -65,9 +65,10 @@ class CapsuleWithBob(Machine):
         """Whether normal_load is "dynamic"."""
         return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
 
-    def load(self):
+    def loads(self):
         """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
-        return self._towards_ground(self.mass_ratio + 1.0) if isinstance(self.normal_load, str) else self.normal_load
+        word = isinstance(self.normal_load, str)
+        return (self._towards_ground(self.mass_ratio + 1.0) if word else self.normal_load,)
 
     def masses(self):
         """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
@@ -81,7 +82,7 @@ class CapsuleWithBob(Machine):
         """B."""
         return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
 
-    def reaction(self, t, y, drive):
+    def _reaction(self, y, drive):
         """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
         inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
         own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
@@ -90,10 +91,6 @@ class CapsuleWithBob(Machine):
     def vertical_momentum(self, t, y):
         """(cos(theta))' = -sin(theta) theta', of the bob."""
         return -(sin(y[0]) * y[1])
-
-    def contact_velocity(self, t, y):
-        """X'."""
-        return y[3]
 
     def _torque(self, y, drive):
         """P, all torques on the pendulum but the capsule's inertia."""
@@ -106,21 +103,25 @@ class CapsuleWithBob(Machine):
         """A torque, less that of the spring at the pivot where there is one."""
         return torque
 
-    def holding_force(self, t, y, drive):
+    def _held(self, y, drive):
         """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
         return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
+
+    def contacts(self, t, y, drive):
+        """X', what holds the capsule, and the load that the bob makes."""
+        return (Contact(y[3], self._held(y, drive), reaction=self._reaction(y, drive)),)
 
     def accelerations(self, t, y, drive, force):
         """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
 
         y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
         """
-        capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
+        capsule = (self._held(y, drive) - force) / self._inertia(y)
         return self._torque(y, drive) + cos(y[0]) * capsule, capsule
 
-    def rates(self, t, y, drive, force) -> tuple:
+    def rates(self, t, y, drive, frictions) -> tuple:
         """y' = (theta', theta'', X', X'')."""
-        pendulum, capsule = self.accelerations(t, y, drive, force)
+        pendulum, capsule = self.accelerations(t, y, drive, frictions[0])
         return y[1], pendulum, y[3], capsule
 
     def energy(self, t, y):
@@ -141,6 +142,6 @@ class CapsuleWithBob(Machine):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
         return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
 
-    def powers(self, t, y, drive, force, *others) -> tuple:
+    def powers(self, t, y, drive, frictions) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]

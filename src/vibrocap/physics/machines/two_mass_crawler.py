@@ -38,10 +38,10 @@ class TwoMassCrawler(ImposedDisplacement):
         """lambda + 1, of both; what moves between them is imposed."""
         return {"centre_velocity": self.mass_ratio + 1.0}
 
-    def actuator(self, t, y, force, *others):
+    def actuator(self, t, y, frictions):
         """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
         total = self.mass_ratio + 1.0
-        push = (self.mass_ratio * self.imposed.curvature(t) - force) / total
+        push = (self.mass_ratio * self.imposed.curvature(t) - frictions[0]) / total
         push = push if self.gravity is None else push + self.gravity[1]
         return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
 

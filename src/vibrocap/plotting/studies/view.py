@@ -18,10 +18,10 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.labels import EQUALS, case_in_si, percent, symbol_text
 from vibrocap.studies.refinement import even_in_logarithm
+from vibrocap.studies.store.zarr_form import ALWAYS
 
 MOST_PANELS = 6
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
-ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
