@@ -11,11 +11,13 @@ export PYTHONDONTWRITEBYTECODE =
 # A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
 TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
+.PHONY: help venv reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-18s %s\n", $$1, $$2 }'
+
+venv: $(READY) ## the local .venv, with vibrocap and the locked dependencies; the others make it too
 
 reproduce: $(READY) ## the paper: figures, claims and one HTML report, in out/
 	@$(BIN)/vibrocap reproduce --out out

@@ -39,6 +39,22 @@ def test_version_is_the_same_everywhere():
     assert citation.group(1).strip('"') == declared
 
 
+def test_every_python_that_is_supported_is_named_and_looked_for():
+    least = int(PROJECT["requires-python"].removeprefix(">=3."))
+    stem = "Programming Language :: Python :: 3."
+    named = [int(each.removeprefix(stem)) for each in PROJECT["classifiers"] if each.startswith(stem)]
+    assert named == list(range(least, named[-1] + 1))
+    assert named[-1] >= 15
+    environment = (ROOT / ".ci" / "environment").read_text()
+    assert " ".join(f"python3.{minor}" for minor in reversed(named)) in environment
+
+
+def test_make_venv_makes_the_environment_alone():
+    made = subprocess.run(["make", "--dry-run", "venv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert "pytest" not in made
+    assert "venv: $(READY)" in (ROOT / "Makefile").read_text()
+
+
 def test_doors_open_to_a_name_they_list_and_to_no_other():
     import vibrocap
     from vibrocap.numerics import api

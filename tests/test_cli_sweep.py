@@ -27,6 +27,7 @@ from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
 
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 CASE = """\
 [machine]
 kind = "pendulum-capsule"
@@ -382,6 +383,20 @@ def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
     assert "largest_angle " in listed
     assert not any(name in listed for name in ("belt_work", "largest_bristle"))
     assert not {"largest_slipping_1", "largest_bristle_sign"} & set(measure_table())  # which piece holds: no size
+
+
+def test_measures_of_a_case_in_si_have_their_units_and_mean_something(capsys):
+    """The biharmonic drive breaks the symmetry that `symmetric` asks for, and a block on a belt does not travel."""
+    assert command("measures", EXAMPLES / "bench-in-si.toml") == OK
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    units = {row[0]: row[1] for row in rows if len(row) > 2}
+    wanted = {"mean_velocity": "m/s", "cost_of_transport": "J/m", "least_reaction": "N", "largest_angle": "rad"}
+    assert {name: units.get(name) for name in wanted} == wanted
+    assert not {"symmetric", "impacts"} & set(units)
+    assert command("measures", EXAMPLES / "slides-or-sticks-by-its-start.toml") == OK
+    listed = capsys.readouterr().out
+    assert "largest_position" in listed
+    assert not any(f" {name} " in listed for name in ("drift", "mean_velocity", "cost_of_transport"))
 
 
 @pytest.mark.parametrize("name", ["sweep", "plot", "measures"])

@@ -3,6 +3,7 @@
 import functools
 import importlib
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ import pytest
 import vibrocap as vc
 from signals import Signal, made_up_motion
 from thinned import exhaustive_but, slow_but
-from vibrocap.measures.during_run import SYNONYMS, resolved
+from vibrocap.case.case import read_case
+from vibrocap.measures.during_run import SYNONYMS, measure_table, resolved
 from vibrocap.measures.measure import own_integrands
+from vibrocap.measures.standard import undefined_measures
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
@@ -364,6 +367,20 @@ class Named(vc.Dahl):
     """A law whose state no law of the package has."""
 
     internal = ("strain",)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "examples").glob("*.toml")), ids=lambda p: p.stem)
+def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
+    """Of a motion that settled all others have one; `time_to_settle` is none where it did not."""
+    given = read_case(path)
+    motion, without = given.simulate(), undefined_measures(given.system)
+    assert motion.status.ok
+    travels = given.system.machine.cyclic is not None
+    names = [name for name in measure_table(given.system) if travels or name not in without]
+    found = vc.measured(motion, names, settle=1e-6)
+    empty = {name for name, value in found.items() if value == "" or value != value}
+    assert empty - {"time_to_settle"} == without & set(found)
 
 
 def test_what_is_derived_comes_after_what_it_needs():

@@ -256,8 +256,24 @@ def test_a_parameter_without_a_dimension_is_named():
         name = "strange"
         colour: float = vc_parameter(1.0, "c", "of no dimension that is known")
 
-    with pytest.raises(ValueError, match=r"friction.colour: declares neither a role nor a unit"):
-        vc.System(vc.PendulumCapsule.in_si(**CAPSULE), Strange.in_si(colour=2.0), vc.Biharmonic.in_si(**DRIVE))
+    for law_ in (Strange.in_si(colour=2.0), Strange.in_si(), Strange()):  # given, left to its default, without units
+        with pytest.raises(
+            ValueError, match=r"friction.colour: declares neither a role nor a unit.*unit=\"1\""
+        ) as said:
+            vc.System(vc.PendulumCapsule.in_si(**CAPSULE), law_, vc.Biharmonic.in_si(**DRIVE))
+        assert str(said.value).count("colour") == 1
+
+
+def test_a_pure_number_that_is_declared_stands_in_si():
+    """The cure of the complaint above cures it."""
+
+    @vc_parameters
+    class Cured(vc.Coulomb):
+        name = "cured"
+        colour: float = vc_parameter(1.0, "c", "a pure number", unit="1")
+
+    system = vc.System(vc.PendulumCapsule.in_si(**CAPSULE), Cured.in_si(colour=2.0), vc.Biharmonic.in_si(**DRIVE))
+    assert system.friction == Cured(colour=2.0)
 
 
 def test_parts_in_si_and_parts_without_units_do_not_mix():

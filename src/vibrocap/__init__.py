@@ -74,6 +74,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.attractors.classification import MotionClass, classify
     from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
     from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+    from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
     from vibrocap.orbits.closing.returns import Section
     from vibrocap.orbits.continuation.branch import Branch, branch
@@ -210,7 +211,18 @@ __all__ += ["frictional_lag", "FrictionalLag", "break_away", "BreakAway", "stick
 __all__ += ["test_sheet", "TestSheet", "passivity", "Passivity", "stiffness_report", "StiffnessReport"]
 __all__ += ["regularisation_error", "Regularisation", "width_for", "WidthNeeded"]
 # steady motions
-__all__ += ["orbit", "Orbit", "OrbitStatus", "Section", "shoot", "attractors", "Attractors", "Attractor", "basins"]
+__all__ += [
+    "orbit",
+    "Orbit",
+    "OrbitStatus",
+    "Gradients",
+    "Section",
+    "shoot",
+    "attractors",
+    "Attractors",
+    "Attractor",
+    "basins",
+]
 __all__ += ["Basins", "basin_dataset", "bifurcation_diagram", "BifurcationDiagram", "bifurcation_dataset"]
 __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]

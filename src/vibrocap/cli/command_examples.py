@@ -32,6 +32,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "orbit": (
         "vibrocap orbit examples/travels-by-stick-slip.toml",
         "vibrocap orbit examples/travels-by-stick-slip.toml --half --json",
+        "vibrocap orbit examples/bench-in-si.toml --gradients",
     ),
     "branch": ("vibrocap branch case.toml --over drive.amplitude=1:1.5 --plot branch.png",),
     "basins": ("vibrocap basins case.toml --plane angle,angle_rate --resolution 20",),

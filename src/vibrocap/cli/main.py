@@ -36,6 +36,7 @@ from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
+from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import check, taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -50,7 +51,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
-from vibrocap.files import WriteError
+from vibrocap.files import WriteError, write_text
 
 OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))  # what `reproduce` writes
 WIDE = 120  # columns of a terminal
@@ -110,7 +111,10 @@ def print_claims(result: Any) -> None:
 
 
 def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
-    """The script that lets a shell complete the commands and options of vibrocap.
+    """The script that lets a shell complete what stands behind vibrocap.
+
+    That is its commands and options, the names of laws, machines, drives, measures
+    and examples, and the paths and states of the case on the line.
 
     Parameters
     ----------
@@ -120,10 +124,13 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
         write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
         .bashrc or .zshrc
     """
+    text = script(app, shell)
     if install:
-        Page().say(f"Written: {app.install_completion(shell=shell)}\nIt works in the next shell.")
+        path = app.install_completion(shell=shell)
+        write_text(path, text)
+        Page().say(f"Written: {path}\nIt works in the next shell.")
     else:
-        print(app.generate_completion(shell=shell))
+        print(text)
     return OK
 
 
@@ -146,6 +153,11 @@ app = App(
 WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, fit, stick_slip)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
+OWN_OFFERS = {
+    examples: {"names": example_names},
+    check: {"names": part_names},
+    optimise: {"against": measure_names},
+}
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
@@ -155,7 +167,8 @@ for command in (
         app.command(command)
     else:
         shown = examples_of(command.__name__.replace("_", "-"))
-        run = taking_page(command) if command in WITH_PICTURES else command
+        run = completing(**OWN_OFFERS.get(command, {}))(command)
+        run = taking_page(run) if command in WITH_PICTURES else run
         run = run if command in WITHOUT_PARTS else taking_parts(run)
         app.command(run, help=paragraphs(command), help_epilogue=shown)
 

@@ -12,6 +12,8 @@ from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in
 RECORD_UNITS = {
     "time": "s",
     "drift": "m",
+    "cost_of_transport": "J/m",
+    "least_reaction": "N",
     "mean_velocity.value": "m/s",
     "mean_velocity.window": "s",
     "energy.window": "s",
@@ -22,8 +24,9 @@ RECORD_UNITS = {
 def record_units(record: Mapping[str, Any], system: System) -> dict[str, Any]:
     """Unit of every number of a motion's record that has one, in the form of the record."""
     found: dict[str, Any] = {"state": {name: system.si.unit(name) for name in record["state"]}}
-    for path in ("time", "drift"):
-        found[path] = RECORD_UNITS[path]
+    for path in ("time", "drift", "cost_of_transport", "least_reaction"):
+        if path in record:
+            found[path] = RECORD_UNITS[path]
     for section in ("mean_velocity", "energy"):
         usual = "J" if section == "energy" else "1"
         units = {name: RECORD_UNITS.get(f"{section}.{name}", usual) for name in record[section] or ()}

@@ -28,6 +28,7 @@ def diagram_in_si(found: BranchDiagram, over: Quantity) -> BranchDiagram:
         over=over.path,
         between=(low * over.scale, high * over.scale),
         branches=tuple(_branch_in_si(each, over) for each in found.branches),
+        transitions=tuple(dataclasses.replace(t, parameter=t.parameter * over.scale) for t in found.transitions),
     )
 
 

@@ -32,6 +32,24 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     return _standard_measures(system, (type(system.machine),), (type(system.friction),))
 
 
+def undefined_measures(system: System) -> frozenset[str]:
+    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty word, or refused.
+
+    A study over kinds of parts may ask for them all the same, for what another kind has.
+    """
+    kind = system.friction.kind
+    nothing = {
+        "stick_fraction": kind != "set-valued",
+        "stick_phases": kind != "set-valued",
+        "word": kind == "smooth",
+        "symmetric": not system.mirrored,
+        LOAD_WATCH: system.machine.follows_load,
+        **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
+        **{each.name: system.machine.cyclic is None for each in (*TRAVEL, COST_OF_TRANSPORT)},
+    }
+    return frozenset(name for name, undefined in nothing.items() if undefined)
+
+
 @functools.lru_cache(maxsize=16)
 def _standard_measures(
     system: System | None, kinds: tuple[type[Machine], ...], contacts: tuple[type[Law], ...]

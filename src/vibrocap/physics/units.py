@@ -55,7 +55,9 @@ QUANTITIES = {
     "actuator_torque": "N m",
     "impulse": "N s",
 }
-UNDECLARED = 'declares neither a role nor a unit, so that it cannot stand in SI; of a pure number declare unit="1"'
+UNDECLARED = (
+    'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
+)
 DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
 
 

@@ -61,6 +61,8 @@ SWEPT: dict[str, dict[str, Any]] = {
     }
     for way, half in (("up", "right"), ("down", "left"))
 }
+# Where stable motions end within the range: an arrow to what follows them, a cross where nothing closes.
+LEADS, ENDS = "stable motions end: what follows them", "stable motions end: nothing closes beyond"
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
 
 
@@ -100,6 +102,7 @@ def branch_figure(
             ax = axes[0, column]
             along = _along(each, over)
             used |= draw_branches(ax, _branches(each), quantity, along)
+            used |= draw_transitions(ax, each, quantity, along)
             if swept:
                 used |= draw_swept(ax, swept[column], quantity, along)
             ax.set_title(titles[column] if titles else law_title(each), pad=8)
@@ -124,6 +127,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     ax = given_axes(ax)
     with style():
         used = draw_branches(ax, _branches(found), quantity)
+        used |= draw_transitions(ax, found, quantity, _along(found))
         label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
         ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=label, xlim=_range(found, _along(found)))
         legend_below(ax, _handles([found], used), ncols=2)
@@ -226,6 +230,30 @@ def draw_branches(
             used.add(special.kind.value)
     for branch in branches if quantity != "period" else ():
         _label_travel(ax, branch, (along or _along(branch)).scale)
+    return used
+
+
+def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+    """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
+    used: set[str] = set()
+    if not isinstance(found, BranchDiagram):
+        return used
+    for each in found.transitions:
+        branch, x = found.branches[each.branch], each.parameter * along.scale
+        up = scale(UNITS[quantity], branch.system)
+        start = float(getattr(branch, quantity)[each.point]) * up
+        end = start
+        if each.reached is not None:
+            other = found.branches[each.reached]
+            away = np.where(other.stable, np.abs(other.parameter - each.parameter), np.inf)
+            end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+            if each.reached is None:
+                ax.plot(x, sign * start, marker="x", markersize=7.0, color=VERMILION, linestyle="none", zorder=6)
+            else:
+                arrow = {"arrowstyle": "->", "color": VERMILION, "linewidth": 1.1, "shrinkA": 3.0, "shrinkB": 1.0}
+                ax.annotate("", (x, sign * end), (x, sign * start), arrowprops=arrow, zorder=6)
+            used.add(ENDS if each.reached is None else LEADS)
     return used
 
 
@@ -338,6 +366,11 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
         marker, size = LOSS
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
         handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
+        if words in used:
+            handles.append(
+                Line2D([], [], linestyle="none", marker=marker, color=VERMILION, markersize=8.0, label=words)
+            )
     for way, look in SWEPT.items():
         if way in used:
             handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))

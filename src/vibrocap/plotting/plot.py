@@ -19,6 +19,7 @@ from vibrocap.laboratory.test_sheet import TestSheet
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.closing.gradients import Gradients
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
@@ -179,7 +180,9 @@ def thumbnail(result: Any) -> str:
     """A small picture of a result for a page, as HTML that holds it; empty where there is nothing to draw."""
     if isinstance(result, Trajectory) and not len(result.piece_start):
         return ""
-    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint)):
+    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint, Gradients)):
+        return ""
+    if isinstance(result, Orbit) and result.failed:
         return ""
     if (isinstance(result, Branch) and not len(result)) or (isinstance(result, Fit) and not result.records):
         return ""

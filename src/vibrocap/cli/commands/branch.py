@@ -1,5 +1,6 @@
 """`vibrocap branch` and `vibrocap basins`: steady motions over a parameter, and which starts lead to which."""
 
+import dataclasses
 import math
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,8 @@ def branch(
     """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
 
     The symmetric motion is followed, stable or not, and so are the branches that
-    leave it at pitchforks and flips. Folds, flips, pitchforks and changes of the
+    leave it at pitchforks and flips. Where stable motions end within the range, a
+    simulation shows what follows them, and that is followed too. Folds, flips, pitchforks and changes of the
     stick/slip word are located. If the case's own value is outside the range, the
     search begins at the nearer end.
 
@@ -187,7 +189,9 @@ def _diagram_record(found: Any) -> dict[str, Any]:
         for each in found.branches
     ]
     joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
-    return {"over": found.over, "between": found.between, "branches": branches, "joins": joins}
+    transitions = [dataclasses.asdict(each) for each in found.transitions]
+    known = {"over": found.over, "between": found.between}
+    return known | {"branches": branches, "joins": joins, "transitions": transitions}
 
 
 def _basin_record(found: Any) -> dict[str, Any]:

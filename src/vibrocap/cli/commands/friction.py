@@ -12,6 +12,7 @@ from vibrocap.arguments import suggestion
 from vibrocap.case.case import CaseError
 from vibrocap.citations.bibliography import references
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.completers import completing, law_names, law_parameters
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -58,6 +59,7 @@ def list_laws() -> int:
 @friction.command(help_epilogue=examples_of("friction show"))
 @taking_parts
 @taking_page
+@completing(name=law_names, set_=law_parameters)
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
 
@@ -111,6 +113,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 @friction.command(name="test", help_epilogue=examples_of("friction test"))
 @taking_parts
 @taking_page
+@completing(name=law_names, set_=law_parameters)
 def canonical_tests(
     name: str,
     /,

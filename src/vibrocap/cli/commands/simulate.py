@@ -23,6 +23,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.physics.numbering import name_and_number, numbered
 
 if TYPE_CHECKING:
@@ -171,7 +172,6 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.sticking import stick_fraction
     from vibrocap.measures.travel import drift, mean_velocity, winding
-    from vibrocap.measures.windows import whole_periods
 
     whole = max(0, whole_periods(motion))
     started = len(motion.piece_start) > 0
@@ -192,14 +192,28 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
+            "cost_of_transport": _cost_of_transport(motion, velocity) if travels else None,
             **({"winding": winding(motion) if whole > 0 else None} if motion.system.machine.turns else {}),
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
+            "least_reaction": certificate["least_reaction"] if certificate else None,
             "energy": energy,
             "certificate": certificate,
             "status": motion.status.value,
         }
     )
+
+
+def _cost_of_transport(motion: "Trajectory", velocity: dict[str, Any]) -> float | None:
+    """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
+    from vibrocap.measures.energy import energy_balance
+    from vibrocap.measures.response import response_class
+
+    if velocity["value"] == 0.0 or response_class(motion).symmetric:
+        return None
+    balance = energy_balance(motion, periods=usual_window(whole_periods(motion)))
+    start, end = balance.window
+    return balance.drive / abs(velocity["value"] * (end - start))
 
 
 def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
@@ -243,9 +257,17 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
         made.add_row("mean velocity", said(velocity["value"], speed), window)
+        if record["cost_of_transport"] is not None:
+            cost = said(record["cost_of_transport"], units.get("cost_of_transport", ""))
+            made.add_row("cost of transport", cost, "work of the drive per distance travelled, over the same periods")
         for name, turns in (record.get("winding") or {}).items():
             made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
+    if record["least_reaction"] is not None:
+        least = said(record["least_reaction"], units.get("least_reaction", ""))
+        made.add_row(
+            "least reaction", least, "of the ground in the whole run; below 0 the machine would have lifted off"
+        )
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
     elif motion.system.friction.kind != "set-valued":

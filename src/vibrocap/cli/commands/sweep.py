@@ -136,18 +136,23 @@ def sweep(
 
 
 def measures(case: Path | None = None, /) -> int:
-    """The measures that `vibrocap sweep --measure` takes, and what they mean.
+    """The measures that `vibrocap sweep --measure` takes, what they mean and their units in SI.
 
     Parameters
     ----------
     case
-        only those that the machine and the law of this case have [default: all]
+        only those that mean something for this case; without units for one that has none [default: all]
     """
     from vibrocap.measures.during_run import measure_table
+    from vibrocap.measures.standard import undefined_measures
 
-    made = table(None, "measure", "meaning", no_wrap=1)
-    for name, each in measure_table(None if case is None else read_source(case).system).items():
-        made.add_row(name, each.meaning)
+    system = None if case is None else read_source(case).system
+    with_units = system is None or system.units is not None
+    made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
+    without = () if system is None else undefined_measures(system)
+    for name, each in measure_table(system).items():
+        if name not in without:
+            made.add_row(name, *([each.si_unit.replace("1", "")] if with_units else []), each.meaning)
     page = Page()
     page.print(made)
     page.print("Of every run there are also status, settled, response_period, window_start and window_periods.")
