@@ -11,11 +11,13 @@ export PYTHONDONTWRITEBYTECODE =
 # A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
 TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
+.PHONY: help venv reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-18s %s\n", $$1, $$2 }'
+
+venv: $(READY) ## the local .venv, with vibrocap and the locked dependencies; the others make it too
 
 reproduce: $(READY) ## the paper: figures, claims and one HTML report, in out/
 	@$(BIN)/vibrocap reproduce --out out
@@ -77,6 +79,9 @@ lock: ## resolve the dependencies anew (needs uv)
 		--output-file .ci/site-requirements.txt
 	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
 		$(LOCK) - --output-file .ci/gpu-requirements.txt
+	@printf '%s\n' 'fmpy>=0.3.22' 'gymnasium>=1.0' 'mujoco>=3.3' 'ziglang>=0.13' | \
+		$(LOCK) - --constraint requirements.lock --constraint .ci/site-requirements.txt \
+		--output-file .ci/exchange-requirements.txt
 	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \
 		$(LOCK) - --no-deps --output-file .ci/llvmlite-$$version-requirements.txt; done
 

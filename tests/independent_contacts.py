@@ -30,6 +30,7 @@ from scipy.optimize import brentq, minimize_scalar
 from jets import Jet
 from vibrocap.physics.drives.drive import Piecewise, segment_in_time, segment_table
 from vibrocap.physics.drives.ramp import Ramp
+from vibrocap.physics.machines.machine import Imposed
 
 ORDERS = 7  # of the series in which modes are told apart
 ROUNDING = 1e-9  # of what is zero in them, over the largest acceleration or force
@@ -200,15 +201,16 @@ class Mechanics:
         self.system, self.drive, self.around = system, drive, system.environment
         machine = system.machine.driven_by(drive)
         self.machine = machine = machine if self.around is None else self.around.placed(machine)
-        self.laws = (system.friction, *system.further_laws)
+        self.laws = system.laws
         self.follows = machine.follows_load
-        self.constant_loads = None if self.follows else [machine.load(), *machine.further_loads()]
+        self.constant_loads = None if self.follows else machine.loads()
         self.names, self.own = list(machine.states), []
         for number, law in enumerate(self.laws, start=1):
             first = len(self.names)
             self.names += [name if number == 1 else f"{name}_{number}" for name in law.internal]
             self.own.append(slice(first, len(self.names)))
         self.contacts, self.states = len(self.laws), len(machine.states)
+        self.places = [machine.states.index(name) for name in machine.contact_states]
         self.sticks = [law.kind == "set-valued" for law in self.laws]
         self.turns = [law.kind != "smooth" or self.around is not None for law in self.laws]
         draw = np.random.default_rng(0)
@@ -222,16 +224,17 @@ class Mechanics:
 
     def velocities(self, t, y) -> list:
         """Of all contacts."""
-        mechanical = tuple(y[: self.states])
-        return [self.machine.contact_velocity(t, mechanical), *self.machine.further_velocities(t, mechanical)]
+        if not isinstance(self.machine, Imposed):
+            return [y[place] for place in self.places]
+        return [each.velocity for each in self.machine.contacts(t, tuple(y[: self.states]), 0.0)]
 
     def rates(self, t, y, taken) -> list:
         """Of the states of the machine; taken: in the place of friction."""
         mechanical = tuple(y[: self.states])
-        found = list(self.machine.rates(t, mechanical, self.drive.value(t), *taken))
+        found = list(self.machine.rates(t, mechanical, self.drive.value(t), tuple(taken)))
         if self.around is None:
             return found
-        more = self.around.outside(_Bare(self.machine), t, mechanical, 1.0).accelerations
+        more = self.around.outside(self.machine, t, mechanical, *((0.0,) * self.contacts,) * 2).accelerations
         return [rate + other for rate, other in zip(found, more, strict=True)]
 
     def loads(self, t, y, taken) -> list:
@@ -239,14 +242,10 @@ class Mechanics:
         if not self.follows:
             return [1.0] * self.contacts
         mechanical, drive = tuple(y[: self.states]), self.drive.value(t)
-        if self.machine.coupled:
-            given = self.machine.coupling(t, mechanical, drive)
-            return [
-                own - sum(share * force for share, force in zip(row, taken, strict=True))
-                for own, row in zip(given.loads, given.load_response, strict=True)
-            ]
-        inertia, own, slope = self.machine.reaction(t, mechanical, drive)
-        return [(own + slope * taken[0]) / inertia]
+        return [
+            (own + sum(slope * force for slope, force in zip(slopes, taken, strict=True))) / over
+            for over, own, *slopes in (each.reaction for each in self.machine.contacts(t, mechanical, drive))
+        ]
 
     def outside(self, v, sides) -> list:
         """What acts on each contact's body besides friction, against forward."""
@@ -256,7 +255,7 @@ class Mechanics:
         ground = self.machine.ground_speed()
         found[0] = self.around.drag(v[0] + ground, sides[0]) - self.around.force
         if self.around.has_weight(self.machine):
-            found[0] = found[0] + dict(self.machine.masses())[self.machine.contact_state] * self.machine.gravity[1]
+            found[0] = found[0] + dict(self.machine.masses())[self.machine.contact_states[0]] * self.machine.gravity[1]
         return found
 
     def law_load(self, i) -> float:
@@ -435,20 +434,6 @@ class Mechanics:
         return tuple(found.get(i, side) for i, side in enumerate(start))
 
 
-class _Bare:
-    """A machine without what the package makes of its further contacts, of which an environment asks their drag."""
-
-    def __init__(self, machine):
-        self._machine = machine
-
-    def further_drag_power(self, t, y):
-        """Not asked for here."""
-        return 0.0
-
-    def __getattr__(self, name):
-        return getattr(self._machine, name)
-
-
 def _coefficient(value: Any, k: int) -> float:
     if isinstance(value, Jet):
         return value.c[k]
@@ -551,9 +536,7 @@ class Solver:
         machine = self.now.machine
         for i in those:
             v = float(self.now.velocities(t, self.y.tolist())[i])
-            shared = machine.coupled == "distances" or i == 0
-            name = machine.contact_state if shared else machine.contacts[i - 1]
-            self.y[self.now.names.index(name)] -= v
+            self.y[self.now.names.index(machine.contact_states[i])] -= v
 
     def _turned(self, t, sides, silent=False) -> None:
         before = self.sides or sides

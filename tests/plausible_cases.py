@@ -124,7 +124,7 @@ def compared(number: int) -> Comparison:
     scales = np.array([float(scale) for scale in system.scales()])
     lasting = [i for i, name in enumerate(system.state_names) if name not in system.friction.switched]
     tight = moving(initial=start, tolerance=max(TIGHT * tolerance, LEAST))
-    moved = system.machine.contact_state
+    moved = system.machine.contact_states[0]
     aside = start.get(moved, 0.0) + SHIFT * scales[system.state_names.index(moved)]
     shifted = moving(initial={**start, moved: aside}, tolerance=tolerance)
     bounds = {verdict.field: verdict.bound or 0.0 for verdict in certificate.verdicts}

@@ -235,7 +235,7 @@ def test_every_machine_that_a_force_drives_takes_an_actuator():
         flow, expected = system.flow(t, y, 1), plain.flow(t, y[:-3], 1)
         rate = (1.3 * math.cos(t) - 0.6) / LAG
         assert flow.rates == (*expected.rates, rate, 0.0, 0.0)
-        assert (flow.powers, flow.holding_force) == (expected.powers, expected.holding_force)
+        assert (flow.powers, flow.contacts[0].held) == (expected.powers, expected.contacts[0].held)
 
 
 DYNAMIC = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)

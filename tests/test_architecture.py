@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKED_APART = {"site": ["docs"], "exchange": ["exchange", "gym", "mujoco"]}  # extras by the lock that holds them
 LOCKS = [ROOT / "requirements.lock", *sorted((ROOT / ".ci").glob("*.txt"))]
 
 LONGEST_MODULE = 400
@@ -36,6 +37,22 @@ def test_version_is_the_same_everywhere():
     assert vibrocap.__version__ == declared
     assert citation is not None
     assert citation.group(1).strip('"') == declared
+
+
+def test_every_python_that_is_supported_is_named_and_looked_for():
+    least = int(PROJECT["requires-python"].removeprefix(">=3."))
+    stem = "Programming Language :: Python :: 3."
+    named = [int(each.removeprefix(stem)) for each in PROJECT["classifiers"] if each.startswith(stem)]
+    assert named == list(range(least, named[-1] + 1))
+    assert named[-1] >= 15
+    environment = (ROOT / ".ci" / "environment").read_text()
+    assert " ".join(f"python3.{minor}" for minor in reversed(named)) in environment
+
+
+def test_make_venv_makes_the_environment_alone():
+    made = subprocess.run(["make", "--dry-run", "venv"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert "pytest" not in made
+    assert "venv: $(READY)" in (ROOT / "Makefile").read_text()
 
 
 def test_doors_open_to_a_name_they_list_and_to_no_other():
@@ -86,18 +103,23 @@ def locked(text: str) -> dict[str, str]:
 
 
 def test_lock_covers_every_declared_dependency():
-    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, the site."""
-    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in ("gpu", "peers", "docs")}
+    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, and LOCKED_APART."""
+    apart = {"gpu", "peers"}.union(*LOCKED_APART.values())
+    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in apart}
     named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])
     assert named <= locked(LOCK).keys()
 
 
-def test_lock_of_the_site_covers_its_extra_and_agrees_with_the_other():
+@pytest.mark.parametrize("name", LOCKED_APART)
+def test_a_lock_apart_covers_its_extras_and_agrees_with_the_others(name):
     """They are installed into one environment."""
-    site = locked((ROOT / ".ci" / "site-requirements.txt").read_text(encoding="utf-8"))
-    assert declared(PROJECT["optional-dependencies"]["docs"]) <= site.keys()
-    both = locked(LOCK).keys() & site.keys()
-    assert {name: site[name] for name in both} == {name: locked(LOCK)[name] for name in both}
+    files = [LOCK, *((ROOT / ".ci" / f"{each}-requirements.txt").read_text(encoding="utf-8") for each in LOCKED_APART)]
+    this, others = locked((ROOT / ".ci" / f"{name}-requirements.txt").read_text(encoding="utf-8")), map(locked, files)
+    for extra in LOCKED_APART[name]:
+        assert declared(PROJECT["optional-dependencies"][extra]) <= this.keys()
+    for other in others:
+        both = this.keys() & other.keys()
+        assert {name: this[name] for name in both} == {name: other[name] for name in both}
 
 
 def test_modules_are_short_and_their_names_say_what_they_hold():

@@ -23,8 +23,8 @@ class Bare(vc.PendulumCapsule):
 
     name = "bare"
 
-    def holding_force(self, t, y, drive):
-        return super().holding_force(t, y, drive) - cos(y[0]) * y[1]
+    def _held(self, y, drive):
+        return super()._held(y, drive) - cos(y[0]) * y[1]
 
     def accelerations(self, t, y, drive, force):
         pendulum, capsule = super().accelerations(t, y, drive, force)

@@ -112,11 +112,23 @@ def test_drag_acts_on_every_block_at_its_velocity_over_the_ground(belt):
     assert list(found[0].state.values()) == pytest.approx(list(found[1].state.values()), abs=1e-9)
 
 
+@pytest.mark.parametrize("velocity", [0.0, 0.4])
+def test_the_modes_of_all_blocks_know_their_drag_over_the_ground(velocity):
+    """As of dampers to the ground, whether block 2 rests or slides."""
+    drive, law, state = vc.Constant(0.1), vc.Coulomb(0.2, 0.3), {"sliding_velocity_2": velocity}
+    dragged = vc.System(vc.TwoBlockRow(belt_speed=0.2), law, drive, environment=vc.Environment(linear_drag=0.3))
+    damped = vc.System(vc.TwoBlockRow(belt_speed=0.2, damping=0.3, damping_2=0.3), law, drive)
+    (found,), (expected,) = (vc.contact_modes(system, state) for system in (dragged, damped))
+    assert found.sides == expected.sides == (0, 1 if velocity else 0)
+    for name in ("friction", "accelerations"):
+        assert getattr(found, name) == pytest.approx(getattr(expected, name), abs=1e-14)
+
+
 def test_rows_have_names_and_refuse_what_is_none():
     row = vc.block_row(5)
     assert machines()["five-block-row"] is row
     assert pickle.loads(pickle.dumps(row(belt_speed=0.3))) == row(belt_speed=0.3)
-    assert list(itertools.islice(row.contacts, 2)) == ["sliding_velocity_2", "sliding_velocity_3"]
+    assert list(itertools.islice(row.contact_states, 2)) == ["sliding_velocity", "sliding_velocity_2"]
     assert "five-block-crawler" not in machines()
     with pytest.raises(ValueError, match="bodies should be a whole number from 2 to 20, got 21"):
         vc.block_row(21)

@@ -129,8 +129,8 @@ class Leaking(vc.PendulumCapsule):
 
     name = "leaking"
 
-    def powers(self, t, y, drive, force):
-        drive_power, damper = vc.PendulumCapsule.powers(self, t, y, drive, force)
+    def powers(self, t, y, drive, frictions):
+        drive_power, damper = vc.PendulumCapsule.powers(self, t, y, drive, frictions)
         return drive_power, 0.5 * damper
 
 

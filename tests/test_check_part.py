@@ -1,5 +1,6 @@
 """check_part: a part that keeps its contract is told so, and each fault is found by its clause and said in words."""
 
+import dataclasses
 import json
 from typing import ClassVar
 
@@ -12,6 +13,8 @@ from vibrocap.contracts.system_clauses import motion_of, moves, system_of
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Contact
+from vibrocap.physics.mechanism import Mechanism
 from vibrocap.physics.part_files import load_parts
 
 
@@ -38,22 +41,49 @@ class DYNAMIC(vc.PendulumCapsule):
 
     follows_load = True
 
-    def load(self):
-        return self.mass_ratio + 1.0
+    def loads(self):
+        return (self.mass_ratio + 1.0,)
 
 
 def lifted(self, t, y, drive):
-    inertia, own, slope = vc.PendulumCapsule.reaction(self, t, y, drive)
-    return inertia, own + 0.1 * drive, slope
+    (found,) = vc.PendulumCapsule.contacts(self, t, y, drive)
+    inertia, own, slope = found.reaction
+    return (dataclasses.replace(found, reaction=(inertia, own + 0.1 * drive, slope)),)
 
 
-def sprung(self, t, y, drive, force):
-    return y[1], (drive - force) / self.mass
+def held_otherwise(part, number, **changed):
+    """Its contacts, one of them with other fields."""
+
+    def contacts(self, t, y, drive):
+        found = list(part.contacts(self, t, y, drive))
+        found[number - 1] = dataclasses.replace(found[number - 1], **changed)
+        return tuple(found)
+
+    return of(part, contacts=contacts)
 
 
-def forgets_a_belt(self, t, y, drive, force, *others):
-    drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, force, *others)
-    return drive_power, damper - 0.3 * sum(others)
+def sprung(self, t, y, drive, frictions):
+    return y[1], (drive - frictions[0]) / self.mass
+
+
+def forgets_a_belt(self, t, y, drive, frictions):
+    drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, frictions)
+    return drive_power, damper - 0.3 * sum(frictions[1:])
+
+
+def unsprung(self, t, y):
+    return self._with_bob(y, "bob")
+
+
+def heavier(self, t, y):
+    (block,) = vc.Oscillator.mechanism(self, t, y).bodies
+    mass, rate = 2.0 * block.mass, block.rate / 2.0**0.5  # of the same energy
+    return Mechanism((dataclasses.replace(block, mass=mass, rate=rate),))
+
+
+def undamped(self, t, y):
+    found = vc.TwoBodyCrawler.mechanism(self, t, y)
+    return Mechanism(found.bodies, (dataclasses.replace(found.links[0], damping=0.0),))
 
 
 LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
@@ -87,7 +117,7 @@ FAULTS = {
     "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
     "not held": (
         of(OSCILLATOR, rates=sprung),
-        "with force = holding_force the rate of sliding_",
+        "rates: with its holding_force as friction the rate of sliding_",
     ),
     "energy": (
         of(OSCILLATOR, energy=lambda self, t, y: 0.5 * self.mass * y[1] * y[1]),
@@ -98,28 +128,61 @@ FAULTS = {
     "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
     "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
     "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
-    "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with contact_velocity"),
-    "contact": (of(OSCILLATOR, contact_velocity=lambda self, t, y: 2 * y[1]), "contact_velocity: changes by 0.5"),
-    "contact state": (
-        of(OSCILLATOR, contact_state="speed"),
-        "contact_state: should be one of position, ",
+    "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with the velocity of"),
+    "contact": (
+        of(OSCILLATOR, contacts=lambda self, t, y, drive: (Contact(2 * y[1], drive),), rates=sprung),
+        "contacts: the velocity changes by 0.5",
     ),
+    "contact state": (of(OSCILLATOR, contact_states=("speed",)), "contact_states: should be a tuple of one name for"),
+    "one name": (of(OSCILLATOR, contact_states="position"), "contact_states: should be a tuple of one name for each"),
+    "a contact is missing": (
+        of(vc.TwoBodyCrawler, contacts=lambda self, t, y, drive: (Contact(y[3], 0.0),)),
+        "contacts: should be a tuple of one Contact for each of contact_states (velocity, velocity_2)",
+    ),
+    "a load is missing": (of(vc.TwoBodyCrawler, loads=lambda self: (1.0,)), "loads: should be a tuple of one load for"),
+    "nothing holds": (
+        held_otherwise(OSCILLATOR, 1, holding_force=None),
+        "contacts: contact 1 should have a holding_force or, in its place, an acceleration and a response of 1 numbers",
+    ),
+    "the second is held by another force": (
+        held_otherwise(vc.TwoBodyCrawler, 2, holding_force=0.1),
+        "rates: with its holding_force as friction the rate of velocity_2 should be exactly 0, got",
+    ),
+    "two forms": (
+        held_otherwise(vc.LinkageCrawler, 2, acceleration=None, response=(), holding_force=0.0),
+        "contacts: should all have a holding_force, or all an acceleration and a response",
+    ),
+    "another response": (
+        held_otherwise(vc.LinkageCrawler, 1, response=(0.5, 0.1)),
+        "rates: the acceleration of contact 1 should be",
+    ),
+    "no reaction": (
+        held_otherwise(DYNAMIC, 1, reaction=None),
+        "contacts: contact 1 should have a reaction, which is its load by follows_load",
+    ),
+    "part of a reaction": (
+        held_otherwise(vc.LinkageCrawler, 2, reaction=(1.0, 0.5, 0.1)),
+        "contacts: the reaction of contact 2 should be (b, n, s_1, ...), 4 numbers",
+    ),
+    "mechanism without its spring": (of(CAPSULE, mechanism=unsprung), "mechanism: its energy is "),
+    "mechanism of another mass": (of(OSCILLATOR, mechanism=heavier), "mechanism: its momentum is "),
+    "mechanism without its damper": (of(vc.TwoBodyCrawler, mechanism=undamped), "mechanism: its power is "),
     "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should be a tuple of names, each once, among"),
     "channel of friction": (of(CAPSULE, channels=("drive", "bristle_loss")), "channels: 'bristle_loss' is no name for"),
     "strikes nothing": (of(OSCILLATOR, strikes_ground=("impact",)), "strikes_ground: names 'impact', which is none of"),
     "impulse of the ground": (of(vc.OscillatorWithStops, strikes_ground=()), "after_switch: guard 0 changes the momen"),
     "wall force": (
-        of(vc.OscillatorWithStops, wall_force=lambda self, t, y, drive, force: 0.1),
+        of(vc.OscillatorWithStops, wall_force=lambda self, t, y, drive, frictions: 0.1),
         "momentum, outer_force: the momentum grows by",
     ),
     "work at a second contact": (of(vc.TwoBodyCrawler, powers=forgets_a_belt), "energy, powers: the energy grows by"),
     "heavier": (
         of(DYNAMIC, vertical_momentum=lambda self, t, y: 0.5 * CAPSULE.vertical_momentum(self, t, y)),
-        "reaction, vertical_momentum: the load is",
+        "contacts, vertical_momentum: the load is",
     ),
     "lifted one way": (
-        of(DYNAMIC, reaction=lifted, vertical_momentum=lambda self, t, y: None),
-        "reaction: should be the same in the mirrored state",
+        of(DYNAMIC, contacts=lifted, vertical_momentum=lambda self, t, y: None),
+        "contacts: loads should be the same in the mirrored state",
     ),
     "no mass": (of(CAPSULE, masses=lambda self: {"angle_rate": 1.0}), "masses: should have that of the body at the"),
     "unknown mass": (of(CAPSULE, masses=lambda self: {"speed": 1.0}), "masses: should be named by states, got speed"),
@@ -127,7 +190,7 @@ FAULTS = {
         of(CAPSULE, masses=lambda self: {"velocity": 2.5, "angle_rate": 1.0}),
         "masses: on a slope the energy grows by",
     ),
-    "load": (of(CAPSULE, load=lambda self: -1.0), "load: should be positive, got -1"),
+    "load": (of(CAPSULE, loads=lambda self: (-1.0,)), "loads: should be positive, got (-1)"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
     "period": (of(HARMONIC, period=1.0), "value: is "),
     "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),
@@ -171,6 +234,29 @@ def test_a_part_that_reads_what_is_no_parameter_is_found_by_its_recorded_form():
 
     changed = of(vc.SmoothedTanh, force=force, steady_force=lambda self, speed, load: tanh(speed), symmetric=False)
     assert any("the recorded rate of" in each for each in vc.check_part(changed, motion=False).wrong)
+
+
+def test_a_machine_in_the_words_of_before_is_told_what_to_write():
+    """As its class is made, so that none of its functions is left out in silence."""
+    before = {"contact_state": "velocity", "contacts": ("velocity_2",), "coupled": "motion"}
+    before |= dict.fromkeys(("holding_force", "further_holding_forces", "further_loads", "reaction"), len)
+    before |= dict.fromkeys(("rates", "powers"), lambda self, t, y, drive, force, force_2=0.0: y)
+    with pytest.raises(TypeError, match=r"^Changed: ") as caught:
+        of(OSCILLATOR, **before)
+    said = str(caught.value).removeprefix("Changed: ").split("; ")
+    for found, (names, wanted) in zip(
+        said,
+        (
+            ("contact_state", "write `contact_states`, a tuple of one name for each contact, of the state"),
+            ("contacts, holding_force, further_holding_forces", "write `contacts(self, t, y, drive)`, which gives a"),
+            ("further_loads", "write `loads(self)`, a tuple of the load on each contact, or leave it out where"),
+            ("reaction", "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)"),
+            ("coupled", "give each `Contact` its `acceleration` and its `response`"),
+            ("rates, powers", "take the friction forces of all contacts as one tuple, `frictions`"),
+        ),
+        strict=True,
+    ):
+        assert found.startswith(f"{names}: {wanted}")
 
 
 def test_an_instance_is_checked_with_its_own_numbers():

@@ -36,7 +36,9 @@ angle = 1.0471975511965976
 periods = 12
 tolerance = 1e-10
 """
-KEYS = ["state", "time", "drift", "mean_velocity", "events", "stick_fraction", "energy", "certificate", "status"]
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+KEYS = ["state", "time", "drift", "mean_velocity", "cost_of_transport", "events", "stick_fraction", "least_reaction"]
+KEYS += ["energy", "certificate", "status"]
 
 
 @pytest.fixture
@@ -229,6 +231,10 @@ def test_json_is_the_motion_in_full_precision(case, capsys):
     for channel in ("drive", "damper", "contact_sliding", "bristle_loss", "stored", "residual"):
         assert record["energy"][channel] == getattr(balance, channel)
     assert record["certificate"]["estimated_error"] == motion.certificate.estimated_error
+    # the measures of the last ten periods are read from sums over the same pieces: rounding of a few hundred sums
+    expected = vc.measured(motion, "cost_of_transport", window=10)["cost_of_transport"]
+    assert record["cost_of_transport"] == pytest.approx(expected, rel=1e-11)
+    assert record["least_reaction"] == motion.certificate.least_reaction
     assert record["status"] == "finished"
 
 
@@ -262,6 +268,27 @@ def test_summary_names_window_settlement_and_evidence(case, lugre, capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert "NOT settled" in text
     assert "the lugre law creeps" in text
+
+
+def test_summary_shows_energy_per_distance_and_least_reaction_with_their_units(capsys):
+    record = printed_json(capsys, "simulate", EXAMPLES / "bench-in-si.toml", "--json")
+    motion = read_case(EXAMPLES / "bench-in-si.toml").simulate()
+    plain = vc.measured(motion, ["cost_of_transport"], window=10)["cost_of_transport"]
+    cost, least = (motion.system.si.factor_of(unit) for unit in ("J/m", "N"))
+    assert record["cost_of_transport"] == pytest.approx(plain * cost, rel=1e-11)
+    assert record["least_reaction"] == pytest.approx(motion.certificate.least_reaction * least, rel=1e-15)
+    assert (record["units"]["cost_of_transport"], record["units"]["least_reaction"]) == ("J/m", "N")
+    assert main(["simulate", str(EXAMPLES / "bench-in-si.toml")]) == OK
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"cost of transport {record['cost_of_transport']:.10g} J/m work of the drive per distance" in text
+    assert f"least reaction {record['least_reaction']:.10g} N of the ground in the whole run" in text
+
+
+@pytest.mark.parametrize("name", ["symmetric-no-travel", "slides-or-sticks-by-its-start"])
+def test_what_cannot_travel_has_no_energy_per_distance(name, capsys):
+    assert printed_json(capsys, "simulate", EXAMPLES / f"{name}.toml", "--json")["cost_of_transport"] is None
+    assert main(["simulate", str(EXAMPLES / f"{name}.toml")]) == OK
+    assert "cost of transport" not in capsys.readouterr().out
 
 
 def test_motion_that_never_moves_has_a_summary(case, capsys):

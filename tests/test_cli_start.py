@@ -1,23 +1,20 @@
-"""The commands new, examples and completion: what a user begins with."""
+"""The commands new and examples: what a user begins with."""
 
 import itertools
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
-from vibrocap.cli.commands.start import examples_folder
-from vibrocap.cli.main import app, main
+from vibrocap.cli.example_files import examples_folder
+from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import drives, laws, machines, registered
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-COMMANDS = [name for name in app if not name.startswith("-")]
 
 
 @pytest.fixture(autouse=True)
@@ -129,30 +126,48 @@ def test_unknown_examples_are_named(capsys):
     assert not Path("a").exists()
 
 
-# --- completion ------------------------------------------------------------------------------------------------------
+# --- convert ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
-def test_completion_knows_commands_and_options(shell, capsys):
-    assert main(["completion", shell]) == OK
-    script = capsys.readouterr().out
-    for word in (*COMMANDS, "tolerance", "response-period"):
-        assert word in script
-    if shutil.which(shell) and shell != "powershell":
-        Path("script").write_text(script)
-        subprocess.run([shell, "-n", "script"], check=True, timeout=60)
+@pytest.fixture
+def own_parts():
+    """Parts that a test registers are forgotten after it."""
+    before = registered()
+    yield
+    for part in registered():
+        if part not in before:
+            vc.unregister(part)
 
 
-def test_completion_of_bash_completes():
-    """As bash itself would ask: `vibrocap sim<TAB>`."""
-    if shutil.which("bash") is None:
-        pytest.skip("bash is not installed")
-    Path("script").write_text(app.generate_completion(shell="bash"))
-    ask = "source ./script; COMP_WORDS=(vibrocap simu); COMP_CWORD=1; _vibrocap; echo ${COMPREPLY[*]}"
-    asked = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, timeout=60, check=True)
-    assert asked.stdout.split() == ["simulate"], asked.stderr
+def test_a_pure_number_that_is_not_declared_is_named_with_its_cure(own_parts, capsys):
+    Path("own.py").write_text(OWN_LAW)
+    Path("own.toml").write_text(OWN_CASE)
+    scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"
+    arguments = ["convert", "own.toml", "--parts", "own.py", "--scales", scales]
+    assert main(arguments) == WRONG_INPUT
+    assert "friction.colour: declares neither a role nor a unit" in (said := capsys.readouterr().err)
+    assert 'unit="1"' in said
+    Path("own.py").write_text(
+        OWN_LAW.replace('"a pure number")', '"a pure number", unit="1")').replace("own-law", "own-cured")
+    )
+    Path("own.toml").write_text(OWN_CASE.replace("own-law", "own-cured"))
+    assert main(arguments) == OK
+    assert "colour = 1.0" in capsys.readouterr().out
 
 
-def test_an_unknown_shell_is_refused(capsys):
-    assert main(["completion", "tcsh"]) == WRONG_INPUT
-    assert "zsh" in capsys.readouterr().err
+OWN_LAW = """\
+from vibrocap import Coulomb, register
+from vibrocap.physics.parameters import parameter, parameters
+
+@register
+@parameters
+class Own(Coulomb):
+    colour: float = parameter(1.0, "c", "a pure number")
+    name = "own-law"
+    source = "made up"
+"""
+OWN_CASE = """\
+machine.kind = "pendulum-capsule"
+friction.law = "own-law"
+drive.waveform = "harmonic"
+"""

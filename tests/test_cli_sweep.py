@@ -27,6 +27,7 @@ from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
 
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 CASE = """\
 [machine]
 kind = "pendulum-capsule"
@@ -286,7 +287,7 @@ def test_study_in_the_way(case, cheap, capsys):
     assert command("sweep", case, "--over", MASS, "--out", "map") == OK
     capsys.readouterr()
     again = refused(capsys, "sweep", case, "--over", MASS, "--out", "map")
-    assert "--out: map holds a study already; go on with --resume, or name another folder" in again
+    assert "--out: map holds a study already; continue with --resume, or name another folder" in again
     other = refused(capsys, "sweep", case, "--over", TORQUE, "--out", "map", "--periods", "13", "--resume")
     assert "--out: map holds another study: periods: stored 12, asked 13" in other
     assert "machine.mass_ratio" in other
@@ -336,7 +337,7 @@ def test_full_disk_ends_with_a_sentence_and_the_study_goes_on(case, cheap, capsy
 
 
 def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
-    def full(*_):
+    def full(*_, **_options):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(importlib.import_module("vibrocap.io.study_file"), "write_study", full)
@@ -359,7 +360,7 @@ def test_interrupted_sweep_says_how_it_goes_on(case):
     assert run.returncode == INTERRUPTED
     assert out == ""
     found = re.fullmatch(
-        r"Stopped: (\d+) of (\d+) tiles are stored in map\. The same command with --resume goes on\.\n", err
+        r"Stopped: (\d+) of (\d+) tiles are stored in map\. With --resume the same command continues\.\n", err
     )
     assert found
     assert 0 < int(found[1]) < int(found[2])
@@ -382,6 +383,20 @@ def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
     assert "largest_angle " in listed
     assert not any(name in listed for name in ("belt_work", "largest_bristle"))
     assert not {"largest_slipping_1", "largest_bristle_sign"} & set(measure_table())  # which piece holds: no size
+
+
+def test_measures_of_a_case_in_si_have_their_units_and_mean_something(capsys):
+    """The biharmonic drive breaks the symmetry that `symmetric` asks for, and a block on a belt does not travel."""
+    assert command("measures", EXAMPLES / "bench-in-si.toml") == OK
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    units = {row[0]: row[1] for row in rows if len(row) > 2}
+    wanted = {"mean_velocity": "m/s", "cost_of_transport": "J/m", "least_reaction": "N", "largest_angle": "rad"}
+    assert {name: units.get(name) for name in wanted} == wanted
+    assert not {"symmetric", "impacts"} & set(units)
+    assert command("measures", EXAMPLES / "slides-or-sticks-by-its-start.toml") == OK
+    listed = capsys.readouterr().out
+    assert "largest_position" in listed
+    assert not any(f" {name} " in listed for name in ("drift", "mean_velocity", "cost_of_transport"))
 
 
 @pytest.mark.parametrize("name", ["sweep", "plot", "measures"])

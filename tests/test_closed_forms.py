@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import vibrocap as vc
-from vibrocap.physics.machines.machine import Machine, parameters
+from vibrocap.physics.machines.machine import Contact, Machine, parameters
 
 TOLERANCE = 1e-11
 
@@ -23,21 +23,15 @@ class Carriage(Machine):
     name = "carriage"
     states = ("position", "velocity")
     cyclic = "position"
-    contact_state = "velocity"
+    contact_states = ("velocity",)
     symmetry = (-1, -1)
     channels = ()
     normal_load = 1.0
 
-    def load(self):
-        return 1.0
+    def contacts(self, t, y, drive):
+        return (Contact(y[1], drive),)
 
-    def contact_velocity(self, t, y):
-        return y[1]
-
-    def holding_force(self, t, y, drive):
-        return drive
-
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         return y[1], drive
 
     def energy(self, t, y):
@@ -46,7 +40,7 @@ class Carriage(Machine):
     def momentum(self, t, y):
         return 0.0 * y[0]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, frictions):
         return ()
 
 

@@ -249,13 +249,13 @@ def test_code_accelerations_are_equation_9(accelerations):
 
 
 def test_code_rates_are_equation_9_in_first_order_form(accelerations):
-    in_code = MACHINE.rates(TIME, WRAPPED_STATE, DRIVE, FORCE)
+    in_code = MACHINE.rates(TIME, WRAPPED_STATE, DRIVE, (FORCE,))
     for found, derived in zip(in_code, (rate, accelerations[0], velocity, accelerations[1]), strict=True):
         assert zero(found.expression - derived)
 
 
 def test_code_holding_force_stops_the_capsule():
-    hold = MACHINE.holding_force(TIME, WRAPPED_STATE, DRIVE)
+    hold = MACHINE.contacts(TIME, WRAPPED_STATE, DRIVE)[0].holding_force
     assert zero(hold.expression - HOLD)
     turn_in_code, push_in_code = MACHINE.accelerations(TIME, WRAPPED_STATE, DRIVE, hold)
     assert push_in_code.expression == 0  # with nothing to simplify: a stuck capsule does not creep by rounding
@@ -265,14 +265,15 @@ def test_code_holding_force_stops_the_capsule():
 def test_code_energy_powers_and_momentum():
     assert zero(MACHINE.energy(TIME, WRAPPED_STATE).expression - ENERGY)
     assert zero(MACHINE.momentum(TIME, WRAPPED_STATE).expression - MOMENTUM)
-    for found, derived in zip(MACHINE.powers(TIME, WRAPPED_STATE, DRIVE, 0.0), (D * rate, -nu * rate**2), strict=True):
+    powers = MACHINE.powers(TIME, WRAPPED_STATE, DRIVE, (0.0,))
+    for found, derived in zip(powers, (D * rate, -nu * rate**2), strict=True):
         assert zero(found.expression - derived)
 
 
 def test_code_normal_load():
-    assert MACHINE.load().expression == load
+    assert MACHINE.loads()[0].expression == load
     heavy = with_symbols(vc.PendulumCapsule, mass_ratio=lam, stiffness=rho, damping=nu, normal_load="weight")
-    assert zero(heavy.load().expression - (lam + 1))
+    assert zero(heavy.loads()[0].expression - (lam + 1))
 
 
 eta_c, drop, decay, speed = sp.symbols("eta_c Delta_eta a u", positive=True)
@@ -369,7 +370,7 @@ def test_code_stuck_system():
     rates = [Symbolic.of(y_rate) for y_rate in flow.rates]
     assert rates[3] == 0
     assert zero(rates[1] - P.subs(D, amplitude * sp.cos(omega * tau)))
-    assert zero(flow.friction.expression - flow.holding_force.expression)
+    assert zero(flow.friction.expression - flow.contacts[0].held.expression)
     assert zero(Symbolic.of(flow.powers[2]))
 
 

@@ -1,4 +1,4 @@
-"""Design: known optima from several seeds, unstable orbits that must not win, stores, bad input."""
+"""Design: known optima from several seeds, unstable orbits that must not win, fronts, stores, bad input."""
 
 import json
 
@@ -101,3 +101,351 @@ def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
     assert vc.mean_velocity(motion, periods=1).value == pytest.approx(found["value"], abs=1e-8)
     assert main(asked) == 2
     assert "--out" in capsys.readouterr().err
+
+
+FRONT = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi), "machine.damping": (0.3, 3.0)}
+
+
+def test_front_has_no_point_that_another_betters(biharmonic):
+    pytest.importorskip("pymoo")
+    found = vc.pareto_front(biharmonic, FRONT, starts=START, evaluations=1500, points=20)
+    assert 3 <= len(found) <= 20
+    velocity, cost = found.values.T
+    assert np.all(np.diff(velocity) < 0.0)
+    assert np.all(np.diff(cost) < 0.0)
+    assert np.all(found.multipliers <= 0.999)
+    assert len(found.orbits) == len(found.designs) == len(found.to_pandas())
+    # No motion that was evaluated betters a closed one by more than the threshold to which runs settle.
+    for speed, energy in found.others():
+        assert not np.any((speed > velocity * (1 + 1e-3)) & (energy < cost * (1 - 1e-3)))
+    for design, orbit, values in zip(found.designs, found.orbits, found.values, strict=True):
+        run = biharmonic.with_parameters(design)
+        own = vc.orbit(run, initial=orbit.state)
+        assert abs(own.mean_velocity) == pytest.approx(values[0], abs=1e-10)
+
+
+def test_resumed_front_has_the_same_bits(biharmonic, tmp_path):
+    pytest.importorskip("pymoo")
+    asked = {"over": FRONT, "starts": START, "points": 5, "seed": 3}
+    whole = vc.pareto_front(biharmonic, evaluations=1200, threads=1, **asked)
+    vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, **asked)
+    for stored in sorted((tmp_path / "populations").iterdir())[4:]:
+        stored.unlink()
+    resumed = vc.pareto_front(biharmonic, evaluations=1200, threads=2, store=tmp_path, resume=True, **asked)
+    assert resumed == whole
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"objectives": ("mean_velocity", "speed")}, r"objectives\[1\]: .*mean_velocity"),
+        ({"objectives": ("drift", "drift")}, "different measures"),
+        ({"objectives": "drift"}, "two measures"),
+        ({"senses": ("maximise", "most")}, r"senses\[1\]"),
+        ({"points": 0}, "points"),
+    ],
+)
+def test_bad_fronts_are_named_before_any_work(biharmonic, asked, said):
+    with pytest.raises(ValueError, match=said):
+        vc.pareto_front(biharmonic, FRONT, **asked)
+
+
+@pytest.mark.slow
+def test_shape_of_the_drive_within_its_peak(biharmonic):
+    """Equal peaks: shapes with a second harmonic travel, the harmonic drive alone does not break the symmetry."""
+    drive = vc.FourierSeries(frequency=0.9, cosine_1=1.0)
+    system = vc.System(biharmonic.machine, biharmonic.friction, drive)
+    over = {"drive.cosine_1": (0.5, 1.5), "drive.cosine_2": (-0.8, 0.8), "drive.sine_2": (-0.8, 0.8)}
+    found = optimise(system, over, subject_to="peak_drive < 1", starts=START, evaluations=640)
+    assert found.constraints["peak_drive < 1"] <= 1.0 + 1e-9
+    assert "constraint peak_drive < 1" in found.limits
+    assert found.orbit is not None
+    times = np.linspace(0.0, found.orbit.period, 4001)
+    largest = max(abs(found.orbit.system.drive.value(t)) for t in times)
+    assert largest == pytest.approx(found.constraints["peak_drive < 1"], abs=1e-5)
+    assert found.value is not None
+    assert found.value > 0.05
+
+
+def test_command_writes_the_front(tmp_path, capsys):
+    pytest.importorskip("pymoo")
+    case, out, picture = tmp_path / "case.toml", tmp_path / "front", tmp_path / "front.png"
+    assert main(["new", "--out", str(case)]) == 0
+    asked = ["optimise", str(case), "--over", "drive.frequency=0.5:3", "--over", "machine.damping=0.3:3"]
+    asked += ["--against", "cost_of_transport", "--evaluations", "600", "--out", str(out), "--plot", str(picture)]
+    assert main(asked) == 0
+    found = json.loads((out / "front.json").read_text(encoding="utf-8"))
+    rows = (out / "front.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0].split(",") == [*found["designs"][0]]
+    assert len(rows) == 1 + len(found["designs"])
+    motion = vc.read_case(out / "cases" / "000.toml").simulate()
+    velocity = abs(vc.mean_velocity(motion, periods=1).value)
+    assert velocity == pytest.approx(found["designs"][0]["mean_velocity"], abs=1e-8)
+    assert picture.stat().st_size > 10_000
+    assert main(["optimise", str(case), "--over", "drive.frequency=0.5:3", "--plot", str(picture)]) == 2
+    assert "--plot" in capsys.readouterr().err
+
+
+SHARE, DECELERATION = 0.3, 0.2  # of the inner mass; by friction, of the whole
+
+
+def crawler_under(drive):
+    total = 1.0 / SHARE
+    law = vc.Coulomb(DECELERATION * total, DECELERATION * total)
+    return vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
+
+
+@pytest.mark.parametrize("factor", [2.0, 10.0, 1000.0])
+def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed(factor):
+    """V/sqrt(mu k L/2) = ((s - 1)/s) sqrt(s/(s + 1)) for three phases with w1 = w3 = w* and w2 = s w*."""
+    slow = DECELERATION / SHARE
+    steady = vc.orbit(crawler_under(vc.ThreePhase(1.0, slow, factor * slow, slow)))
+    cost, speed = vc.performance_bounds(steady.system)
+    assert cost.value == pytest.approx(DECELERATION / SHARE, abs=1e-15)
+    assert cost.of(steady) == pytest.approx(cost.value, abs=1e-10)
+    assert speed.holds(steady)
+    share = (factor - 1.0) / factor * np.sqrt(factor / (factor + 1.0))
+    assert speed.of(steady) / speed.value == pytest.approx(share, abs=1e-12)
+
+
+def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_rest():
+    """Two phases, 0.1 forward in the capsule and 0.001 back: the closed form of Chernousko is 17 times the bound."""
+    first, second = 0.1, 0.001
+    steady = vc.orbit(crawler_under(vc.Triangle(0.5, 2.0 * np.pi / (first + second), rise=first / (first + second))))
+    jump = SHARE * (1.0 / first + 1.0 / second)
+    way = jump * second - DECELERATION * second**2
+    _, speed = vc.performance_bounds(steady.system)
+    assert speed.of(steady) == pytest.approx(way / (first + second), rel=1e-9)
+    assert speed.of(steady) > 17.0 * speed.value
+    assert not speed.holds(steady)
+
+
+def test_cost_of_sliding_back():
+    """Energy per distance and total mass is k (1 + 2 D_back/D), D_back being the way that the body slides back."""
+    slow = DECELERATION / SHARE
+    steady = vc.orbit(crawler_under(vc.ThreePhase(1.0, 1.3 * slow, 6.0 * slow, 1.3 * slow)))
+    motion = steady.motion()
+    back = sum(np.ptp(motion.at([each.start, each.end], "position")) for each in motion.phases if each.side < 0)
+    (cost, _), drift = vc.performance_bounds(steady.system), steady.drift
+    assert back > 0.01
+    assert cost.of(steady) == pytest.approx(cost.value * (1.0 + 2.0 * back / drift), rel=1e-10)
+
+
+def test_least_friction_between_two_speeds():
+    """A law with a valley, v + 5 + 10 exp(-2 v): the least force is at v = ln(20)/2."""
+    law = vc.viscous(vc.Exponential)(5.0, 15.0, 2.0, linear_viscosity=1.0)
+    system = vc.System(vc.TwoMassCapsule(normal_load=1.0), law, vc.Harmonic())
+    (cost,) = vc.performance_bounds(system)
+    assert cost.value == pytest.approx(5.5 + 0.5 * np.log(20.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), "memory"),
+        (vc.System(vc.PendulumCapsule(normal_load="dynamic"), vc.Coulomb(), vc.Harmonic()), "light"),
+        (vc.System(vc.TwoMassCapsule(), vc.Coulomb(), vc.Harmonic(), environment=vc.Environment(force=0.1)), "outside"),
+        (vc.System(vc.Oscillator(belt_speed=0.3), vc.Coulomb(), vc.Harmonic()), "ground moves"),
+    ],
+)
+def test_systems_without_a_known_bound_say_why(system, said):
+    with pytest.raises(ValueError, match=said):
+        vc.performance_bounds(system)
+
+
+def test_command_says_how_near_a_case_comes(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    assert main(["new", "--out", str(case)]) == 0
+    capsys.readouterr()
+    assert main(["bound", str(case), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["bounds"]
+    read = vc.read_case(case)
+    motion = vc.orbit(read.system, initial=read.initial).motion()
+    assert found["value"] == pytest.approx(vc.measured(motion, "cost_of_transport", window=1)["cost_of_transport"])
+    assert found["bound"] == read.system.friction.coulomb_coefficient * read.system.law_loads[0] < found["value"]
+
+
+# --- what is uncertain ------------------------------------------------------------------------------------------------
+
+
+def three_phases_of(mu, k, stroke):
+    """Parameters of the crawler whose body just rests in its slow phases, with w2 = 2 k/mu."""
+    slow = k / mu
+    found = {"machine.mass_ratio": 1.0 / mu - 1.0, "drive.stroke": stroke, "drive.second_acceleration": 2.0 * slow}
+    found |= dict.fromkeys(("drive.first_acceleration", "drive.third_acceleration"), slow)
+    return found | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
+
+
+def test_sobol_indices_of_a_product_of_powers():
+    """ln V = (ln mu + ln k + ln L)/2 + const: a third each, and no interaction."""
+    slow = DECELERATION / SHARE
+    system = crawler_under(vc.ThreePhase(1.0, slow, 2.0 * slow, slow))
+    log_speed = vc.Measure.derived("log_speed", "ln V", lambda v: np.log(np.abs(v)), of=("mean_velocity",))
+    spread = {"mu": "lognormal:0.3:0.1", "k": "lognormal:0.2:0.1", "stroke": "lognormal:1:0.1"}
+    found = vc.robustness(system, spread, log_speed, through=three_phases_of, samples=512)
+    assert found.total is not None
+    assert found.first_order is not None
+    for name in spread:
+        for index, low, high in (found.first_order[name], found.total[name]):
+            assert index == pytest.approx(1.0 / 3.0, abs=0.01)
+            assert low < 1.0 / 3.0 < high
+    assert found.deviation == pytest.approx(0.05 * np.sqrt(3.0), rel=0.02)
+    assert found.nominal == pytest.approx(np.log(0.0707106781187), abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def optimum() -> vc.Case:
+    """The third known optimum: constant load, harmonic drive, from pi/3."""
+    machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=0.88624890, damping=1.40524509)
+    return vc.Case(vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.23974842)), START[0])
+
+
+BOTH = "friction.coulomb_coefficient,friction.static_coefficient"
+
+
+def test_factor_of_friction_is_a_run_at_that_friction(optimum):
+    """At friction x 0.8 and x 1.2 the speeds are those of BEYOND's table."""
+    found = vc.robustness(optimum, {BOTH: "factor:0.8:1.2"}, samples=64)
+    assert found.nominal == pytest.approx(0.082456224884, abs=1e-6)
+    factors = found.parameters["friction.coulomb_coefficient"] / optimum.system.friction.coulomb_coefficient
+    assert np.min(factors) >= 0.8
+    assert np.max(factors) <= 1.2
+    ends = [found.values[np.argmin(factors)], found.values[np.argmax(factors)]]
+    assert ends == pytest.approx([0.0714693, 0.0870099], abs=2e-3)  # 64 samples come within 0.01 of the ends
+    assert found.wrong_way == 0.0
+    assert found.total == {BOTH: (1.0, 1.0, 1.0)}
+
+
+def test_runs_that_lift_off_count_as_no_travel(biharmonic):
+    """A design on the edge of lifting off: at larger friction it does, in some samples; numbers hold them as 0."""
+    lifting = biharmonic.with_parameters({"drive.amplitude": 2.6, "drive.second_amplitude": 1.2})
+    found = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, initial=START[0], samples=64)
+    share = found.failed["lift off"]
+    assert 0.0 < share < 1.0
+    assert np.mean(found.values == 0.0) >= share
+    assert found.worst <= 0.0
+    assert found.mean == pytest.approx(np.mean(found.values), abs=0.0)
+    cost = vc.robustness(lifting, {"drive.amplitude": (1.0, 2.6)}, "least_reaction", initial=START[0], samples=64)
+    assert np.mean(np.isnan(cost.values)) == share  # of what is no travel nothing is made up
+    assert cost.total is None
+
+
+def test_wrong_way_and_the_worst_tenth(biharmonic):
+    """The phase of the second harmonic decides the direction: over all phases half go each way, by symmetry."""
+    found = vc.robustness(biharmonic, {"drive.second_phase": (0.0, 2.0 * np.pi)}, initial=START[0], samples=256)
+    assert found.wrong_way == pytest.approx(0.5, abs=0.05)
+    ordered = np.sort(found.values)
+    assert found.tail_mean == pytest.approx(np.mean(ordered[: int(np.ceil(0.1 * len(ordered)))]))
+    assert found.quantiles[0.5] == pytest.approx(np.median(found.values))
+    assert len(found.to_pandas()) == len(found.values) == 512
+
+
+@pytest.mark.parametrize(
+    ("uncertain", "said"),
+    [
+        ({}, "uncertain: should name"),
+        ({"machine.dampin": (0.9, 1.1)}, "machine.damping"),
+        ({"machine.damping": (1.1, 0.9)}, "machine.damping: should have its lower end first"),
+        ({"machine.damping": "normal:1:0"}, "positive deviation"),
+        ({"machine.damping": "lognormal:-1:0.1"}, "positive median"),
+        ({"machine.damping": "about 1"}, "LOW:HIGH, normal"),
+        ({"machine.damping,machine.stiffness": "0.9:1.1"}, "factor:0.9:1.1"),
+        ({"friction.law": "0.9:1.1"}, "no uncertain quantity"),
+        ({"machine.normal_load": (0.9, 1.1)}, "should be a number to be uncertain"),
+    ],
+)
+def test_bad_uncertainties_are_named_before_any_work(biharmonic, uncertain, said):
+    with pytest.raises(CaseError, match=said):
+        vc.robustness(biharmonic, uncertain)
+
+
+def test_command_prints_what_python_has(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    assert main(["new", "--out", str(case)]) == 0
+    capsys.readouterr()
+    assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "16", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    own = vc.robustness(vc.read_case(case), {"machine.damping": "0.9:1.1"}, samples=16)
+    assert found["mean"] == own.mean
+    assert found["worst"] == own.worst
+    assert found["total"]["machine.damping"]["index"] == own.total["machine.damping"][0]
+    assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
+    assert "--samples" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
+    """What is best in the worst of friction x 0.8 to 1.2 has a stable orbit for each, and the fastest one is worse."""
+    over = FREQUENCY_AND_PHASE | {"machine.stiffness": (1.2, 6.0), "machine.damping": (0.3, 3.0)}
+    asked = {"starts": START, "evaluations": 2000, "refinement": 30}
+    fastest = optimise(biharmonic, over, **asked)
+    surest = optimise(biharmonic, over, uncertain={BOTH: "factor:0.8:1.2"}, samples=4, **asked)
+    assert fastest.orbit is not None
+    assert surest.orbit is not None
+    assert surest.under == ("worst", 1.0)
+    assert fastest.value > surest.value > 0.11
+    spread = [
+        vc.robustness(found.orbit.system, {BOTH: "factor:0.8:1.2"}, initial=START[0], samples=32).worst
+        for found in (fastest, surest)
+    ]
+    assert spread[0] < 0.9 * spread[1]
+    assert spread[1] >= surest.value - 1e-6
+    given = surest.orbit.system
+    ends = [given.with_parameters({path: x * given.parameter(path) for path in BOTH.split(",")}) for x in (0.8, 1.2)]
+    worst = min(abs(vc.orbit(each, initial=surest.orbit.state).mean_velocity) for each in ends)
+    assert worst >= surest.value - 1e-9
+
+
+def test_robust_search_is_resumed_to_the_bit(biharmonic, tmp_path):
+    asked = {
+        "uncertain": {BOTH: "factor:0.8:1.2", "drive.frequency": "factor:0.99:1.01"},
+        "robust": "cvar",
+        "samples": 4,
+    }
+    asked |= {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
+    whole = optimise(biharmonic, evaluations=64, **asked)
+    optimise(biharmonic, evaluations=32, store=tmp_path, **asked)
+    assert optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, **asked) == whole
+    with pytest.raises(ValueError, match="another uncertain"):
+        optimise(biharmonic, evaluations=32, store=tmp_path, resume=True, **asked | {"samples": 8})
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (
+            {"uncertain": {"machine.damping": (0.9, 1.1)}, "robust": "best"},
+            "robust: should be one of worst, mean, cvar",
+        ),
+        ({"uncertain": {"machine.damping": (0.9, 1.1)}, "samples": 1}, "samples"),
+        ({"uncertain": {"drive.frequency": (0.9, 1.1)}}, "drive.frequency=factor:"),
+    ],
+)
+def test_bad_robust_searches_are_named(biharmonic, asked, said):
+    with pytest.raises(CaseError, match=said):
+        optimise(biharmonic, FREQUENCY_AND_PHASE, **asked)
+
+
+@pytest.mark.slow
+def test_pages_of_a_design_and_of_a_front(tmp_path):
+    """What is known of the design stands on its page; pictures are part of it, the film lies beside it."""
+    pytest.importorskip("pymoo")
+    out, front = tmp_path / "design", tmp_path / "front"
+    asked = ["optimise", "examples/bench-in-si.toml", "--over", "drive.frequency_Hz=0.6:2", "--evaluations", "64"]
+    assert main([*asked, "--subject-to", "peak_drive < 1.2", "--out", str(out), "--report"]) == 0
+    page, found = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
+    for said in (
+        f"{found['value']:.8g} m/s",
+        "drive.frequency_Hz",
+        "peak_drive &lt; 1.2",
+        *found["limits"],
+        "best.toml",
+    ):
+        assert said in page
+    assert page.count("data:image/png;base64,") == 2
+    assert (out / "film.gif").stat().st_size > 10_000
+    assert "vibrocap optimise examples/bench-in-si.toml --over drive.frequency_Hz=0.6:2" in page
+    assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
+    page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
+    assert page.count("<tr>") >= len(found["designs"])
+    assert main([*asked, "--report"]) == 2

@@ -2,9 +2,10 @@
 
 A fence says what is done with it: `python` runs (the blocks of a page share their names), `python src/PATH` is a new
 file of the package, `python FILE` and `toml FILE` are files of a user, at hand where blocks and commands run, `text
-printed` is what the block before printed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with
-the `text complaints` after it, `toml parts` a case of the new files. Commands run where the folder `examples/` is at
-hand, as in the root of the repository.
+printed` is what the block before printed, `python PACKAGE` and `text PACKAGE` are the same on their own where an
+optional package is installed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with the `text
+complaints` after it, `toml parts` a case of the new files. Commands run where the folder `examples/` is at hand, as
+in the root of the repository.
 """
 
 import contextlib
@@ -88,6 +89,7 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
+OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
 NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
 
@@ -133,7 +135,7 @@ def test_there_are_pages_with_blocks_of_every_kind():
         ("toml", "wrong"),
         ("text", "printed"),
     }
-    known = {"printed", "wrong", "parts", "complaints", *(fence.words[1] for fence in FILES)}
+    known = {"printed", "wrong", "parts", "complaints", *OPTIONAL, *(fence.words[1] for fence in FILES)}
     for fence in FENCES:
         assert fence.words[0] in ("python", "sh", "toml", "text"), fence.name
         assert set(fence.words[1:]) <= known, fence.name
@@ -211,6 +213,21 @@ def test_snippets_run_and_print_what_they_are_said_to(page, workplace):
             with contextlib.redirect_stdout(output):
                 exec(code, names)
         elif fence.words == ("text", "printed"):
+            assert output.getvalue() == fence.text, fence.name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("package", OPTIONAL)
+def test_snippets_that_need_a_package_run_where_it_is(package, workplace):
+    pytest.importorskip(package, reason=f"{package} is not installed")
+    output = io.StringIO()
+    for fence in FENCES:
+        if fence.words == ("python", package):
+            output = io.StringIO()
+            code = compile("\n" * fence.line + fence.text, fence.name, "exec")
+            with contextlib.redirect_stdout(output):
+                exec(code, {})
+        elif fence.words == ("text", package):
             assert output.getvalue() == fence.text, fence.name
 
 

@@ -3,6 +3,7 @@
 import functools
 import importlib
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ import pytest
 import vibrocap as vc
 from signals import Signal, made_up_motion
 from thinned import exhaustive_but, slow_but
-from vibrocap.measures.during_run import SYNONYMS, resolved
+from vibrocap.case.case import read_case
+from vibrocap.measures.during_run import SYNONYMS, measure_table, resolved
 from vibrocap.measures.measure import own_integrands
+from vibrocap.measures.standard import undefined_measures
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
@@ -22,6 +25,7 @@ from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.parameters import parameters
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -344,7 +348,7 @@ def test_names_that_measures_have_elsewhere_lead_to_them():
 @pytest.mark.parametrize("kind", sorted(machines()))
 def test_every_measure_that_a_system_has_can_be_asked_for(kind):
     """By name and as it stands in the table, those of further contacts and of laws of one's own included."""
-    laws = [Named(), Named()] if machines()[kind].contacts else [Named()]
+    laws = [Named()] * min(2, len(machines()[kind].contact_states))
     system = vc.System(machines()[kind](), laws, vc.Harmonic())
     table = vc.measure_table(system)
     assert "largest_strain" in table
@@ -358,10 +362,25 @@ def test_every_measure_that_a_system_has_can_be_asked_for(kind):
         resolved("largest_strain")
 
 
+@parameters
 class Named(vc.Dahl):
     """A law whose state no law of the package has."""
 
     internal = ("strain",)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "examples").glob("*.toml")), ids=lambda p: p.stem)
+def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
+    """Of a motion that settled all others have one; `time_to_settle` is none where it did not."""
+    given = read_case(path)
+    motion, without = given.simulate(), undefined_measures(given.system)
+    assert motion.status.ok
+    travels = given.system.machine.cyclic is not None
+    names = [name for name in measure_table(given.system) if travels or name not in without]
+    found = vc.measured(motion, names, settle=1e-6)
+    empty = {name for name, value in found.items() if value == "" or value != value}
+    assert empty - {"time_to_settle"} == without & set(found)
 
 
 def test_what_is_derived_comes_after_what_it_needs():
@@ -518,3 +537,49 @@ def test_no_travel_costs_infinitely_much():
 def test_bad_input_is_refused_before_any_work(over, settings, complaint):
     with pytest.raises(ValueError, match=complaint):
         vc.ensemble(SYSTEM, over, **settings)
+
+
+def largest_of_wave(cosines, sines, frequency):
+    """(largest |h|, largest |h'|) of h = sum a_n cos n x + b_n sin n x, x = omega t, from the roots of polynomials.
+
+    2 z^N h' is a polynomial in z = e^(ix), whose roots on the unit circle are the turning points.
+    """
+    harmonics = np.arange(1, len(cosines) + 1)
+    waves = 0.5 * (np.array(cosines) - 1j * np.array(sines))
+
+    def largest(order):
+        factors = waves * (1j * harmonics * frequency) ** order
+
+        def value(x):
+            return 2.0 * np.real(np.exp(1j * np.outer(x, harmonics)) @ factors)
+
+        slope = factors * 1j * harmonics
+        roots = np.roots(np.concatenate([slope[::-1], [0.0], np.conj(slope)]))
+        return np.max(np.abs(value(np.angle(roots))))
+
+    return largest(0), largest(1)
+
+
+def test_peaks_of_the_drive_are_those_of_its_formula():
+    """The largest |h| and |h'| are located, not sampled: exact to rounding."""
+    cosines, sines = [0.9, 0.42, 0.0, -0.13], [0.0, 0.21, 0.3, 0.05]
+    numbers = {f"cosine_{n}": a for n, a in enumerate(cosines, 1)} | {f"sine_{n}": b for n, b in enumerate(sines, 1)}
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.FourierSeries(frequency=1.3, **numbers))
+    motion = vc.simulate(system, periods=3, initial=START, tolerance=1e-12)
+    found = vc.measured(motion, ["peak_drive", "peak_drive_rate", "peak_drive_power"], window=2)
+    size, rate = largest_of_wave(cosines, sines, 1.3)
+    assert found["peak_drive"] == pytest.approx(size, rel=1e-12)
+    assert found["peak_drive_rate"] == pytest.approx(rate, rel=1e-12)
+    times = np.linspace(motion.period, 3 * motion.period, 20_001)
+    power = np.max(np.abs(motion.at(times, "drive") * motion.at(times, "angle_rate")))
+    assert power <= found["peak_drive_power"] * (1 + 1e-12)
+    assert found["peak_drive_power"] == pytest.approx(power, rel=1e-5)  # of the grid: (step omega)^2 / 8
+
+
+def test_rate_of_the_drive_behind_an_actuator():
+    """T_a u' + u = c: the rate is (c - u)/T_a."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), actuator=vc.Actuator(time_constant=0.3))
+    motion = vc.simulate(system, periods=3, initial=START, tolerance=1e-12)
+    times = np.linspace(2 * motion.period, 3 * motion.period, 20_001)
+    rate = np.max(np.abs(motion.at(times, "command") - motion.at(times, "drive"))) / 0.3
+    assert vc.measured(motion, "peak_drive_rate", window=1)["peak_drive_rate"] == pytest.approx(rate, rel=1e-6)

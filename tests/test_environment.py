@@ -20,7 +20,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.machines.machine import Imposed, Machine, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Contact, Imposed, Machine, Positive, parameter, parameters
 from vibrocap.physics.parameters import ParameterError
 
 ROUNDING = 1e-13
@@ -292,12 +292,11 @@ LABELS_IN_TURN = [LABELS[SYSTEMS.index(s)] for s in IN_TURN]
 def sample(system, draw):
     """(time, state, side) of a contact that slides."""
     t, y, _, _ = machine_draw(system.placed, draw)
-    velocity = system.placed.contact_velocity(t, y)
-    side = 1 if velocity > 0 else -1
-    further = []
-    for law, speed in zip(system.further_laws, system.placed.further_velocities(t, y), strict=True):
-        further += random_internal(law, speed, 1 if speed > 0 else -1, 1.0, draw)
-    return t, (*y, *further, *random_internal(system.friction, velocity, side, 1.0, draw)), side
+    velocities = [each.velocity for each in system.placed.contacts(t, y, 0.0)]
+    sides = [1 if velocity > 0 else -1 for velocity in velocities]
+    each = zip(system.laws, velocities, sides, strict=True)
+    first, *further = [random_internal(law, velocity, side, 1.0, draw) for law, velocity, side in each]
+    return t, (*y, *(value for internal in further for value in internal), *first), sides[0]
 
 
 def balance_of_energy_and_momentum(system):
@@ -345,7 +344,7 @@ def test_reaction_is_the_weight_towards_the_ground_and_the_lift_of_the_bob(load,
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
 def test_a_contact_at_rest_is_held_exactly(system):
-    contact = system.state_names.index(system.machine.contact_state)
+    contact = system.state_names.index(system.machine.contact_states[0])
     for draw in draws(10):
         t, y, _ = sample(system, draw)
         y = (*y[:contact], 0.0, *y[contact + 1 :])
@@ -353,14 +352,14 @@ def test_a_contact_at_rest_is_held_exactly(system):
             continue
         flow = system.flow(t, y, 0)
         assert isinstance(system.machine, Imposed) or flow.rates[contact] == 0.0
-        assert flow.friction == flow.holding_force
+        assert flow.friction == flow.contacts[0].held
 
 
 @pytest.mark.parametrize("system", SYSTEMS[:: max(1, len(SYSTEMS) // 12)], ids=LABELS[:: max(1, len(SYSTEMS) // 12)])
 def test_the_acceleration_comes_from_the_balance_of_momentum(system):
     """Without it the series would be long, and the motion slow."""
     recording = equations(system)
-    if system.machine.contacts or isinstance(system.machine, Imposed):
+    if len(system.machine.contact_states) > 1 or isinstance(system.machine, Imposed):
         assert recording.balance is None  # the acceleration of the contact is one of several in it, or is imposed
         return
     assert recording.balance is not None
@@ -370,7 +369,7 @@ def test_the_acceleration_comes_from_the_balance_of_momentum(system):
 @pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above
 @pytest.mark.parametrize("system", exhaustive_but(range(0, len(IN_TURN), 6), IN_TURN), ids=LABELS_IN_TURN)
 def test_balances_of_motions_close(system):
-    motion = vc.simulate(system, periods=5, initial={system.machine.contact_state: 0.3})
+    motion = vc.simulate(system, periods=5, initial={system.machine.contact_states[0]: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox", "stop reached")
     assert motion.certificate.ok, motion.certificate.failures
     bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
@@ -420,7 +419,7 @@ class TwoMasses(Machine):
     name: ClassVar = "two-masses"
     states: ClassVar = ("inner_velocity", "position", "velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
+    contact_states: ClassVar = ("velocity",)
     symmetry: ClassVar = (-1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     in_capsule: ClassVar = True
@@ -428,20 +427,14 @@ class TwoMasses(Machine):
     def masses(self):
         return {"velocity": self.capsule, "inner_velocity": self.inner}
 
-    def load(self):
-        return self.normal_load
-
-    def contact_velocity(self, t, y):
-        return y[2]
-
     def inner_over_ground(self, y):
         return y[0] + y[2] if self.in_capsule else y[0]
 
-    def holding_force(self, t, y, drive):
-        return -drive
+    def contacts(self, t, y, drive):
+        return (Contact(y[2], -drive),)
 
-    def rates(self, t, y, drive, force):
-        acceleration = (-drive - force) / self.capsule
+    def rates(self, t, y, drive, frictions):
+        acceleration = (-drive - frictions[0]) / self.capsule
         inner = drive / self.inner
         return inner - acceleration if self.in_capsule else inner, y[2], acceleration
 
@@ -452,7 +445,7 @@ class TwoMasses(Machine):
     def momentum(self, t, y):
         return self.inner * self.inner_over_ground(y) + self.capsule * y[2]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, frictions):
         return drive * (self.inner_over_ground(y) - y[2]), 0.0
 
 
@@ -481,7 +474,7 @@ def test_gravity_pulls_at_every_mass_on_the_line(kind):
     assert flow.rates == pytest.approx(expected, rel=ROUNDING)
     assert flow.outer_force == pytest.approx(push - 2.0 * along, rel=ROUNDING)
     at_rest = system.flow(0.0, (0.0, 0.0, 0.0), 0)
-    assert at_rest.holding_force == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
+    assert at_rest.contacts[0].held == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
     assert at_rest.rates[2] == 0.0
     assert at_rest.rates[0] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
 

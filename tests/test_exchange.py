@@ -1,25 +1,39 @@
-"""Cases as C: the bits of the package's kernel with every optimisation; what would change them is refused."""
+"""Cases as C: the bits of the package's kernel with every optimisation; what would change them is refused.
+
+What the library does as a stepper (inputs, parameters, copies, ends) is asked in `test_stepper.py`.
+"""
 
 import csv
 import ctypes
+import importlib.util
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import vibrocap as vc
+from lab_motions import KINDS, motions_of_a_kind
+from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.polynomials import polynomial_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
+from vibrocap.physics.flow import BOUNDS
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 GCC = shutil.which("gcc") or ""
+ZIG = (sys.executable, "-m", "ziglang", "cc") if importlib.util.find_spec("ziglang") else ()
+COMPILERS = {name: command for name, command in {"gcc": (GCC,), "zig": ZIG}.items() if any(command)}
+LEVELS = ("-O0", "-O1", "-O2", "-O3")
+TABLE = [(kind, *which) for kind in KINDS for which in motions_of_a_kind(kind)]  # each law on a machine of each kind
 FUSED = ("-O3", "-march=native")  # with fused operations where the processor has them
 needs_gcc = pytest.mark.skipif(not GCC, reason="no gcc is installed")
 
@@ -28,10 +42,11 @@ def example(name):
     return read_case(next(path for path in EXAMPLES if path.stem == name), periods=6)
 
 
-def built(folder, *options, sources=("main.c", "capsule.c"), out="capsule"):
+def built(folder, *options, sources=("main.c", "capsule.c"), out="capsule", compiler=(GCC,)):
     paths = [folder / each for each in sources]
     strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
-    done = subprocess.run([GCC, *strict, *options, "-o", folder / out, *paths, "-lm"], capture_output=True, text=True)
+    command = [*compiler, *strict, *options, "-o", folder / out, *paths, "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder / out
 
@@ -42,30 +57,45 @@ def printed(program):
 
 
 def expected(case):
-    """The motion of the literal kernel: its record."""
+    """The motion of the literal kernel: its record. It goes on for a period more, as the stepper does not end."""
     system = case.system
     initial = [*initial_state(system, case.initial).values()]
     given = equations(system), parameter_values(system), initial, system.drive.period
-    return recorded_run(*given, **case.run, literal=True)
+    return recorded_run(*given, **case.run | {"periods": case.periods + 1}, literal=True)
+
+
+def states_at(record, period, times):
+    """(states, sides) of a record at instants, from the series of its steps as `Trajectory` reads them."""
+    begun = record.piece_instants[:, 0] * period + record.piece_instants[:, 1]
+    index = np.searchsorted(begun, times, side="right") - 1
+    return polynomial_values(record.series, index, times - begun[index]).T, record.piece_sides[index]
 
 
 def assert_same_bits(case, rows, code):
-    """Steps, events and the end that a program printed are those of the literal kernel."""
+    """Samples, events and the end that a program printed are those of the literal kernel."""
     record, period = expected(case), case.system.drive.period
+    contacts, count = record.contacts, len(case.system.state_names)
     kinds = event_kinds(case.system.placed.switch_events)
-    steps = [row for row in rows if row[1] == "step"]
-    events = [row for row in rows[:-1] if row[1] != "step"]
-    begun = record.piece_instants[:, 0] * period + record.piece_instants[:, 1]
-    values = np.column_stack([begun, record.piece_sides[:, 0], record.series[:, :, 0]])
-    np.testing.assert_array_equal(np.array([[row[0], *row[2:]] for row in steps], float), values)
-    times = record.event_instants[:, 0] * period + record.event_instants[:, 1]
-    values = np.column_stack([times, record.event_contacts, record.event_states])
-    found = np.array([[row[0], *row[2:]] for row in events], float).reshape(len(events), values.shape[1])
-    np.testing.assert_array_equal(found, values)
-    assert [row[1] for row in events] == list(kinds[record.event_kinds])
-    assert rows[-1][1] == STATUSES[record.status].value
-    assert (code == 0) == (record.status == 1)
-    np.testing.assert_array_equal(np.array(rows[-1][3:], float), record.final)
+    times, ended = np.array([float(row[0]) for row in rows]), code != 0
+    values = np.array([row[3 : 3 + contacts + count] for row in rows], float)
+    states, sides = states_at(record, period, times[: len(rows) - ended])
+    smooth = [name not in case.system.switched for name in case.system.state_names]
+    np.testing.assert_array_equal(values[0, contacts:][smooth], states[0][smooth])  # at its start nothing is decided
+    np.testing.assert_array_equal(values[1 : len(states), contacts:], states[1:])
+    np.testing.assert_array_equal(values[1 : len(states), :contacts], sides[1:])
+    happened = record.event_instants[:, 0] * period + record.event_instants[:, 1]
+    wanted = sorted(
+        (time, str(kinds[kind]), contact)
+        for time, kind, contact in zip(happened, record.event_kinds, record.event_contacts, strict=True)
+        if time <= times[-1] and kinds[kind] not in ("graze", *BOUNDS)
+    )
+    told = {"start", "sample", "finished", *(status.value for status in STATUSES.values())}
+    assert sorted((float(row[0]), row[1], int(row[2])) for row in rows if row[1] not in told) == wanted
+    if ended:
+        assert rows[-1][1] == STATUSES[record.status].value
+        np.testing.assert_array_equal(values[-1, contacts:], record.final)
+    else:
+        assert rows[-1][1] == "finished"
 
 
 @needs_gcc
@@ -80,6 +110,18 @@ def test_the_program_of_a_case_prints_the_bits_of_its_motion(options, tmp_path):
 
 @needs_gcc
 @pytest.mark.slow
+def test_a_drive_with_a_long_table_has_the_same_bits(tmp_path):
+    times = np.linspace(0.0, 6.0, 301)
+    values = 1.8 * np.sin(np.pi / 3.0 * times[:-1])
+    drive = vc.DriveTable(tuple(times), (*values, values[0]), interpolation="linear")
+    case = vc.Case(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive), {"angle": 0.3}, periods=2)
+    export_c(case, tmp_path)
+    code, rows = printed(built(tmp_path, "-O1", "-fsanitize=address,undefined"))
+    assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+@pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path):
     case = read_case(path, periods=4)
@@ -87,6 +129,24 @@ def test_every_example_has_the_same_bits_with_every_optimisation(path, tmp_path)
     for options in (("-O0",), FUSED):
         code, rows = printed(built(tmp_path, *options))
         assert_same_bits(case, rows, code)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not COMPILERS, reason="neither gcc nor ziglang is installed")
+@pytest.mark.parametrize(("kind", "machine", "law"), exhaustive_but((7, 27), TABLE), ids=str)
+def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machine, law, tmp_path):
+    """With Zig at -O0 its checks of undefined behaviour, such as a shift too far, are on: a program stops at one."""
+    case = motions_of_a_kind(kind)[machine, law]
+    export_c(case, tmp_path)
+    found = {}
+    for name, compiler in COMPILERS.items():
+        for level in LEVELS:
+            out = f"{name}{level}"
+            found[out] = printed(built(tmp_path, level, "-march=native", out=out, compiler=compiler))
+    code, rows = found["gcc-O0" if "gcc" in COMPILERS else "zig-O0"]
+    assert len(rows) > 100 or code != 0
+    assert_same_bits(case, rows, code)
+    assert [out for out, other in found.items() if other != (code, rows)] == []
 
 
 @needs_gcc
@@ -107,24 +167,7 @@ def test_fused_operations_would_show(tmp_path):
         assert_same_bits(case, rows, code)
 
 
-@needs_gcc
-def test_a_copied_motion_goes_on_with_the_same_bits(tmp_path):
-    export_c(example("travels-by-stick-slip"), tmp_path)
-    built(tmp_path, "-O1", "-fPIC", "-shared", sources=("capsule.c",), out="capsule.so")
-    library = ctypes.CDLL(str(tmp_path / "capsule.so"))
-    library.capsule_run.argtypes = [ctypes.c_void_p, ctypes.c_int64]
-    size = sum(
-        8 * int(line.split("[")[1].split("]")[0])
-        for line in (tmp_path / "capsule.h").read_text().splitlines()
-        if line.startswith(("  double ", "  int64_t "))
-    )
-    motion = ctypes.create_string_buffer(size)
-    library.capsule_begin(motion)
-    assert library.capsule_run(motion, 20) == 0
-    copy = ctypes.create_string_buffer(motion.raw, size)
-    before = motion.raw
-    assert library.capsule_run(motion, 20) == library.capsule_run(copy, 20) == 0
-    assert motion.raw == copy.raw != before
+PUBLIC = "\nvoid call(double *f, int64_t *i, double *t, int64_t n) { k_advance(f, i, t, n); }\n"
 
 
 @needs_gcc
@@ -170,13 +213,13 @@ def advance(floats, ints, trace, rounds):
 """
     floats = np.array([0.0, -0.0, 1.0, -1.5, 3.75, 12345.678, -7.1, 0.1, 1e-60])
     ints = np.array([0, 1, -1, 5, -7, 12, -3, 1000, 2])
-    (tmp_path / "kernel.c").write_text(c_source(text, "advance", "k"))
+    (tmp_path / "kernel.c").write_text(c_source(text, ("advance",), "k") + PUBLIC)
     found, wanted = np.zeros(12 * 81), np.zeros(12 * 81)
     compiled(text, "advance", literal=True)(floats, ints, wanted, 1)
     for options in ("-O0", "-O3"):
         found[:] = 0.0
         out = built(tmp_path, options, "-fPIC", "-shared", sources=("kernel.c",), out=f"kernel{options}.so")
-        call = ctypes.CDLL(str(out)).k_advance
+        call = ctypes.CDLL(str(out)).call
         call.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_int64]
         call(floats.ctypes.data, ints.ctypes.data, found.ctypes.data, 1)
         np.testing.assert_array_equal(found.view(np.int64), wanted.view(np.int64))
@@ -196,11 +239,14 @@ def test_bad_input_is_named(tmp_path, capsys):
     case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
     with pytest.raises(ValueError, match="name should be up to 31"):
         c_files(read_case(case), "Capsule-1")
+    with pytest.raises(ValueError, match="input should be 'drive' or None, got 'torque'"):
+        c_files(read_case(case), input="torque")
     (tmp_path / "file").write_text("")
     for options, said in (
         (["--out", str(tmp_path / "file")], "--out: "),
         (["--out", str(tmp_path / "new"), "--name", "a b"], "--name should be"),
         (["--to", "simulink", "--out", str(tmp_path / "new")], "simulink"),
+        (["--input", "torque", "--out", str(tmp_path / "new")], "torque"),
     ):
         assert main(["export", case, *options]) == 2
         assert said in capsys.readouterr().err

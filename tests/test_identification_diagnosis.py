@@ -39,6 +39,20 @@ def test_the_fault_is_named_and_no_other(kind):
         assert named(kind, seed, "true", largest=4_000, laws=STATIC) == expected(kind), seed
 
 
+@pytest.mark.parametrize("kind", ["quantised position", "quantised velocity"])
+def test_an_offset_is_named_beside_a_coarse_motion(kind):
+    """Without a filter of the motion (cutoff) its steps hid every pattern, an offset of the force too.
+
+    The offset is the root mean square of the errors that the steps make, half of all squares.
+    """
+    for seed in seeds(kind, 6):
+        made, record = faulty(kind, seed, 4_000, STATIC)
+        errors, slopes = errors_of(made, record)
+        offset = float(np.sqrt(np.mean((errors.force - errors.predicted) ** 2)))
+        shifted = dataclasses.replace(errors, force=errors.force + offset)
+        assert {each.kind for each in diagnosis([shifted], slopes).causes} == {"quantisation", "direction"}, seed
+
+
 @pytest.mark.parametrize(("kind", "sign"), [("late", 1), ("early", -1)])
 def test_a_delay_has_its_sign(kind, sign):
     made, record = faulty(kind, seeds(kind, 1)[0], 4_000, STATIC)

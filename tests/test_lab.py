@@ -1,6 +1,8 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
+import base64
 import dataclasses
+import hashlib
 import itertools
 import json
 import random
@@ -19,10 +21,12 @@ from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
 from vibrocap.lab.controls import part_record
-from vibrocap.lab.page import SCRIPTS, WORKER, page, source
+from vibrocap.lab.forms import form_of
+from vibrocap.lab.page import SCRIPTS, WORKER, functions, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.measures.during_run import measure_table
+from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import ROUNDING, Piecewise
@@ -66,9 +70,10 @@ def node(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     (folder / "data.json").write_text(json.dumps(data))
 
-    def run(lines, given=None):
+    def run(lines, given=None, forms=None):
+        forms = forms or (given if isinstance(given, dict) and "forms" in given else data)["forms"]
         script = folder / "run.cjs"
-        script.write_text("\n".join([HEAD, *map(source, ALONE), lines]))
+        script.write_text("\n".join([HEAD, *functions(forms), *map(source, ALONE), lines]))
         (folder / "given.json").write_text(json.dumps(given))
         command = [NODE, str(script), str(folder / "data.json"), str(folder / "given.json")]
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
@@ -122,7 +127,8 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7), actuator=lag)
     preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
     made = bundle(Contents((system,), (preset,)))
-    found = node(f"""
+    found = node(
+        f"""
     const made = {json.dumps(made)}, [form] = opened(made);
     const model = new Model(made), {{ parameters, initial }} = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
@@ -132,7 +138,9 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     const keep = (_, result, begun) => all.push(measured(form, result, begun, 1e-6));
     ensembleRun(form, [{{ parameters, initial }}], budget, keep);
     print({{ final: [...motion.final], drive, measured: all[0] }});
-    """)
+    """,
+        forms=made["forms"],
+    )
     assert found["final"] == made["presets"][0]["check"]["state"]
     motion = preset.case.simulate()
     times, drive = np.array(found["drive"]).T
@@ -296,7 +304,7 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
         }
         form = {name: part.name for name, part in system.parts.items()}
         form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
-        form["corners"] = shape_of(system.drive)[0]
+        form |= {"corners": shape_of(system.drive)[0], "number": len(cases)}
         tried, said, tables = [], [], []
         for number in range(60):
             given = dict(values)
@@ -312,7 +320,7 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
                 said.append(([(each.field, each.text) for each in error.complaints], None))
         cases.append({"form": form, "parts": parts, "tried": tried, "tables": tables})
         wanted.append(said)
-    found = node(RULES, cases)
+    found = node(RULES, cases, [case["form"] for case in cases])
     refused, answers = 0, []
     for case, one, other in zip(cases, found, wanted, strict=True):
         for given, (shown, twins), (package, mirrors) in zip(case["tried"], one, other, strict=True):
@@ -563,7 +571,7 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     print([machine, ...levels, lacking, asked, shared,
       again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before]);
     """
-    (tmp_path / "run.cjs").write_text("\n".join([HEAD, *map(source, ALONE), lines]))
+    (tmp_path / "run.cjs").write_text("\n".join([HEAD, *functions(made["forms"]), *map(source, ALONE), lines]))
     command = [NODE, *(str(tmp_path / name) for name in ("run.cjs", "data.json", "given.json"))]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
@@ -573,6 +581,16 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     assert json.loads(done.stdout) == wanted
 
 
+def test_a_page_has_room_for_a_drive_with_a_long_table():
+    """In WebAssembly what is written beyond it would change other numbers in silence."""
+    times = np.linspace(0.0, 6.0, 401)
+    drive = vc.DriveTable(tuple(times), (0.5, *np.cos(times[1:-1]), 0.5), interpolation="linear")
+    kernel = form_of(vc.System(vc.Oscillator(), vc.Coulomb(), drive)).motion
+    floats, ints = kernel.layout.allocated()
+    with np.errstate(all="ignore"):
+        plain_kernel(kernel.text)["begin"](floats, ints, np.zeros(4 * len(times)), 0)
+
+
 def test_a_page_asks_for_nothing_and_holds_every_script(data):
     text = page(data, title="a <b> & c")
     assert "<title>a &lt;b&gt; &amp; c</title>" in text
@@ -580,6 +598,21 @@ def test_a_page_asks_for_nothing_and_holds_every_script(data):
         assert word not in text.replace("http://www.w3.org/2000/svg", ""), word
     for name in (*WORKER, *SCRIPTS):
         assert source(name).startswith("// ")
+
+
+def test_the_policy_of_a_page_allows_its_own_scripts_alone(data):
+    text = page(data)
+    policy = dict(each.split(" ", 1) for each in re.search(r'Policy" content="([^"]*)"', text)[1].split("; "))
+    assert policy["default-src"] == "'none'"
+    assert "unsafe-inline" not in str(policy)
+    assert "'unsafe-eval'" not in str(policy)
+    for tag, name in (("script", "script-src"), ("style", "style-src")):
+        (content,) = re.findall(rf"<{tag}>(.*?)</{tag}>", text, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()
+        assert policy[name].split()[0] == f"'sha256-{digest}'"
+    assert {*policy["worker-src"].split(), *policy["img-src"].split()} == {"blob:", "data:"}  # no address at all
+    refused = r"<[a-z]+ [^<>{}]*\b(on[a-z]+|style)=\"|new Function|\beval\("
+    assert not re.search(refused, text)
 
 
 def test_the_forms_of_a_page(tmp_path):

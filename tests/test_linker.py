@@ -7,13 +7,15 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.equations import equations
+from vibrocap.motion.held_input import with_held_input
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
+from vibrocap.numerics.run.stepper import stepper_kernel
 
-SLOTS = recipes.MEASURED
+SLOTS = (*recipes.MEASURED, recipes.PASSAGE)
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 INTERFACE = inspect.getsource(interface)
 
@@ -44,6 +46,15 @@ def test_what_is_offered_is_linked():
             ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
 
 
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()], ids=lambda law: law.name)
+def test_steppers_are_linked(law):
+    for drive in (vc.Harmonic(), vc.Square()):
+        system = vc.System(vc.PendulumCapsule(), law, drive)
+        for held_input in (False, True):
+            recorded = equations(with_held_input(system) if held_input else system)
+            stepper_kernel(recorded, recorded.observables, 1e-9, held_input).text.check()
+
+
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
 def test_modules_of_a_slot_define_what_its_interface_says(slot):
     wanted = outline(INTERFACE).functions
@@ -62,15 +73,17 @@ def test_the_interface_holds_the_slots_and_nothing_else():
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
 def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
     recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=True, branches=True)
+    if slot is recipes.PASSAGE:
+        recipe = recipes.stepper_recipe(maybe_stiff=True, branches=True)
     (filler,) = set(recipe.modules) & set(slot.offers)
-    (other,) = set(slot.offers) - {filler}
+    other = next(module for module in slot.offers if module != filler)
     for modules, found in (
         (tuple(name for name in recipe.modules if name != filler), "no module"),
         ((*recipe.modules, other), " and by "),
     ):
         parts = {name: link.kernel_source(name) for name in modules}
         with pytest.raises(LinkError, match=f"the slot `{slot.name}` is filled by .*{found}"):
-            check(recipes.Recipe("advance_ensemble", modules, SLOTS), parts, INTERFACE)
+            check(recipes.Recipe(recipe.entry, modules, (slot,)), parts, INTERFACE)
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def bracket(mass_ratio, coefficient):
     machine = vc.PendulumCapsule(mass_ratio=mass_ratio, normal_load="dynamic")
 
     def clear(angle):
-        inertia, _, slope = machine.reaction(0.0, (angle, 0.0, 0.0, 0.0), 0.0)
+        inertia, _, slope = machine.contacts(0.0, (angle, 0.0, 0.0, 0.0), 0.0)[0].reaction
         return inertia - coefficient * abs(slope)
 
     angles = np.linspace(0.0, np.pi / 2, 64)
@@ -187,7 +187,7 @@ def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
     law = vc.Exponential(coulomb_coefficient=0.45, static_coefficient=0.45)
     system = vc.System(vc.PendulumCapsule(mass_ratio=0.02, normal_load="dynamic"), law, vc.Harmonic(amplitude=drive))
     start = {"angle": 0.14, "velocity": 0.5}
-    inertia, own, slope = system.machine.reaction(0.0, (0.14, 0.0, 0.0, 0.5), drive)
+    inertia, own, slope = system.machine.contacts(0.0, (0.14, 0.0, 0.0, 0.5), drive)[0].reaction
     assert inertia - 0.45 * slope < 0.0
     assert (own > 0.0) == (drive < 0.0)
     motion = vc.simulate(system, periods=1, initial=start)
@@ -220,7 +220,7 @@ def test_bristles_come_to_the_paradox(law, mass_ratio, end):
     assert motion.events[-1].time == motion.end == pytest.approx(end, abs=3e-11)
     assert motion.at(motion.end, "reaction")[0] > 1e4
     states = tuple(motion.state[name] for name in system.state_names)
-    inertia, own, slope = machine.reaction(motion.end, states[:4], system.drive.value(motion.end))
+    inertia, own, slope = machine.contacts(motion.end, states[:4], system.drive.value(motion.end))[0].reaction
     coefficient, _ = law.force(states[3], states[4:], np.sign(states[3]), 1.0)
     assert own > 0.1
     assert 0.0 < inertia - slope * coefficient < 1e-5

@@ -1,5 +1,6 @@
 """Pictures of studies, by what is in them: colours, hatches, limits and words; datasets of the layout of `sweep`."""
 
+import dataclasses
 import itertools
 import re
 
@@ -11,9 +12,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import PathPatch
 
 from thinned import slow_but
-from vibrocap.case.case import case_text, read_case
+from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.motion.status import Status
-from vibrocap.plotting.studies.cells import Cell, categories, cells, limits
+from vibrocap.plotting.studies.cells import Cell, categories, cell_labels, cells, limits
 from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
 from vibrocap.plotting.studies.view import ViewError, study_view
 from vibrocap.plotting.style import blank_figure, logarithmic
@@ -31,6 +32,30 @@ ATTRIBUTES = {
     "word": {"long_name": "phases of the last period", "units": "1"},
 }
 NOT_FINITE, TOO_MANY_EVENTS = (list(Status).index(s) for s in (Status.NOT_FINITE, Status.TOO_MANY_EVENTS))
+NBSP = "\N{NO-BREAK SPACE}"
+SI = """
+[machine]
+kind = "pendulum-capsule"
+capsule_mass_kg = 0.5
+pendulum_mass_kg = 0.2
+pendulum_length_m = 0.25
+stiffness_N_m_per_rad = 0.98
+damping_N_m_s_per_rad = 0.08
+normal_load = "weight"
+[friction]
+law = "exponential"
+coulomb_coefficient = 0.05
+static_coefficient = 0.15
+decay_rate_s_per_m = 6.5
+[drive]
+waveform = "harmonic"
+amplitude_N_m = 0.7
+frequency_Hz = 1.0
+[environment]
+inclination_deg = 5
+[initial]
+angle_deg = 30
+"""
 FAILED, WAITING, TO_COME = (slice(5, 8), slice(5, 9)), (slice(0, 4), slice(0, 5)), (slice(-2, None), slice(-3, None))
 
 
@@ -262,6 +287,58 @@ def test_response_period_and_status_are_named():
     ]
 
 
+def test_colours_are_logarithmic_only_where_all_numbers_are_positive():
+    """One run of 384 is less than the half percent that a scale leaves out where it lies far out."""
+    dataset = study(x=np.linspace(0.5, 8.0, 32))
+    costs = np.geomspace(1.0, 1e4, dataset["cost_of_transport"].size).reshape(dataset["cost_of_transport"].shape)
+    for least, expected in ((0.5, True), (0.0, False), (-0.5, False), (-1e5, False)):
+        costs[0, 6] = least
+        shown = dataset.assign(cost_of_transport=dataset["cost_of_transport"].copy(data=costs))
+        assert limits(study_view(shown, "cost_of_transport"))[4] is expected
+
+
+def test_a_line_explains_no_band_that_holds_no_run():
+    line = study().isel({TORQUE: 0, MASS: [1, 2, 3]})
+    words = lambda dataset: [text.get_text() for each in figure(dataset).legends for text in each.get_texts()]  # noqa: E731
+    assert not any("no travel" in each for each in words(line))
+    with_rest = line.assign(mean_velocity=line["mean_velocity"].copy(data=[0.1, 0.0, 0.1]))
+    assert any("no travel" in each for each in words(with_rest))
+
+
+def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
+    import vibrocap as vc
+
+    case = case_from_text(SI)
+    over = {"drive.frequency_Hz": [0.9, 1.0], "machine.capsule_mass_kg": [0.4, 0.5]}
+    dataset = vc.sweep(case.system, over, settle=1e-3, initial=case.initial, periods=3)
+    view = study_view(dataset)
+    fixed = (
+        "stiffness = 0.98 N m/rad, damping = 0.08 N m s/rad, normal load = weight, pendulum mass = 0.2 kg, "
+        "pendulum length = 0.25 m, gravity = 9.807 m/s^2, coulomb coefficient = 0.05, static coefficient = 0.15, "
+        "decay rate = 6.5 s/m, amplitude = 0.7 N m, inclination = 0.08727 rad, initial angle = 0.5236 rad"
+    )
+    kinds, _, numbers = view.setting.partition("; ")
+    assert kinds == "pendulum-capsule, exponential friction, harmonic drive"
+    assert numbers.replace(NBSP, " ") == fixed
+    assert numbers.count(" ") == fixed.count(", ")  # a line is broken between quantities, never within one
+    assert view.band == f"{view.dead_band:g}{NBSP}m/s"
+    assert cell_labels(dataclasses.replace(view, dead_band=9.0))[Cell.NO_TRAVEL].startswith(
+        f"no travel, |⟨X′⟩| ≤ 9{NBSP}m/s"
+    )
+    assert view.label == "mean velocity ⟨X′⟩ [m/s]"
+
+
+def test_a_title_says_of_a_table_how_many_values_it_has():
+    import vibrocap as vc
+
+    drive = vc.DriveTable((0.0, 0.5, 1.2, 2.5), (0.3, -0.2, 0.5, 0.3))
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), drive)
+    view = study_view(vc.sweep(system, {MASS: [1.0, 2.0]}, periods=2))
+    assert "4 values from −0.2 to 0.5" in view.setting.replace(NBSP, " ")
+    heading = vc.figure(vc.simulate(system, periods=1))._suptitle.get_text()
+    assert "4 values from −0.2 to 0.5" in heading.replace(NBSP, " ")
+
+
 def test_cells_surround_the_values_and_axes_are_logarithmic_where_these_are():
     fig = figure(study(x=np.geomspace(0.01, 10.0, 16)))
     ax = fig.axes[0]
@@ -291,7 +368,8 @@ def test_labels_have_symbols_and_the_title_says_the_case():
     assert title == "mean velocity: travel per time"
     assert setting.startswith(
         "pendulum-capsule, exponential friction, harmonic drive; "
-        r"$\rho$ = 2, $\nu$ = 1, $\omega$ = 1, $\theta$(0) = 1.047;"
+        r"$\rho$ = 2, $\nu$ = 1, $N$ = 1, $\eta_{c}$ = 0.15, $\eta_{s}$ = 0.45, $a$ = 10, $\omega$ = 1, "
+        r"$\theta$(0) = 1.047;"
     )
     assert "192 runs of at most 60 periods, settled to 1e-06; all dimensionless" in setting
 

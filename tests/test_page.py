@@ -1,16 +1,28 @@
 """Figures for print: fitted to a width, in the user's own settings, with nothing cut off and no text over another."""
 
 import itertools
+import shutil
+import subprocess
 
 import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 import vibrocap as vc
+from test_stick_slip import Belt
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
-from vibrocap.plotting.finishing import texts_of
+from vibrocap.files import WriteError
+from vibrocap.identification.experiments.motions import ramp
+from vibrocap.plotting.finishing import finished, save, texts_of
+from vibrocap.plotting.fits import residual_figure
+from vibrocap.plotting.page import on_page
+from vibrocap.plotting.style import figure as empty_figure
+from vibrocap.plotting.tex import tex_text
+from vibrocap.records.regime_diagram import regime_diagram
+from vibrocap.records.stick_slip import stick_slip
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 BELT = vc.System(
@@ -19,6 +31,25 @@ BELT = vc.System(
 WIDTHS = {"column": 3.4, "page": 7.0}
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 AXES = {"machine.mass_ratio": np.linspace(1.0, 4.0, 6), "drive.amplitude": np.linspace(1.0, 3.0, 5)}
+
+
+def rubbed(name, speed):
+    """A record of a contact that is rubbed to and fro, with noise."""
+    time = np.linspace(0.0, 4.0 * np.pi / speed, 400)
+    velocity = speed * 3e-3 * np.cos(speed * time)
+    force = [np.sign(v) * (2.0 + 1.0 * np.exp(-40.0 * abs(v))) for v in velocity.tolist()]
+    noise = 0.02 * np.random.default_rng(int(speed)).standard_normal(len(time))
+    return vc.Record(name=name, time=time, velocity=velocity, force=np.array(force) + noise)
+
+
+def pulled(speed):
+    """The record of a block of 0.5 kg that is pulled through a spring of 2 N/m (`Belt` of test_stick_slip.py)."""
+    return stick_slip(*Belt(0.5 / speed).record(0.02), **Belt(0.5 / speed).known)
+
+
+BIHARMONIC = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Biharmonic())
+DESIGNS = {"drive.second_phase": (0.0, 6.0), "machine.damping": (0.3, 3.0)}
+RUBBED = [rubbed("slow", 2.0), rubbed("fast", 9.0)]
 RESULTS = {
     "motion": lambda: vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
     "crawler": lambda: vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic()), periods=4),
@@ -31,6 +62,18 @@ RESULTS = {
     "law": vc.LuGre,
     "sheet": lambda: vc.test_sheet(vc.LuGre()),
     "map": lambda: vc.sweep(SYSTEM, AXES, settle=1e-5),
+    "fit": lambda: vc.fit(RUBBED, "exponential", held_out="fast", starts=1),
+    "steady fit": lambda: vc.steady_fit(RUBBED, "stribeck", held_out="fast"),
+    "comparison": lambda: vc.compare(RUBBED, ["exponential", "coulomb", "stribeck"], held_out="fast", starts=1),
+    "match": lambda: vc.match("exponential", vc.Stribeck(), velocity=(0.01, 1.0), starts=1),
+    "match of a motion": lambda: vc.match("exponential", vc.Stribeck(), motion=ramp(0.5, 4.0, 100), starts=1),
+    "regularisation": lambda: vc.regularisation_error(
+        SYSTEM, widths=[0.1, 0.03, 0.01], periods=4, initial={"angle": 1.0}
+    ),
+    "front": lambda: vc.pareto_front(BIHARMONIC, DESIGNS, starts=[{"angle": 1.0}], evaluations=600, points=8),
+    "stick-slip": lambda: pulled(0.05),
+    "steady pull": lambda: stick_slip(np.linspace(0.0, 9.0, 900), 10.0 + np.random.default_rng(0).standard_normal(900)),
+    "regimes": lambda: regime_diagram([pulled(speed) for speed in (0.05, 0.1, 0.3)]),
     "lines": lambda: vc.sweep(SYSTEM, {"machine.mass_ratio": [1.0, 2.0, 3.0]}, settle=1e-5),
 }
 
@@ -41,10 +84,13 @@ def motion():
 
 
 def crowded(figure):
-    """Pairs of texts that overlap, and texts that are cut off by the edge of the figure."""
+    """Pairs of texts or panels that overlap, panels that are flat, and texts cut off by the edge of the figure."""
     figure.draw_without_rendering()
     boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(figure)]
     pairs = [(a, b) for (a, box), (b, other) in itertools.combinations(boxes, 2) if box.padded(-1).overlaps(other)]
+    panels = [(ax.get_title(loc="left") or ax.get_ylabel(), ax.get_window_extent()) for ax in figure.findobj(Axes)]
+    pairs += [(a, b) for (a, box), (b, other) in itertools.combinations(panels, 2) if box.padded(-1).overlaps(other)]
+    pairs += [(a, "is flat") for a, box in panels if box.width * box.height < 0.15 * figure.dpi**2]
     edge = figure.bbox.padded(1.0)
     cut = [a for a, box in boxes if not (edge.containsx(box.x0) and edge.containsx(box.x1))]
     return pairs + cut + [a for a, box in boxes if not (edge.containsy(box.y0) and edge.containsy(box.y1))]
@@ -63,6 +109,8 @@ def test_a_motion_fits_a_column(motion):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", RESULTS)
 def test_every_kind_of_picture_fits_a_column_and_a_page(kind):
+    if kind == "front":
+        pytest.importorskip("pymoo")
     result = RESULTS[kind]()
     for (width, size), header in itertools.product(WIDTHS.items(), (True, False)):
         figure = vc.figure(result, width=width, header=header)
@@ -71,10 +119,26 @@ def test_every_kind_of_picture_fits_a_column_and_a_page(kind):
         assert not [t for t in texts_of(figure) if t in (figure._suptitle, figure._supxlabel) and not header]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_errors_of_a_fit_are_drawn_at_both_widths(width):
+    found = vc.steady_fit(RUBBED, "exponential", held_out="fast")
+    with on_page(width):
+        assert crowded(finished(residual_figure(found))) == []
+
+
 def test_a_caption_takes_the_place_of_the_header():
     assert any("LuGre" in text.get_text() for text in texts_of(vc.figure(vc.LuGre(), width="column")))
     bare = vc.figure(vc.LuGre(), width="column", header=False)
     assert not any("LuGre" in text.get_text() or "units" in text.get_text() for text in texts_of(bare))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["equilibria", "diagram"])
+def test_diagrams_over_a_parameter_name_the_others(kind):
+    heading = vc.figure(RESULTS[kind]())._suptitle.get_text()
+    assert all(each in heading for each in (r"$\eta_{c}$", "$c$", "$N$"))
+    assert "$v_{b}$" not in heading  # which varies
 
 
 def test_the_users_settings_hold_over_those_of_the_package(motion):
@@ -91,6 +155,65 @@ def test_letters_of_a_pdf_are_outlines_of_a_font_that_journals_take(tmp_path):
     file = (tmp_path / "one.pdf").read_bytes()
     assert b"/Subtype /Type3" not in file
     assert b"/FontFile2" in file
+
+
+def test_letters_of_an_svg_are_outlines(tmp_path):
+    vc.figure(vc.LuGre(), tmp_path / "one.svg", width="column")
+    file = (tmp_path / "one.svg").read_text()
+    assert "<text" not in file
+    assert 'id="DejaVuSans-' in file
+
+
+def test_words_of_a_tex_picture_are_those_of_tex():
+    assert tex_text("no travel, |⟨X′⟩| ≤ 1e-4 m/s: 3 (<1 %)") == (
+        r"no travel, \ensuremath{|}\ensuremath{\langle }X\ensuremath{{}'}\ensuremath{\rangle }\ensuremath{|} "
+        r"\ensuremath{\leq } 1e-4 m/s: 3 (\ensuremath{<}1 %)"
+    )
+    assert tex_text(r"mass_ratio $\eta_\mathrm{c}$ − 1") == r"mass\_ratio $\eta_\mathrm{c}$ \ensuremath{-} 1"
+
+
+def test_a_tex_picture_needs_tex_and_no_large_map(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ArgumentError, match="none of pdflatex, xelatex and lualatex is found"):
+        vc.figure(vc.LuGre(), tmp_path / "law.tex")
+    assert main(["friction", "show", "lugre", "--plot", str(tmp_path / "law.tex")]) == 2
+    assert "--plot: a picture as .tex needs TeX" in capsys.readouterr().err
+    (tmp_path / "pdflatex").touch(0o755)
+    figure, axes = empty_figure()
+    axes[0, 0].pcolormesh(np.zeros((80, 80)))
+    with pytest.raises(ArgumentError, match=r"a map of 6,400 cells is too large for TeX \(5,000 at most\)"):
+        save(figure, tmp_path / "map.tex")
+    (tmp_path / "pdflatex").write_text("#!/bin/sh\nexit 1\n")
+    with pytest.raises(WriteError, match="pdflatex cannot measure the texts"):
+        vc.figure(vc.LuGre(), tmp_path / "law.tex")
+    assert not [*tmp_path.glob("*.tex")]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs TeX")
+@pytest.mark.parametrize("kind", ["map", "law", "fit"])
+def test_tex_sets_a_picture_of_its_width(kind, tmp_path):
+    figure = vc.figure(RESULTS[kind](), tmp_path / "one.tex", width="column")
+    assert any(each.get_rasterized() for each in figure.findobj()) == (kind == "map")  # as before
+    assert not any("ensuremath" in text.get_text() for text in texts_of(figure))
+    assert "includegraphics" not in (tmp_path / "one.tex").read_text()
+    assert [each.name for each in tmp_path.iterdir()] == ["one.tex"]
+    text = r"\documentclass{article}\usepackage{pgf}\begin{document}\setbox0\hbox{\input{one.tex}}"
+    (tmp_path / "page.tex").write_text(text + r"\typeout{WIDTH \the\wd0}\box0\end{document}")
+    said = subprocess.run(
+        ["pdflatex", "-halt-on-error", "page.tex"], cwd=tmp_path, capture_output=True, text=True, check=True
+    ).stdout
+    width = float(said.partition("WIDTH ")[2].partition("pt")[0]) / 72.27
+    assert width == pytest.approx(3.4, abs=1e-4)
+    assert "Missing character" not in said
+
+
+def test_fits_and_records_take_a_width_too(tmp_path):
+    file, kept = tmp_path / "pull.csv", ["stick-slip", str(tmp_path / "pull.csv"), "--plot"]
+    time, force = Belt(10.0).record(0.02)
+    np.savetxt(file, np.stack([time, force], axis=1), delimiter=",", header="time [s],force [N]", comments="")
+    assert main([*kept, str(tmp_path / "pull.png"), "--width", "column", "--no-header"]) == 0
+    assert matplotlib.image.imread(tmp_path / "pull.png").shape[1] == 3.4 * 300
 
 
 def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):

@@ -210,4 +210,4 @@ def test_guards_are_as_exact_as_states(number):
         tolerance=1e-6,
     )
     work = vc.energy_balance(exact).per_period.drive
-    assert beside["drive_work"] == pytest.approx([work] * 3, abs=100.0 * 1e-6 * exact.system.machine.load())
+    assert beside["drive_work"] == pytest.approx([work] * 3, abs=100.0 * 1e-6 * exact.system.machine.loads()[0])

@@ -1,5 +1,8 @@
 """plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
 
+import shutil
+import subprocess
+
 import matplotlib
 import matplotlib.font_manager
 import numpy as np
@@ -9,7 +12,7 @@ from matplotlib.figure import Figure
 
 import vibrocap as vc
 from vibrocap.motion.status import Status
-from vibrocap.plotting.animation import ARROW, Scene
+from vibrocap.plotting.animation import ARROW, Scene, animate_motion
 from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
 from vibrocap.plotting.motion import hides_lift_off
 from vibrocap.plotting.trace import Trace
@@ -221,6 +224,29 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
+def test_the_sheet_of_one_block_shows_its_plane_once():
+    block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
+    titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]
+    assert titles == ["Place over the whole run", "Block", "Block", "Contact", "Block", "Friction"]
+    row = vc.figure(vc.simulate(vc.System(vc.TwoBlockRow(), vc.Coulomb(), vc.Constant(duration=3.0)), periods=2))
+    shown = {ax.get_title(loc="left"): ax for ax in row.axes}
+    assert [*shown] == [
+        "Place of body 1 over the whole run", "Positions", "Bodies", "Contacts", "Modes", "Body 2", "Body 1",
+        "Friction",
+    ]  # fmt: skip
+    assert shown["Body 2"].get_xlabel() == "position $x_2$"
+    assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
+
+
+def test_modes_are_explained_as_far_as_they_occur():
+    motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
+    (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]
+    seen = {int(each.side) for contact in (1, 2) for each in motion.phases_of(contact) if each.end > motion.start_time}
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == [word for side, word in ((1, "forward"), (0, "stuck"), (-1, "back")) if side in seen]
+    assert len(words) == 2
+
+
 def test_machine_without_a_known_load_is_refused():
     motion = vc.simulate(vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic()), periods=1)
     with pytest.raises(ValueError, match="the oscillator does not say how its load follows the motion"):
@@ -246,6 +272,68 @@ def test_film_shows_the_load(loaded):
     scene.show(1)
     assert scene.state.get_text() == "ends: lift off"
     assert "= 0.000" in scene.load_words.get_text()
+
+
+SLOPE = 0.3
+
+
+@pytest.fixture(scope="module")
+def uphill():
+    machine = vc.PendulumCapsule(normal_load="dynamic")
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(), environment=vc.Environment(inclination=SLOPE))
+    return vc.simulate(system, periods=2, initial={"angle": 0.5})
+
+
+def test_film_shows_a_slope_as_one(uphill):
+    scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
+    scene.show(2)
+    ground = scene.axes.lines[0]
+    ends = scene.axes.transData.inverted().transform(ground.get_transform().transform(ground.get_xydata()))
+    rise = np.diff(ends, axis=0)[0]
+    assert np.arctan2(rise[1], rise[0]) == pytest.approx(SLOPE, rel=1e-12)  # uphill to the right, as it is forward
+    assert f"inclined by {np.degrees(SLOPE):.3g}°" in [each.get_text() for each in scene.axes.texts][-1]
+    scene.figure.draw_without_rendering()
+    frame = scene.figure.bbox
+    for patch in scene.axes.patches:
+        box = patch.get_window_extent()
+        assert all(map(frame.containsx, (box.x0, box.x1)))
+        assert all(map(frame.containsy, (box.y0, box.y1)))
+    level = Scene(vc.simulate(SYSTEM, periods=2, initial={"angle": 0.5}), np.array([1.0, 2.0]))
+    assert not any("inclined" in each.get_text() for each in level.axes.texts)
+
+
+def test_no_number_of_the_ground_stands_under_an_arrow(uphill):
+    times = np.linspace(0.0, 0.99, 40) * uphill.end
+    scene = Scene(uphill, times)
+    hidden = 0
+    for number in range(len(times)):
+        scene.show(number)
+        arrow = scene.arrow.get_window_extent()
+        for label in scene.numbers.values():
+            if label.get_visible():
+                assert not label.get_window_extent().overlaps(arrow)
+            else:
+                hidden += 1
+    assert 0 < hidden <= len(times)
+
+
+def test_film_of_a_case_in_si_is_in_seconds():
+    scales = vc.PendulumScales(pendulum_mass_kg=0.2, pendulum_length_m=0.25)
+    motion = vc.simulate(
+        vc.System(SYSTEM.machine, SYSTEM.friction, SYSTEM.drive, units=scales), periods=2, initial={"angle": 0.5}
+    )
+    scene = Scene(motion, np.array([0.5, 0.75]) * motion.end)
+    scene.show(1)
+    time = 0.75 * motion.end * scales.time_s
+    assert scene.clock.get_text().splitlines()[0] == f"time $t$ = {time:.2f} s"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs ffmpeg")
+def test_film_has_720_lines(results, tmp_path):
+    animate_motion(results["motion"], tmp_path / "film.mp4", periods=0.1)
+    asked = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height", "-of", "csv=p=0", tmp_path / "film.mp4"]
+    assert subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip() == "1280,720"
 
 
 @pytest.mark.slow

@@ -202,8 +202,8 @@ def test_smoothed_runs_are_those_of_an_independent_solver(shape):
     def rates(t, y, width):
         y = y.tolist()
         sign = math.tanh(y[3] / width) if shape == "tanh" else 2.0 / math.pi * math.atan(y[3] / width)
-        force = sign * SYSTEM.friction.steady_force(abs(y[3]), SYSTEM.machine.load())
-        return SYSTEM.machine.rates(t, y, SYSTEM.drive.value(t), force)
+        force = sign * SYSTEM.friction.steady_force(abs(y[3]), SYSTEM.machine.loads()[0])
+        return SYSTEM.machine.rates(t, y, SYSTEM.drive.value(t), (force,))
 
     for run in report.runs:
         found = solve_ivp(

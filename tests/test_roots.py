@@ -202,3 +202,17 @@ def test_random_near_misses(middle, log_gap, others, below):
         assert root == -1.0
     else:
         assert abs(root - first) <= 2 * uncertainty(coefficients, first)
+
+
+def test_the_search_has_the_memory_that_it_needs_at_most():
+    """Touches next to the start, of the full degree: all 38 intervals are in use, and not one number is left over."""
+    random, used = np.random.default_rng(0), 0
+    for _ in range(400):
+        near, coefficients = 2.0 ** -random.uniform(30, 45), np.ones(1)
+        for _ in range(6):
+            place = near * random.uniform(0.5, 2.0)
+            apart = 1.0 + 10.0 ** -random.uniform(1, 17)
+            coefficients = P.polymul(coefficients, [place * place * apart, -2.0 * place, 1.0])
+        first_root(coefficients / coefficients[0], 1.0)
+        used = max(used, np.flatnonzero(~np.isnan(KERNEL.floats[KERNEL["WORK"] :]))[-1] + 1)
+    assert used == KERNEL.layout.event_work_size == len(KERNEL.floats) - KERNEL["WORK"]

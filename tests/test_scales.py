@@ -183,7 +183,8 @@ def test_round_numbers_come_back_round():
 def test_weight_stays_a_word():
     system = bench({**{k: v for k, v in CAPSULE.items() if k != "normal_load_N"}, "normal_load": "weight"})
     assert system.machine.normal_load == "weight"
-    assert system.machine.load() * system.si.factor("friction") == pytest.approx((0.35 + 0.12) * 9.81, rel=4 * EPSILON)
+    (load,) = system.machine.loads()
+    assert load * system.si.factor("friction") == pytest.approx((0.35 + 0.12) * 9.81, rel=4 * EPSILON)
     assert written_in_si(system.machine, system.si)["normal_load"] == "weight"
 
 
@@ -257,8 +258,24 @@ def test_a_parameter_without_a_dimension_is_named():
         name = "strange"
         colour: float = vc_parameter(1.0, "c", "of no dimension that is known")
 
-    with pytest.raises(ValueError, match=r"friction.colour: declares neither a role nor a unit"):
-        vc.System(vc.PendulumCapsule.in_si(**CAPSULE), Strange.in_si(colour=2.0), vc.Biharmonic.in_si(**DRIVE))
+    for law_ in (Strange.in_si(colour=2.0), Strange.in_si(), Strange()):  # given, left to its default, without units
+        with pytest.raises(
+            ValueError, match=r"friction.colour: declares neither a role nor a unit.*unit=\"1\""
+        ) as said:
+            vc.System(vc.PendulumCapsule.in_si(**CAPSULE), law_, vc.Biharmonic.in_si(**DRIVE))
+        assert str(said.value).count("colour") == 1
+
+
+def test_a_pure_number_that_is_declared_stands_in_si():
+    """The cure of the complaint above cures it."""
+
+    @vc_parameters
+    class Cured(vc.Coulomb):
+        name = "cured"
+        colour: float = vc_parameter(1.0, "c", "a pure number", unit="1")
+
+    system = vc.System(vc.PendulumCapsule.in_si(**CAPSULE), Cured.in_si(colour=2.0), vc.Biharmonic.in_si(**DRIVE))
+    assert system.friction == Cured(colour=2.0)
 
 
 def test_parts_in_si_and_parts_without_units_do_not_mix():
@@ -332,9 +349,9 @@ def test_a_vibro_impact_case_in_si_needs_no_invented_units():
     """Not a unit of length or time, nor gravity; the load is what weighs on the contact, whatever the masses become."""
     system = case_from_text(INNER).system
     weight = (0.4 + 0.1) * 9.80665
-    assert system.placed.load() * system.si.factor("friction") == pytest.approx(weight, rel=1e-14)
+    assert system.placed.loads()[0] * system.si.factor("friction") == pytest.approx(weight, rel=1e-14)
     heavy = system.with_parameters({"machine.capsule_mass_kg": 0.8})
-    assert heavy.placed.load() * heavy.si.factor("friction") == pytest.approx(0.9 * 9.80665, rel=1e-14)
+    assert heavy.placed.loads()[0] * heavy.si.factor("friction") == pytest.approx(0.9 * 9.80665, rel=1e-14)
     assert system.machine.normal_load == "weight"
     motion = vc.simulate(system, periods=3)
     assert np.abs(motion["friction"]).max() == pytest.approx(0.2 * weight, rel=1e-12)
@@ -354,7 +371,7 @@ def test_the_units_of_an_inner_mass_change_no_result():
 def test_the_weight_is_normal_to_a_slope_and_gravity_is_known_in_si():
     slope = "[environment]\ninclination_deg = 10\n"
     system = case_from_text(INNER + slope).system
-    load = system.placed.load() * system.si.factor("friction")
+    load = system.placed.loads()[0] * system.si.factor("friction")
     assert load == pytest.approx(0.5 * 9.80665 * math.cos(math.radians(10)), rel=1e-13)
     assert system.parameter("environment.gravity_m_per_s2") == pytest.approx(9.80665, rel=1e-15)
     crawler = vc.System(
@@ -363,7 +380,7 @@ def test_the_weight_is_normal_to_a_slope_and_gravity_is_known_in_si():
         vc.Harmonic.in_si(amplitude_m=0.02, frequency_Hz=5.0),
         environment=vc.Environment.in_si(inclination_deg=-10),
     )
-    load = crawler.placed.load() * crawler.si.factor("friction")
+    load = crawler.placed.loads()[0] * crawler.si.factor("friction")
     assert load == pytest.approx(0.4 * 9.80665 * math.cos(math.radians(10)), rel=1e-13)
 
 

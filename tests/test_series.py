@@ -138,7 +138,7 @@ def test_series_solves_the_equations(name, side):
             hold = mp.taylor(lambda s: typed_again(system, TIME + s, y(s), side)[1], 0, ORDER - 1)
             for k in range(1 if side else ORDER):
                 assert abs(kernel.series(states + 1)[k] - hold[k]) <= ROUNDING * (k + 1) * EPSILON * allowed[k + 1], k
-            limit = system.machine.load() * system.friction.static_coefficient
+            limit = system.machine.loads()[0] * system.friction.static_coefficient
             assert kernel.series(states + 2)[0] == pytest.approx(limit, rel=2 * EPSILON)
             assert not kernel.series(states + 2)[1:ORDER].any()
 
@@ -274,7 +274,16 @@ def test_graph_on_arrays_is_the_scalar_physics(name):
     found = evaluate(expressions, t, y, side, parameter_values(system))
     for j in range(count):
         flow = system.flow(float(t[j]), tuple(map(float, y[:, j])), float(side[j]))
-        scalar = [*flow.rates, *flow.powers, flow.friction, *(getattr(flow, n) for n in names)]
+        (contact,) = flow.contacts
+        observed = (
+            contact.friction,
+            contact.held,
+            contact.contact.velocity,
+            flow.drive,
+            flow.energy,
+            flow.contact_energy,
+        )
+        scalar = [*flow.rates, *flow.powers, flow.friction, *observed]
         size = 1 + max(map(abs, scalar))
         for value, one in zip(found, scalar, strict=True):
             assert abs(float(np.broadcast_to(value, count)[j]) - one) <= 16 * EPSILON * size

@@ -88,13 +88,13 @@ def test_against_an_independent_solver(name):
     """Its end to ten tolerances times what a shift of the start grows to, the same events at the same instants."""
     machine, law, drive, start, given = SYSTEMS[name]
     laws = [law, *given.get("others", ())]
-    laws += [None] * (1 + len(machine.contacts) - len(laws)) if machine.contacts else []
-    system = vc.System(machine, laws if machine.contacts else law, drive, environment=given.get("environment"))
+    laws += [None] * (len(machine.contact_states) - len(laws))
+    system = vc.System(machine, laws, drive, environment=given.get("environment"))
     run = vc.simulate(system, periods=PERIODS, initial=start, tolerance=TOLERANCE)
     theirs = independent_motion(system, start, PERIODS, EXACT)
     assert run.status is vc.Status.FINISHED
     assert theirs.status == "finished"
-    pushed = machine.contact_state
+    pushed = machine.contact_states[0]
     start = {pushed: start.get(pushed, 0.0) + 1e-7} | {key: value for key, value in start.items() if key != pushed}
     shifted = vc.simulate(system, periods=PERIODS, initial=start, tolerance=TOLERANCE)
     names = [each for each in theirs.state if each not in system.switched]

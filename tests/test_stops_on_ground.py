@@ -108,7 +108,7 @@ class Weightless(vc.OscillatorWithStops):
 
     name = "weightless"
 
-    def wall_force(self, t, y, drive, force):
+    def wall_force(self, t, y, drive, frictions):
         return 0.0
 
 

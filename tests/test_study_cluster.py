@@ -58,7 +58,7 @@ def files(folder):
 def test_a_cluster_needs_a_folder_and_one_address(tmp_path):
     for arguments, said in (
         ({"resume": True}, "resume: needs a folder"),
-        ({"mixed": True, "out": tmp_path}, "mixed: goes on with a stored study"),
+        ({"mixed": True, "out": tmp_path}, "mixed: continues a stored study"),
         ({"workers": 2}, "workers: needs a folder"),
         ({"scheduler": "tcp://somewhere:8786"}, "scheduler: needs a folder"),
         ({"workers": 2, "scheduler": "tcp://somewhere:8786", "out": tmp_path}, "workers: are processes of this"),
@@ -279,7 +279,7 @@ def test_a_scheduler_that_goes_away_ends_a_study_in_words(tmp_path, monkeypatch)
         said = sweeping.communicate(timeout=60)[1]
         assert sweeping.returncode == 3, said
         assert f"the scheduler at {address} is gone" in said
-        assert "go on with --resume" in said
+        assert "continue with --resume" in said
         assert "Traceback" not in said
         assert verify_study(out).ok
     finally:

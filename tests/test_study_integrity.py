@@ -306,7 +306,7 @@ def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monk
 
 
 def test_mixed_needs_resume(tmp_path, whole):
-    with pytest.raises(CaseError, match="mixed: goes on with a stored study"):
+    with pytest.raises(CaseError, match="mixed: continues a stored study"):
         stored(tmp_path / "new", mixed=True)
     assert "mixed" not in open_study(whole).attrs
 

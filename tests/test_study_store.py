@@ -298,7 +298,7 @@ def test_an_interrupted_study_says_how_it_goes_on(tmp_path):
         if share > 0.4:
             signal.raise_signal(signal.SIGINT)
 
-    refused = pytest.raises(Stopped, match=r"Stopped: 2 of 6 tiles are stored in .*a; go on with --resume")
+    refused = pytest.raises(Stopped, match=r"Stopped: 2 of 6 tiles are stored in .*a; continue with --resume")
     with interrupts.heard(), refused:
         stored(tmp_path / "a", progress=stop)
     shares = []

@@ -133,7 +133,7 @@ def test_a_case_without_units_that_knows_its_scales_has_results_in_si():
 
 def test_the_default_load_without_units_stays_the_weight_of_the_pendulum():
     plain = '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "coulomb"\n[drive]\nwaveform = "harmonic"\n'
-    assert case_from_text(plain).system.machine.load() == 1.0
+    assert case_from_text(plain).system.machine.loads() == (1.0,)
     (said,) = complaints(without("normal_load"))
     assert said.startswith('machine.normal_load_N: is missing; give the load on the contact in N, or "weight"')
     assert "the one without units, 1, is the weight of the pendulum alone" in said

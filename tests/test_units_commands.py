@@ -14,6 +14,7 @@ import pytest
 
 import vibrocap as vc
 from test_units import CASE, PRESSED
+from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
 
@@ -217,13 +218,14 @@ def test_the_plane_of_basins_is_given_in_si():
     from vibrocap.cli.commands.branch import _axis
 
     system = case_from_text(BENCH).system
-    name, ends = _axis("velocity_m_per_s=-1:2", system)
-    assert name == "velocity"
+    asked, ends = _axis("velocity_m_per_s=-1:2", system)
+    assert asked.plain == "initial.velocity"
     assert ends == pytest.approx((-SECOND / METRE, 2 * SECOND / METRE), rel=1e-14)
-    name, ends = _axis("angle_deg=-90:180", system)
-    assert (name, ends) == ("angle", pytest.approx((-math.pi / 2, math.pi), rel=1e-14))
-    assert _axis("angle=-1:1", system) == ("angle", (-1.0, 1.0))
-    assert _axis("phase=0:1", system) == ("phase", (0.0, 1.0))
+    asked, ends = _axis("angle_deg=-90:180", system)
+    assert (asked.plain, ends) == ("initial.angle", pytest.approx((-math.pi / 2, math.pi), rel=1e-14))
+    for text in ("angle=-1:1", "phase=-1:1"):
+        asked, ends = _axis(text, system)
+        assert (asked.plain, ends) == (f"initial.{text[:5]}", (-1.0, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -282,6 +284,32 @@ def test_pictures_of_basins_are_in_si():
     for drift in twins:
         said = f"{drift * METRE:+.4g} m".replace("-", "\N{MINUS SIGN}")
         assert sum(each.endswith(said) for each in words) == 1
+
+
+def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
+    from vibrocap.plotting import finishing
+
+    seen = []
+    monkeypatch.setattr(finishing, "save", lambda figure, *rest: seen.append(figure.axes[0]))
+    (tmp_path / "case.toml").write_text(BENCH)
+    plane = "angle_deg=-60:60,velocity_m_per_s=-1:1"
+    arguments = ["basins", str(tmp_path / "case.toml"), "--plane", plane, "--resolution", "2"]
+    assert cli.main([*arguments, "--plot", str(tmp_path / "plane.png")]) == 0
+    assert seen[0].get_xlabel() == r"initial pendulum angle $\theta$ [deg]"
+    assert seen[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
+    assert seen[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
+
+
+def test_the_axes_of_basins_are_those_of_their_plane():
+    from vibrocap.plotting.basins import draw_basins
+
+    found = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
+    for keys in (("velocity", "angle"), ("angle_deg",), "angle_deg"):
+        with pytest.raises(
+            ArgumentError, match="axes should be angle and velocity, each with a unit such as angle_deg"
+        ):
+            draw_basins(found, axes=keys)
 
 
 # --- changes of a cas -------------------------------------------------------------------------------------------------

@@ -24,7 +24,8 @@ inner mass against friction. The contact that sticks and slips is solved exactly
 certificate of how exact it is. [How to install and start it](readme.md).
 """
 LAB = """```{raw} html
-<iframe class="lab" src="FILE" title="The lab: drag a slider and the exact motion follows" loading="lazy"></iframe>
+<iframe class="lab" src="FILE" title="The lab: drag a slider and the exact motion follows" loading="lazy"
+  allow="fullscreen"></iframe>
 <p><a href="FILE">The lab on a page of its own</a></p>
 ```
 """

@@ -78,8 +78,10 @@ def stage(folder: Path) -> None:
         text = page.read_text(encoding="utf-8")
         copy.write_text(relinked(text, page, place, known), encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "images", folder / "images", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
-    for name in ("LICENSE", "CITATION.cff"):
-        shutil.copy(ROOT / name, folder)
+    shutil.copytree(ROOT / "examples" / "exchange", folder / "examples" / "exchange")
+    for name in ("LICENSE", "CITATION.cff", "examples/three_users.py"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
 
 
 def cards(entries: list[Card], pictures: Mapping[str, str] | None = None) -> str:

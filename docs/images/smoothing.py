@@ -28,8 +28,8 @@ def explicit_steps(system: vc.System, width: float, end: float) -> int:
 
     def rates(t, y):
         y = y.tolist()
-        force = math.tanh(y[3] / width) * system.friction.steady_force(abs(y[3]), system.machine.load())
-        return system.machine.rates(t, y, system.drive.value(t), force)
+        force = math.tanh(y[3] / width) * system.friction.steady_force(abs(y[3]), system.machine.loads()[0])
+        return system.machine.rates(t, y, system.drive.value(t), (force,))
 
     return len(solve_ivp(rates, (0.0, end), [math.pi / 3, 0.0, 0.0, 0.0], "DOP853", rtol=1e-9, atol=1e-11).t) - 1
 

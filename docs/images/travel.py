@@ -38,8 +38,8 @@ def smoothed_travel(system: vc.System, width: float, times: np.ndarray) -> np.nd
 
     def rates(t, y):
         y = y.tolist()
-        force = math.tanh(y[3] / width) * system.friction.steady_force(abs(y[3]), system.machine.load())
-        return system.machine.rates(t, y, system.drive.value(t), force)
+        force = math.tanh(y[3] / width) * system.friction.steady_force(abs(y[3]), system.machine.loads()[0])
+        return system.machine.rates(t, y, system.drive.value(t), (force,))
 
     start = [math.pi / 3, 0.0, 0.0, 0.0]
     return solve_ivp(rates, (0.0, times[-1]), start, "LSODA", t_eval=times, rtol=1e-9, atol=1e-11).y[2]

@@ -11,8 +11,15 @@ from vibrocap.doors import opened as _opened
 if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
+    from vibrocap.citations.cite import Citations, cite
     from vibrocap.contracts.check_part import PartReport, check_part
+    from vibrocap.design.bounds import PerformanceBound, performance_bounds
+    from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration, calibrate
+    from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
+    from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
+    from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -67,6 +74,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.attractors.classification import MotionClass, classify
     from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
     from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+    from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
     from vibrocap.orbits.closing.returns import Section
     from vibrocap.orbits.continuation.branch import Branch, branch
@@ -89,6 +97,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
+    from vibrocap.physics.drives.fourier_series import FourierSeries
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
     from vibrocap.physics.drives.on_off import OnOff
@@ -142,6 +151,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.plotting.diagrams import draw_bifurcation
     from vibrocap.plotting.equilibria import draw_equilibria
     from vibrocap.plotting.fits import draw_forces, draw_intervals
+    from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
@@ -202,7 +212,18 @@ __all__ += ["frictional_lag", "FrictionalLag", "break_away", "BreakAway", "stick
 __all__ += ["test_sheet", "TestSheet", "passivity", "Passivity", "stiffness_report", "StiffnessReport"]
 __all__ += ["regularisation_error", "Regularisation", "width_for", "WidthNeeded"]
 # steady motions
-__all__ += ["orbit", "Orbit", "OrbitStatus", "Section", "shoot", "attractors", "Attractors", "Attractor", "basins"]
+__all__ += [
+    "orbit",
+    "Orbit",
+    "OrbitStatus",
+    "Gradients",
+    "Section",
+    "shoot",
+    "attractors",
+    "Attractors",
+    "Attractor",
+    "basins",
+]
 __all__ += ["Basins", "basin_dataset", "bifurcation_diagram", "BifurcationDiagram", "bifurcation_dataset"]
 __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
@@ -216,6 +237,8 @@ __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", 
 __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumScales", "FreeScales", "SIScales"]
 # what surrounds and drives a machine
 __all__ += ["Actuator", "Environment"]
+# what to cite
+__all__ += ["cite", "Citations"]
 # machines
 __all__ += [
     "Oscillator",
@@ -231,7 +254,7 @@ __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
-__all__ += ["ThreePhase", "SevenPhase", "DriveTable", "read_drive_table"]
+__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
@@ -240,14 +263,18 @@ __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
-__all__ += ["optimise", "Optimum", "OptimumStatus"]
+__all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
+__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
+__all__ += ["calibrate", "Calibration", "CalibratedParameter"]
+# a motion that is moved on from outside
+__all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
 __all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
 __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

@@ -36,6 +36,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "orbit": (
         "vibrocap orbit examples/travels-by-stick-slip.toml",
         "vibrocap orbit examples/travels-by-stick-slip.toml --half --json",
+        "vibrocap orbit examples/bench-in-si.toml --gradients",
     ),
     "branch": ("vibrocap branch case.toml --over drive.amplitude=1:1.5 --plot branch.png",),
     "basins": ("vibrocap basins case.toml --plane angle,angle_rate --resolution 20",),
@@ -44,10 +45,29 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap equilibria examples/slides-or-sticks-by-its-start.toml --over machine.belt_speed=0.5:2"
         " --plot hopf.png",
     ),
-    "optimise": ("vibrocap optimise case.toml --over drive.frequency=0.5:3 --evaluations 200 --out design",),
+    "optimise": (
+        "vibrocap optimise case.toml --over drive.frequency=0.5:3 --evaluations 200 --out design",
+        "vibrocap optimise case.toml --over drive.frequency=0.5:3 --over machine.damping=0.3:3 "
+        "--against cost_of_transport --evaluations 400 --out front",
+    ),
+    "robust": (
+        "vibrocap robust examples/travels-by-stick-slip.toml --uncertain machine.damping=0.9:1.1 "
+        "--uncertain friction.coulomb_coefficient,friction.static_coefficient=factor:0.8:1.2 --samples 64",
+    ),
+    "bound": ("vibrocap bound examples/travels-by-stick-slip.toml",),
+    "calibrate": (
+        "vibrocap calibrate examples/bench-in-si.toml --to examples/bench-in-si-speeds.csv "
+        "--over friction.coulomb_coefficient=0.02:0.2 --over machine.damping_N_m_s_per_rad=0.02:0.3 --out calibrated",
+    ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
-    "export": ("vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",),
+    "export": (
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
+        "vibrocap export examples/travels-by-stick-slip.toml --to mjcf --out capsule.xml",
+        "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
+        "vibrocap export examples/bench-in-si.toml --to fmu --kind model-exchange --out rates.fmu",
+    ),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),
     "friction show": (
@@ -64,6 +84,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "datasets": ("vibrocap datasets list",),
     "datasets list": ("vibrocap datasets list",),
     "datasets fetch": ("vibrocap datasets fetch rotary-damper --to data",),
+    "cite": (
+        "vibrocap cite examples/bristles-lugre.toml",
+        "vibrocap cite examples/bristles-lugre.toml --analyses orbit,fit --bibtex",
+    ),
     "reproduce": ("vibrocap reproduce --out out", "vibrocap reproduce --only fig09"),
     "completion": ("vibrocap completion bash", "vibrocap completion zsh --install"),
 }

@@ -20,7 +20,10 @@ from cyclopts import App, CycloptsError, Parameter
 from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.commands.bound import bound
 from vibrocap.cli.commands.branch import basins, branch
+from vibrocap.cli.commands.calibrate import calibrate
+from vibrocap.cli.commands.cite import cite
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
@@ -29,9 +32,11 @@ from vibrocap.cli.commands.lab import lab
 from vibrocap.cli.commands.optimise import optimise
 from vibrocap.cli.commands.orbit import crossing, orbit
 from vibrocap.cli.commands.records import datasets, stick_slip
+from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
+from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import check, taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -46,7 +51,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
-from vibrocap.files import WriteError
+from vibrocap.files import WriteError, write_text
 
 OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))  # what `reproduce` writes
 WIDE = 120  # columns of a terminal
@@ -55,8 +60,8 @@ BEGIN = """To begin with:
   vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
 
-`vibrocap COMMAND --help` explains a command, with examples. Exit codes: 0 done, 2 wrong input, 3 a run that could not
-be completed.
+`vibrocap COMMAND --help` explains a command, with examples. \
+Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
 
 
@@ -106,7 +111,10 @@ def print_claims(result: Any) -> None:
 
 
 def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
-    """The script that lets a shell complete the commands and options of vibrocap.
+    """The script that lets a shell complete what stands behind vibrocap.
+
+    That is its commands and options, the names of laws, machines, drives, measures
+    and examples, and the paths and states of the case on the line.
 
     Parameters
     ----------
@@ -116,10 +124,13 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
         write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
         .bashrc or .zshrc
     """
+    text = script(app, shell)
     if install:
-        Page().say(f"Written: {app.install_completion(shell=shell)}\nIt works in the next shell.")
+        path = app.install_completion(shell=shell)
+        write_text(path, text)
+        Page().say(f"Written: {path}\nIt works in the next shell.")
     else:
-        print(app.generate_completion(shell=shell))
+        print(text)
     return OK
 
 
@@ -139,18 +150,25 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITH_PICTURES = (simulate, plot, branch, basins, equilibria)
+WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, fit, stick_slip)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
+OWN_OFFERS = {
+    examples: {"names": example_names},
+    check: {"names": part_names},
+    optimise: {"against": measure_names},
+}
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, lab, export, friction, fit, check, stick_slip, datasets, completion,
+    equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
+    completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)
     else:
         shown = examples_of(command.__name__.replace("_", "-"))
-        run = taking_page(command) if command in WITH_PICTURES else command
+        run = completing(**OWN_OFFERS.get(command, {}))(command)
+        run = taking_page(run) if command in WITH_PICTURES else run
         run = run if command in WITHOUT_PARTS else taking_parts(run)
         app.command(run, help=paragraphs(command), help_epilogue=shown)
 

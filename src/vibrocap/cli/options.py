@@ -15,11 +15,11 @@ from cyclopts import Parameter
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
 from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
-from vibrocap.io.spreadsheets import BESIDE, ROWS, beside
+from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
-PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
+PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf", ".tex"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
 
 
 Settings = Annotated[list[str] | None, Parameter(name="--set")]
@@ -43,6 +43,8 @@ def refusing(*arguments: str, **options: str) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
+        if several := getattr(error, "complaints", None):
+            raise Refusal(*by_option(several, known)) from None
         named = re.match(rf"({'|'.join(known) or '(?!)'})(?::| (?=should))\s*(.*)", str(error), re.DOTALL)
         raise Refusal(f"{known[named[1]]}: {named[2]}" if named else str(error)) from None
 
@@ -151,6 +153,13 @@ def writable_picture(option: str, path: Path | None) -> None:
     if path is not None:
         writable_file(option, path, PICTURES)
         needs(option, "matplotlib")
+        if path.suffix.lower() == ".tex":
+            from vibrocap.plotting.tex import tex_system
+
+            try:
+                tex_system()
+            except ArgumentError as error:
+                raise Refusal(f"{option}: {error.complaint.text}") from None
 
 
 def writable_film(option: str, path: Path | None) -> None:
@@ -162,6 +171,12 @@ def writable_film(option: str, path: Path | None) -> None:
             raise Refusal(
                 f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
             )
+
+
+def with_headings(path: Path | None, wanted: bool, option: str) -> None:
+    """Refusal for units in headings of a file that has none."""
+    if wanted and (path is None or path.suffix.lower() not in HEADED):
+        raise Refusal(f"--unit-headings: is for {option} FILE.csv and FILE.xlsx, which have headings")
 
 
 def writable_table(option: str, path: Path | None, *packages: str, rows: int = 0) -> None:

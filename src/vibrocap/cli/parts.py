@@ -45,9 +45,9 @@ def load(files: "list[Path] | tuple[Path, ...]") -> tuple[type, ...]:
 
 
 def check(*names: str, quick: bool = False, json: bool = False) -> int:
-    """Whether a law, a machine or a drive keeps its contract; of one that does not, what is wrong.
+    """Whether a law, a machine or a drive keeps its contract, and if not, what is wrong.
 
-    It is taken with its defaults and with other numbers, sampled, recorded, and let move for some periods.
+    The part is tested with its defaults and with other numbers: sampled, recorded, and simulated for some periods.
 
     Exit codes: 0 all keep their contracts, 2 one does not.
 
@@ -56,7 +56,7 @@ def check(*names: str, quick: bool = False, json: bool = False) -> int:
     names
         laws, machines or drives by name [default: those of --parts]
     quick
-        do not let them move, which compiles their equations
+        leave out the short motion, which compiles the equations
     json
         print one JSON object instead of the reports
     """

@@ -23,7 +23,7 @@ CLAUSES: dict[type, tuple[Clause, ...]] = {
     Machine: (*MACHINE_CLAUSES, recorded, surrounded),
     Drive: (*DRIVE_CLAUSES, recorded),
 }
-FIRST = ("declarations", "finite")  # clauses without which the others make no sense
+FIRST = ("declarations", "listed", "finite")  # clauses without which the others make no sense
 
 
 @dataclasses.dataclass(frozen=True)

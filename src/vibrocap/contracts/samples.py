@@ -104,15 +104,16 @@ class ImposedSample:
         return self.sign * 0.026
 
 
-def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float, float]:
-    """(time, state, drive, friction force) of a machine, in the branch that holds there."""
+def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float, tuple[float, ...]]:
+    """(time, state, drive, friction force at each contact) of a machine, in the branch that holds there."""
     t, y, drive, force = (
         draw.uniform(0, 9),
         within_room(machine, random_state(machine.states, draw)),
         draw.uniform(-2, 2),
         draw.uniform(-1, 1),
     )
-    return t, settled_branch(machine, t, y, drive, force), drive, force
+    frictions = force, *(0.4 - 0.3 * i - 0.7 * force for i in range(len(machine.contact_states) - 1))
+    return t, settled_branch(machine, t, y, drive, frictions), drive, frictions
 
 
 def within_room(machine: Any, y: tuple) -> tuple:
@@ -129,16 +130,16 @@ def within_room(machine: Any, y: tuple) -> tuple:
     return tuple(found)
 
 
-def settled_branch(machine: Any, t: float, y: tuple, drive: float, force: float) -> tuple:
+def settled_branch(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[float, ...]) -> tuple:
     """A state of a machine after every guard that is negative has fired; ValueError where that does not end."""
     y = tuple(0.0 if name in machine.switched else value for name, value in zip(machine.states, y, strict=True))
     fired: list[int] = []
     for _ in range(MOST_SWITCHES):
-        guards = machine.switches(t, y, drive, force)
+        guards = machine.switches(t, y, drive, frictions)
         fired = [i for i, guard in enumerate(guards) if guard < 0.0]
         if not fired:
             return y
-        y = machine.after_switch(fired[0], t, y, drive, force)
+        y = machine.after_switch(fired[0], t, y, drive, frictions)
     raise ValueError(
         f"switches: the branches of the machine do not settle, guard {fired[0]} is negative again and again at {y}"
     )

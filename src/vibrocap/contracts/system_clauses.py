@@ -43,7 +43,7 @@ def recorded(part: Any) -> str | None:
     system = system_of(part)
     formulas, values = equations(system), parameter_values(system)
     machine, law = system.placed, system.friction
-    contact = machine.states.index(machine.contact_state)
+    contact, still = machine.states.index(machine.contact_states[0]), (0.0,) * len(machine.contact_states)
     for draw in draws(SAMPLES):
         mechanical, side, t = random_state(machine.states, draw), draw.choice((1, -1)), draw.uniform(0, 9)
         mechanical = list(within_room(machine, mechanical))
@@ -51,9 +51,9 @@ def recorded(part: Any) -> str | None:
             t = t % system.drive.period
             values = tuple(float(each) for each in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
-        mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, 0.0)
-        velocity = system.placed.contact_velocity(t, mechanical)
-        y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))
+        mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, still)
+        velocity = machine.contacts(t, mechanical, 0.0)[0].velocity
+        y = (*mechanical, *random_internal(law, velocity, side, machine.loads()[0], draw))
         expected = system.rates(t, y, side)
         found = evaluate(formulas.rates, t, y, float(side), values)
         size = 1.0 + max(map(abs, expected))
@@ -71,8 +71,9 @@ def surrounded(machine: Any) -> str | None:
     masses = dict(machine.masses())
     if masses and (unknown := {*masses} - {*machine.states}):
         return f"masses: should be named by states, got {', '.join(sorted(unknown))}"
-    if masses and machine.contact_state not in masses:
-        return f"masses: should have that of the body at the contact, under {machine.contact_state}, got {masses}"
+    first = machine.contact_states[0]
+    if masses and first not in masses:
+        return f"masses: should have that of the body at the first contact, under {first}, got {masses}"
     environment = Environment(
         inclination=0.2 if masses else 0.0,
         linear_drag=0.3,
@@ -84,7 +85,7 @@ def surrounded(machine: Any) -> str | None:
     )
     system = dataclasses.replace(system_of(machine), environment=environment)
     formulas, values = equations(system), parameter_values(system)
-    known, contact, placed = formulas.observables, machine.states.index(machine.contact_state), system.placed
+    known, contact, placed = formulas.observables, machine.states.index(first), system.placed
     pairs = {
         "energy": (known["energy"] + known["contact_energy"], formulas.integrals[:-1]),  # the last is the impulse
         "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
@@ -94,7 +95,8 @@ def surrounded(machine: Any) -> str | None:
         acceleration = acceleration + derivative(known["contact_velocity"], i) * rate
     for draw in draws(SAMPLES):
         t, y, _, _ = machine_draw(placed, draw)
-        side = 1.0 if placed.contact_velocity(t, y) > 0.0 else -1.0
+        velocity = placed.contacts(t, y, 0.0)[0].velocity
+        side = 1.0 if velocity > 0.0 else -1.0
         for what, (stored, inflows) in pairs.items():
             grown = [derivative(stored, -1)]
             grown += [derivative(stored, i) * rate for i, rate in enumerate(formulas.rates)]
@@ -105,8 +107,8 @@ def surrounded(machine: Any) -> str | None:
                     f"masses: on a slope the {what} grows by {found:g}, while {expected:g} flows in; see "
                     "`Machine.masses` and `Machine.gravity`"
                 )
-        rest = tuple(v - placed.contact_velocity(t, y) if i == contact else v for i, v in enumerate(y))
-        sides = (0.0, *((side,) * len(machine.contacts)))  # of the others as they are
+        rest = tuple(v - velocity if i == contact else v for i, v in enumerate(y))
+        sides = (0.0, *((side,) * (len(machine.contact_states) - 1)))  # of the others as they are
         rate = float(evaluate([acceleration], t, rest, sides, values)[0])
         if not abs(rate) <= (1e3 * EPSILON if isinstance(machine, Imposed) else 0.0):
             return f"rates: on a slope a contact at rest should be held exactly, got an acceleration of {rate:g}"

@@ -1,6 +1,6 @@
 """Design: which drive, machine and friction serve best, found with exact motions only.
 
-Given: a system, design variables with their bounds, an objective and constraints on measures. Populations of designs
-run as ensembles (`population`) in a global search (`search`), whose populations can be stored; the best designs are
-refined on closed orbits (`refinement`). Given back: an `Optimum`, with its orbit, its stability and what limits it.
+Given: a system, what may vary or is uncertain, and measures. Given back: the best settled, stable design (`optimise`),
+a Pareto front (`front`), how sure a measure is (`robustness`), what no design can better (`bounds`), or parameters that
+explain a measured table (`calibration`). What a search is made of stands in `search`.
 """

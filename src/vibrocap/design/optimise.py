@@ -7,18 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, is_number, is_positive, shown
-from vibrocap.case.case import Case, CaseError, case_text
-from vibrocap.design.goal import Goal, goal_of, measure_unit
-from vibrocap.design.population import Population, Problem, evaluated, together
-from vibrocap.design.refinement import ClosedDesigns, Refined
-from vibrocap.design.search import best_designs, searched
-from vibrocap.design.search_store import opened_store
-from vibrocap.design.variables import design_space
+from vibrocap.case.case import Case
+from vibrocap.design.search.evolution import best_designs, searched
+from vibrocap.design.search.goal import Goal, measure_unit
+from vibrocap.design.search.population import Population, evaluated, together
+from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
-from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.closing.orbit import Orbit, orbit
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, States
@@ -52,21 +49,25 @@ class Optimum(Result):
     Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
     design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
-        travels the other way
+        travels the other way; maximised: whether it was to be large; scale: what one dimensionless unit is in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
     limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
     reached_from: the numbers of the starts from which its runs settle to this motion
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
+    under: what counts of the samples of what is uncertain, "worst", "mean" or "cvar", and the share of them whose orbit
+        is stable; None where nothing is uncertain
     population: every design that was evaluated
     """
 
     status: OptimumStatus
     design: dict[str, Number | str] | None
     measure: str
+    maximised: bool
     value: Number | None
     unit: str
+    scale: float
     orbit: Orbit | None
     constraints: dict[str, Number]
     limits: tuple[str, ...]
@@ -75,6 +76,7 @@ class Optimum(Result):
     reached_from: tuple[int, ...]
     counts: dict[str, int]
     rejected: tuple[str, ...]
+    under: tuple[str, float] | None
     population: Population = dataclasses.field(compare=False)
 
     @property
@@ -89,6 +91,8 @@ class Optimum(Result):
         values = (f"{path} {x if isinstance(x, str) else format(x, '.8g')}" for path, x in self.design.items())
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": ", ".join(values)}
+        if self.under is not None:
+            best["under uncertainty"] = f"{self.under[0]} of the samples, {100.0 * self.under[1]:.3g} % of them stable"
         return best | {"limits": f"limited by {', '.join(self.limits)}"} | found
 
     def case(self, periods: float = 40) -> Case:
@@ -107,6 +111,9 @@ def optimise(
     sense: str | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[ByName] | None = None,
+    uncertain: Mapping[Any, Any] | None = None,
+    robust: str = "worst",
+    samples: int = 16,
     evaluations: int = 10_000,
     seed: int = 0,
     margin: float = 1e-3,
@@ -119,7 +126,7 @@ def optimise(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Optimum:
-    """The design whose settled and stable motion has the best measure.
+    """The design whose settled and stable motion has the best measure, or is the surest under uncertainty.
 
     Populations of designs run as ensembles in a restarted differential evolution. The best candidates are closed to
     periodic orbits, whose multipliers have to be within the unit circle by a margin, and refined on those orbits.
@@ -129,6 +136,10 @@ def optimise(
         maximised. Of a system with mirror twins the size of travel counts, not its sign
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
+    uncertain: None, or what is not known exactly, as in `robustness`: each design runs with `samples` samples of it.
+        Of a design variable, "factor:..." says how exactly it can be made
+    robust: what counts of the samples: the "worst", their "mean", or the mean of the worst tenth ("cvar"). A run that
+        lifts off counts as no travel; constraints hold for every sample
     evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
     margin: by which the largest multiplier has to be below 1
     periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at most
@@ -137,48 +148,33 @@ def optimise(
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
     ArgumentError for another argument, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
-    complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
-    given = [case.initial] if starts is None else list(starts)
-    if not given:
-        complaints.add("starts", "should hold at least one start")
-    for name, value, least in (("evaluations", evaluations, 1), ("seed", seed, 0), ("refinement", refinement, 0)):
-        with complaints.collected():
-            check_whole(name, value, least)
-    if not (is_number(margin) and 0.0 <= margin < 1.0):
-        complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
-    space = design_space(system, over, complaints)
-    goal, measures = goal_of(system, objective, sense, subject_to, complaints)
-    begun = []
-    for each in given:
-        with complaints.collected():
-            begun.append(initial_state(system, each))
-    if complaints:
-        raise CaseError(complaints, "the search")
-    problem = Problem(system, space, goal, measures, tuple(begun), periods, settle, tolerance, threads)
-    kept = None if store is None else opened_store(store, _record(case, problem, seed), resume)
+    problem = stated_problem(
+        system,
+        over,
+        [objective],
+        [sense],
+        subject_to,
+        starts,
+        periods=periods,
+        settle=settle,
+        tolerance=tolerance,
+        margin=margin,
+        threads=threads,
+        uncertain=uncertain,
+        robust=robust,
+        samples=samples,
+        evaluations=(evaluations, 1),
+        seed=(seed, 0),
+        refinement=(refinement, 0),
+    )
+    kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
-    found, rejected = _refined(problem, populations, margin, refinement)
+    found, rejected = _refined(problem, populations, refinement)
     return _optimum(problem, together(problem, populations), found, rejected)
 
 
-def _record(case: Case, problem: Problem, seed: int) -> dict[str, Any]:
-    """All that decides the populations of a search."""
-    from vibrocap import __version__
-
-    runs = {name: getattr(problem, name) for name in ("periods", "settle", "tolerance")}
-    start = [dict(each) for each in problem.starts]
-    what = {"over": problem.space.record(), "goal": problem.goal.words, "starts": start, "seed": seed}
-    return {"version": __version__, "case": case_text(case), **what, **runs}
-
-
 def _refined(
-    problem: Problem, populations: list[Population], margin: float, refinement: int
+    problem: Problem, populations: list[Population], refinement: int
 ) -> tuple[ClosedDesigns | None, tuple[str, ...]]:
     """(the best candidate, refined; why better ones do not win)."""
     best: ClosedDesigns | None = None
@@ -188,12 +184,12 @@ def _refined(
         if accepted == REFINED:
             break
         steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start])
-        near = ClosedDesigns(problem, steady, shares, margin) if steady.closes and not steady.continuum else None
+        near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
-            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {_reason(steady, near, problem.goal)}")
+            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
             continue
         accepted += 1
-        near.refine(refinement)
+        near.refine(refinement // len(near.near))
         if best is None or _of(near).merit > _of(best).merit:
             best = near
     return best, tuple(rejected)
@@ -204,7 +200,7 @@ def _of(found: ClosedDesigns) -> Refined:
     return found.best
 
 
-def _reason(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
+def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str:
     """Why a candidate does not win."""
     if steady.continuum:
         return "one of a continuum of orbits, so that the measure is not determined"
@@ -222,10 +218,10 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
     if near is None:
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
-        counts = every.counts()
-        return Optimum(
-            status, None, goal.measure, None, unit, None, {}, (), {}, starts, (), counts, rejected, every
-        )  # fmt: skip
+        nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
+        nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
+        known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
+        return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
     value = best.found[goal.measure]
@@ -234,12 +230,15 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
     with np.errstate(invalid="ignore"):
         away = np.abs(goal.merit(runs.found[goal.measure][0]) - best.merit)
     reached = np.flatnonzero(runs.settled[0] & (away <= REACHED * max(abs(best.merit), 1e-12)))
+    stable = float(np.mean([one is not None for one in best.solutions[1:]])) if problem.samples else 1.0
     sign = -scale if turned else scale
     slopes = {path: tuple(None if x is None else float(sign * x) for x in pair) for path, pair in near.slopes().items()}
     return Optimum(
         status=OptimumStatus.FOUND,
         design=problem.space.design(best.shares),
         measure=goal.measure,
+        maximised=goal.maximise,
+        scale=scale,
         value=float(sign * value),
         unit=unit,
         orbit=steady.twin() if turned else steady,
@@ -251,5 +250,6 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         reached_from=tuple(map(int, reached)),
         counts=every.counts(),
         rejected=rejected,
+        under=None if problem.samples is None else (problem.samples.criterion, stable),
         population=every,
     )  # fmt: skip

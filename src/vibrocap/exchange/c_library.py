@@ -1,83 +1,131 @@
-"""A case as a library in C99: sources that compute its motion with the exact contact, and a program that prints it.
+"""A case as a library in C99: sources that move its motion on, with the exact contact, and a program that prints it.
 
 The library allocates nothing and has no global state: one flat struct holds a motion and is copied by assignment.
 It gives the bits of the package's kernel without fused operations, whatever the compiler and its optimisation.
 """
 
+import hashlib
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
-from vibrocap.exchange.c_templates import HEADER, INTERFACE, MAIN, README
+from vibrocap.exchange import c_templates as templates
+from vibrocap.exchange.stepped_case import REFUSED, Input, Port, SteppedCase
 from vibrocap.files import made_folder, write_text
-from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.start import initial_state
-from vibrocap.numerics.api import ExportedMotion, codes, exported_motion
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
+SAMPLES = 64  # lines of main.c in each period of the drive
+OWN_DRIVE = "The drive is that of the case."
+AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Where it jumps,
+   a contact that is at rest is asked again whether it stays there."""
 
 
-def c_files(case: Case, name: str = "capsule") -> dict[str, str]:
+def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str, str]:
     """The sources of a case, by file name: NAME.h, NAME.c, main.c and README.txt. Times and states are dimensionless.
 
     name: of the library, with which all its names begin: lower-case letters, digits and underscores
-    Raises ArgumentError for another name.
+    input: "drive", if the drive is set by the caller; None: it is that of the case
+    Raises ArgumentError for another name or input.
     """
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
-        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
-    system, run = case.system, case.run
-    initial = [*initial_state(system, case.initial).values()]
-    given = equations(system), parameter_values(system), initial, system.drive.period
-    motion = exported_motion(*given, **run, prefix=name)
-    words = _words(case, motion, name)
+    checked_name(name)
+    stepped = SteppedCase(case, input)
+    text = stepped.kernel.c_text(f"{name}_kernel")
+    words = _words(stepped, text, name)
     return {
-        f"{name}.h": _filled(HEADER, words),
-        f"{name}.c": f'#include "{name}.h"\n\n{motion.text}\n{_filled(INTERFACE, words)}',
-        "main.c": _filled(MAIN, words),
-        "README.txt": _filled(README, words),
+        f"{name}.h": _filled(templates.HEADER, words),
+        f"{name}.c": f'#include "{name}.h"\n\n{text}\n{_filled(templates.INTERFACE, words)}',
+        "main.c": _filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
+        "README.txt": _filled(templates.README, words),
     }
 
 
-def export_c(case: Case, folder: str | Path, name: str = "capsule") -> list[Path]:
+def checked_name(name: str) -> str:
+    """A name with which others may begin in C; ArgumentError for another."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        wanted = "should be up to 31 lower-case letters, digits and underscores that begin with a letter"
+        raise ArgumentError("name", f"{wanted}, got {shown(name)}")
+    return name
+
+
+def export_c(case: Case, folder: str | Path, name: str = "capsule", input: Input = None) -> list[Path]:
     """Write the sources of a case into a folder, made where it is missing; the paths. See `c_files`.
 
     Raises WriteError where the folder cannot be written.
     """
-    files = c_files(case, name)
+    files = c_files(case, name, input)
     place = made_folder(folder)
     return [write_text(place / each, text) for each, text in files.items()]
 
 
-def _words(case: Case, motion: ExportedMotion, name: str) -> dict[str, str]:
+def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     """What stands in the places of the templates."""
-    system, layout = case.system, motion.layout
-    kinds = event_kinds(system.placed.switch_events)
-    statuses = {codes.RUNNING: "running", codes.TRACE_FULL: "trace full"}
-    statuses |= {code: status.value for code, status in STATUSES.items()}
-    constants = motion.constants
-    return {
+    case, kernel, memory = stepped.case, stepped.kernel, stepped.memory()
+    sizes = {"floats": memory.floats.size, "ints": memory.ints.size, "trace": memory.trace.size}
+    statuses = stepped.statuses
+    codes: dict[str, int] = {}  # some of the kernel's say the same
+    for code, said in statuses.items():
+        codes.setdefault(said, code)
+    same = {code: codes[said] for code, said in statuses.items() if codes[said] != code}
+    period = case.system.drive.period
+    held = stepped.input is not None
+    words = {each: str(value) for each, value in kernel.places.items()}
+    words |= {each: str(size) for each, size in sizes.items()} | {
         "name": name,
         "NAME": name.upper(),
-        "floats": str(motion.floats.size),
-        "ints": str(motion.ints.size),
-        "trace": str(motion.trace.size),
-        "kilobytes": str(round(8 * (motion.floats.size + motion.ints.size + motion.trace.size) / 1000)),
-        "rows": str(layout.rows),
-        "states": ", ".join(f'"{each}"' for each in system.state_names),
-        "kinds": ", ".join(f'"{each}"' for each in kinds),
-        "kind_count": str(len(kinds)),
-        "statuses": "\n".join(f'    case {code}: return "{text}";' for code, text in statuses.items()),
-        "set_floats": _settings("floats", motion.floats),
-        "set_ints": _settings("ints", motion.ints),
-        "set_trace": _settings("trace", motion.trace),
-        **{each: str(value) for each, value in constants.items()},
+        "drive_said": AN_INPUT if held else OWN_DRIVE,
+        "units_said": "What one unit is in SI is told by the tables of quantities."
+        if stepped.system.units is not None
+        else "The case says nothing of SI, so that all scales are 1.",
+        "kilobytes": f"{8 * sum(sizes.values()) / 1000:.1f}",
+        "states": str(len(stepped.states)),
+        "observables": str(len(stepped.observables)),
+        "parameters": str(len(stepped.parameters)),
+        "contacts": str(stepped.contacts),
+        "inputs": str(len(stepped.inputs)),
+        "event_kinds": str(len(stepped.event_kinds)),
+        "contact_kinds": str(stepped.contact_kinds),
+        "counts": str(kernel.layout.counts),
+        "status_defines": "\n".join(
+            f"#define {name.upper()}_{said.upper().replace(' ', '_')} {code}"
+            for said, code in codes.items()
+            if code > REFUSED
+        ),
+        "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
+        "statuses": "\n".join(f'    case {code}: return "{said}";' for said, code in codes.items()),
+        "time_infos": _infos([stepped.time]),
+        "input_infos": _infos(stepped.inputs),
+        "parameter_infos": _infos(stepped.parameters),
+        "state_infos": _infos(stepped.states),
+        "observable_infos": _infos(stepped.observables),
+        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
+        "parameter_places": ", ".join(str(each.place) for each in stepped.parameters) or "0",
+        "set_floats": _settings("floats", memory.floats),
+        "set_ints": _settings("ints", memory.ints),
+        "input_declared": templates.INPUT_DECLARED if held else "",
+        "input_defined": templates.INPUT_DEFINED if held else "",
+        "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
+        "samples": str(SAMPLES),
+        "lines": str(math.floor(SAMPLES * case.periods + 0.5)),
+        "period": _number(period),
+        "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
     }
+    return words
+
+
+def _infos(ports: Sequence[Port]) -> str:
+    """Initialisers of quantities; C has no empty arrays."""
+    rows = (
+        f'\n    {{"{each.name}", "{each.unit}", '
+        + ", ".join(map(_number, (each.scale, each.value, each.least, each.most)))
+        + "}"
+        for each in ports
+    )
+    return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
 
 def _settings(array: str, values: np.ndarray) -> str:
@@ -89,9 +137,13 @@ def _settings(array: str, values: np.ndarray) -> str:
 def _number(value: float | int) -> str:
     if isinstance(value, int):
         return f"INT64_C({value})" if value >= 0 else f"-INT64_C({-value})"
-    return "INFINITY" if np.isposinf(value) else value.hex()
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return value.hex()
 
 
 def _filled(template: str, words: Mapping[str, str]) -> str:
-    """A template with its @places@ filled."""
-    return re.sub(r"@(\w+)@", lambda found: words[found[1]], template)
+    """A template with its @places@ filled, which may hold places themselves."""
+    while re.search(r"@\w+@", template):
+        template = re.sub(r"@(\w+)@", lambda found: words[found[1]], template)
+    return template

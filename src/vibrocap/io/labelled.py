@@ -12,12 +12,9 @@ from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
-from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.equilibria.equilibrium import Equilibria
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.quantities.declared import Shown
 from vibrocap.quantities.dimensional import computed
-from vibrocap.results import Rows
 
 if TYPE_CHECKING:
     import pandas
@@ -51,8 +48,8 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
 def to_pandas(result: Shown) -> "pandas.DataFrame":
     """A result as a table: a motion with a row for each time of its grid, a branch with a row for each point.
 
-    Of a fit the parameters, of a diagram of branches its special points, of events, phases and equilibria a row for
-    each; of a branch of equilibria a row for each point.
+    Of a fit the parameters, of a diagram of branches its special points, of events, phases, equilibria, the designs of
+    a front and samples a row for each; of a branch of equilibria a row for each point.
 
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without pandas.
     """
@@ -73,9 +70,11 @@ def to_pandas(result: Shown) -> "pandas.DataFrame":
         return pandas.DataFrame(table | {"largest_real_part": np.real(result.eigenvalues)[:, 0]} | states).rename_axis(
             "point"
         )
-    if isinstance(result, (Rows, BranchDiagram, Equilibria)):
-        return pandas.DataFrame(result.table())
-    raise TypeError(f"result should be a motion, an orbit, a branch, a fit, events or phases, got {_kind(result)}")
+    if callable(table := getattr(result, "table", None)):
+        return pandas.DataFrame(table())
+    raise TypeError(
+        f"result should be a motion, an orbit, a branch or another result with a table, got {_kind(result)}"
+    )
 
 
 def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":

@@ -13,7 +13,7 @@ from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_
 from vibrocap.inputs import require_plain_file
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
-from vibrocap.io.spreadsheets import beside, write_csv, write_matlab, write_workbook
+from vibrocap.io.spreadsheets import beside, headed, write_csv, write_matlab, write_workbook
 from vibrocap.quantities.declared import ByName, Shown
 from vibrocap.quantities.dimensional import computed, walked
 
@@ -57,14 +57,17 @@ def _unit(motion: "Trajectory", name: str) -> str:
     return UNITS if motion.si_context() is None else motion.unit_of(name)
 
 
-def write_motion(motion: Shown, path: str | Path, case: Case | None = None) -> Path:
+def write_motion(motion: Shown, path: str | Path, case: Case | None = None, *, unit_headings: bool = False) -> Path:
     """Write a motion on its time grid to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
 
     Units and meanings go along, and the case that makes it again (by default that of the motion itself): of a CSV file
     in a file of TOML beside it, with `.toml` behind the whole name.
+
+    unit_headings: whether the columns of a .csv or .xlsx are headed by name and unit, "position [m]", in place of names
+
     Raises ValueError for another ending, WriteError where it cannot be written.
     """
-    writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {
+    writers: dict[str, Callable[[Trajectory, Case, Path, list[str]], None]] = {
         ".nc": _write_netcdf,
         ".csv": _write_csv,
         ".xlsx": _write_workbook,
@@ -73,7 +76,8 @@ def write_motion(motion: Shown, path: str | Path, case: Case | None = None) -> P
     path = Path(path)
     if path.suffix.lower() not in writers:
         raise ValueError(f"a motion is written to {listed(writers, ' or ')}, not to {str(path)!r}")
-    writers[path.suffix.lower()](motion, case_of(motion) if case is None else case, path)
+    headings = headed(columns(motion), lambda name: _unit(motion, name), path, unit_headings)
+    writers[path.suffix.lower()](motion, case_of(motion) if case is None else case, path, headings)
     return path
 
 
@@ -142,7 +146,7 @@ def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = N
     )
 
 
-def _write_netcdf(motion: "Trajectory", case: Case, path: Path) -> None:
+def _write_netcdf(motion: "Trajectory", case: Case, path: Path, _headings: list[str]) -> None:
     certificate = _certificate_text(motion)  # before the status, which it may change
     write_netcdf(motion_dataset(motion, case, certificate), path)
 
@@ -172,7 +176,7 @@ def _facts(motion: "Trajectory") -> dict[str, str]:
     }
 
 
-def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
+def _write_csv(motion: "Trajectory", case: Case, path: Path, headings: list[str]) -> None:
     """The table; beside it the case and the section [result] in TOML."""
     table = columns(motion)
     header = case_text(case).splitlines()
@@ -183,10 +187,10 @@ def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
     header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
     numbers = {name: values.tolist() for name, values in table.items()}
     lists = [map(str, map(int, each)) if name == "side" else map(repr, each) for name, each in numbers.items()]
-    write_csv(path, header, list(table), zip(*lists, strict=True))
+    write_csv(path, header, headings, zip(*lists, strict=True))
 
 
-def _write_workbook(motion: "Trajectory", case: Case, path: Path) -> None:
+def _write_workbook(motion: "Trajectory", case: Case, path: Path, headings: list[str]) -> None:
     """Sheets with the motion, its events, what the columns mean, and the case."""
     table = columns(motion)
     events = (
@@ -203,7 +207,7 @@ def _write_workbook(motion: "Trajectory", case: Case, path: Path) -> None:
     write_workbook(
         path,
         {
-            "motion": (list(table), zip(*(values.tolist() for values in table.values()), strict=True)),
+            "motion": (headings, zip(*(values.tolist() for values in table.values()), strict=True)),
             "events": (("time", "kind", "contact"), events),
             "columns": (("name", "unit", "meaning"), known),
             "case": (("case",), ((line,) for line in case_text(case).splitlines())),
@@ -212,7 +216,7 @@ def _write_workbook(motion: "Trajectory", case: Case, path: Path) -> None:
     )
 
 
-def _write_matlab(motion: "Trajectory", case: Case, path: Path) -> None:
+def _write_matlab(motion: "Trajectory", case: Case, path: Path, _headings: list[str]) -> None:
     """The columns as variables; structs with events, units, meanings and what is known of the motion; the case."""
     table = columns(motion)
     events = {"time": motion.event_times, "kind": motion.event_kinds}

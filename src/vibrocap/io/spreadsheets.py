@@ -3,16 +3,19 @@
 import contextlib
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import require
+from vibrocap.arguments import ArgumentError, require
 from vibrocap.files import replacing
+from vibrocap.physics.units import suffix
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
+HEADED = (".csv", ".xlsx")  # what has headings
+WITHOUT = ("1", "", "dimensionless")  # what is said of a quantity without a unit
 LONGEST_NAME = 63  # of a variable in MATLAB
 MATLAB = b"MATLAB 5.0 MAT-file, written by vibrocap".ljust(116)
 ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
@@ -31,6 +34,22 @@ def write_csv(path: Path, header: Sequence[str], columns: Sequence[str], rows: I
             table = csv.writer(file, lineterminator="\n")
             table.writerow(columns)
             table.writerows(rows)
+
+
+def headed(names: Iterable[str], unit_of: Callable[[str], str], path: Path, with_units: bool) -> list[str]:
+    """The headings of a table: names, with their units behind them where that is asked for ("position [m]").
+
+    A path such as drive.frequency_Hz has its unit already.
+    Raises ArgumentError for a file without headings.
+    """
+    if with_units and path.suffix.lower() not in HEADED:
+        what = (
+            f"is for tables with headings ({' and '.join(HEADED)}); in a {path.suffix} file the units are there anyway"
+        )
+        raise ArgumentError("unit_headings", what)
+    units = {name: unit_of(name) if with_units else "1" for name in names}
+    told = {name for name, unit in units.items() if unit in WITHOUT or name.endswith(suffix(unit))}
+    return [name if name in told else f"{name} [{unit}]" for name, unit in units.items()]
 
 
 def beside(path: Path) -> Path:

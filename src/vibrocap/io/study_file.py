@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import listed
 from vibrocap.io.netcdf import write_netcdf
-from vibrocap.io.spreadsheets import write_csv, write_matlab, write_workbook
+from vibrocap.io.spreadsheets import headed, write_csv, write_matlab, write_workbook
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
 
@@ -19,17 +19,21 @@ if TYPE_CHECKING:
 ROWS = 65_536  # of a table in memory at a time
 
 
-def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path:
+def write_study(source: "str | Path | xarray.Dataset", path: str | Path, *, unit_headings: bool = False) -> Path:
     """Write a study, a dataset or the folder of one, to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
 
     Of a CSV file the case and the meanings are beside it, in a file of TOML with `.toml` behind the whole name. MATLAB
     files hold the arrays as they are, dots in names become underscores. NetCDF, CSV and MATLAB files of one study have
     the same bytes, from its folder or from memory. Memory does not grow with a study that is read from its folder, but
-    for MATLAB files and workbooks, beyond 256 MiB. Raises ValueError for another ending, WriteError where it cannot be
+    for MATLAB files and workbooks, beyond 256 MiB.
+
+    unit_headings: whether the columns of a .csv or .xlsx are headed by name and unit, "drift [m]", in place of names
+
+    Raises ValueError for another ending, WriteError where it cannot be
     written.
     """
     path = Path(path)
-    writers: dict[str, Callable[[xarray.Dataset, Path], None]] = {
+    writers: dict[str, Callable[[xarray.Dataset, Path, list[str]], None]] = {
         ".nc": _write_netcdf,
         ".csv": _write_csv,
         ".xlsx": _write_workbook,
@@ -39,7 +43,9 @@ def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path
         raise ValueError(f"a study is written to {listed(writers, ' or ')}, not to {str(path)!r}")
     if isinstance(source, (str, Path)):
         source = open_study(source, chunks={} if path.suffix.lower() == ".nc" else None)
-    writers[path.suffix.lower()](_in_order(source), path)
+    dataset = _in_order(source)
+    headings = headed(_columns(dataset), lambda name: _unit(dataset, name), path, unit_headings)
+    writers[path.suffix.lower()](dataset, path, headings)
     return path
 
 
@@ -53,7 +59,7 @@ def _in_order(dataset: "xarray.Dataset") -> "xarray.Dataset":
     return xarray.Dataset({name: dataset[name].variable for name in dataset.data_vars}, coordinates, dataset.attrs)
 
 
-def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
+def _write_netcdf(dataset: "xarray.Dataset", path: Path, _headings: list[str]) -> None:
     dataset = dataset.copy()
     attributes = dataset["status"].attrs
     flags = np.array(attributes["flag_values"], dtype=dataset["status"].dtype)  # CF: of the type of the variable
@@ -67,30 +73,35 @@ def _columns(dataset: "xarray.Dataset") -> list[str]:
     return [str(name) for name in (*dataset.coords, *dataset.data_vars)]
 
 
+def _unit(dataset: "xarray.Dataset", name: str) -> str:
+    return str(dataset[name].attrs.get("units", "1"))
+
+
 def _meaning(dataset: "xarray.Dataset", name: str) -> str:
     return str(dataset[name].attrs.get("long_name", name))
 
 
-def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
+def _write_csv(dataset: "xarray.Dataset", path: Path, headings: list[str]) -> None:
     """The table; beside it the case and the section [result] in TOML."""
     header = [*str(dataset.attrs["case"]).splitlines(), "", "[result]"]
     header += [f"{key} = '''{value}'''" for key, value in dataset.attrs.items() if key != "case"]
     columns = _columns(dataset)
+    header += ["", "[result.units]", *(f'"{name}" = "{_unit(dataset, name)}"' for name in columns)]
     header += ["", "[result.meaning]"]
     header += [f"\"{name}\" = '''{_meaning(dataset, name)}'''" for name in columns]
     texts = (tuple(_text(value) for value in row) for rows in _rows(dataset, columns) for row in rows)
-    write_csv(path, header, columns, texts)
+    write_csv(path, header, headings, texts)
 
 
-def _write_workbook(dataset: "xarray.Dataset", path: Path) -> None:
+def _write_workbook(dataset: "xarray.Dataset", path: Path, headings: list[str]) -> None:
     """Sheets with the runs, what the columns mean, and the case."""
     columns = _columns(dataset)
-    about = [(name, str(dataset[name].attrs.get("units", "")), _meaning(dataset, name)) for name in columns]
+    about = [(name, _unit(dataset, name), _meaning(dataset, name)) for name in columns]
     about += [(key, "", str(value)) for key, value in dataset.attrs.items() if key != "case"]
     write_workbook(
         path,
         {
-            "runs": (columns, (row for rows in _rows(dataset, columns) for row in rows)),
+            "runs": (headings, (row for rows in _rows(dataset, columns) for row in rows)),
             "columns": (("name", "unit", "meaning"), about),
             "case": (("case",), ((line,) for line in str(dataset.attrs["case"]).splitlines())),
         },
@@ -98,11 +109,12 @@ def _write_workbook(dataset: "xarray.Dataset", path: Path) -> None:
     )
 
 
-def _write_matlab(dataset: "xarray.Dataset", path: Path) -> None:
-    """Axes and arrays as variables, whose dimensions are in the order of `axes`; structs with meanings; the case."""
+def _write_matlab(dataset: "xarray.Dataset", path: Path, _headings: list[str]) -> None:
+    """Axes and arrays as variables, of dimensions in the order of `axes`; structs with units, meanings; the case."""
     columns = _columns(dataset)
     about = {
         "axes": np.array([str(dim) for dim in dataset["status"].dims], dtype=object),
+        "units": {name: _unit(dataset, name) for name in columns},
         "meaning": {name: _meaning(dataset, name) for name in columns},
         "status_words": np.array([word for _, word in _flags(dataset)], dtype=object),
         "status_numbers": np.array([code for code, _ in _flags(dataset)]),

@@ -153,7 +153,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "keys": {name: key for name in parts if (key := kind_key(name))},
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
-        "forms": [form.record for form in forms],
+        "forms": [form.record | {"number": number} for number, form in enumerate(forms)],
         "presets": presets,
         "statuses": statuses(),
         "smoothed": SMOOTHED,

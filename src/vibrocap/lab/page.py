@@ -1,9 +1,14 @@
-"""The page: template, styles, scripts and data in one file."""
+"""The page: template, styles, scripts and data in one file.
 
+Its policy lets the browser run these scripts and no others, make code of no text, and ask no address for anything.
+"""
+
+import base64
+import hashlib
 import importlib.resources
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.metadata import version
 from string import Template
@@ -15,7 +20,7 @@ from vibrocap.lab.shortened import shortened
 WORKER = ("worker/engine.js", "worker/dense.js", "worker/worker.js")
 SCRIPTS = (
     *("charts.js", "scene.js", "model.js", "panels.js", "share.js", "maps.js"),
-    *("controls.js", "readouts.js", "fields.js", "main.js", "sharing.js"),
+    *("controls.js", "readouts.js", "fields.js", "print.js", "main.js", "sharing.js"),
 )
 
 
@@ -29,14 +34,56 @@ def script(names: tuple[str, ...]) -> str:
     return shortened("\n".join(source(name) for name in names)).replace("</script", "<\\/script")
 
 
+def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
+    """The functions that are written for each form, as scripts for the page and for its worker.
+
+    RULES[form](p, f): the first rule that is broken; MIRRORED[form](p, odd): whether a motion has a mirror twin;
+    READERS[form](r, T, h, m): the measures of a result by name
+    """
+    own, known, read = [], [], []
+    for form in forms:
+        own.append(f"(p,f)=>{form['rules']}||null")
+        known.append(f"(p,odd)=>{form['mirrored']}")
+        measures = ",".join(f"{each['name']}:{each['read']}" for each in form.get("measures", ()))
+        read.append(f"(r,T,h,m)=>({{{measures}}})")
+    rules, mirrored, readers = (f"[{','.join(each)}]" for each in (own, known, read))
+    return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers};\n"
+
+
+def _policy(scripts: str, styles: str) -> str:
+    """What the browser is to allow the page, as a Content Security Policy (level 3)."""
+    script, style = (
+        base64.b64encode(hashlib.sha256(each.encode()).digest()).decode("ascii") for each in (scripts, styles)
+    )
+    allowed = {
+        "default-src": "'none'",
+        "script-src": f"'sha256-{script}' 'wasm-unsafe-eval'",
+        "style-src": f"'sha256-{style}'",
+        "worker-src": "blob:",
+        "img-src": "blob: data:",
+        "base-uri": "'none'",
+        "form-action": "'none'",
+    }
+    return "; ".join(f"{name} {value}" for name, value in allowed.items())
+
+
 def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
     """The HTML of a page with the data of a `bundle`."""
+    own, workers = functions(data["forms"])
+    without = [
+        {name: value for name, value in form.items() if name != "rules"}
+        | {"measures": [{name: value for name, value in each.items() if name != "read"} for each in form["measures"]]}
+        for form in data["forms"]
+    ]
+    data = {**data, "forms": without}
+    scripts, styles = f'"use strict";\n{own}{script(SCRIPTS)}', re.sub(r"\n\s*", "\n", source("lab.css"))
     content = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return Template(source("lab.html")).substitute(
         title=escape(title),
-        styles=re.sub(r"\n\s*", "\n", source("lab.css")),
+        policy=_policy(scripts, styles),
+        styles=styles,
         version=version("vibrocap"),
         data=content,
-        worker=script(WORKER),
-        scripts='"use strict";\n' + script(SCRIPTS),
+        worker=workers + script(WORKER),
+        scripts=scripts,
     )

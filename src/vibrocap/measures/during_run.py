@@ -11,7 +11,15 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
 from vibrocap.measures.gathered import Gathered
-from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
+from vibrocap.measures.measure import (
+    Derived,
+    Measure,
+    Reduction,
+    Standard,
+    is_summed,
+    own_integrands,
+    signs_of_extremes,
+)
 from vibrocap.measures.of_measure import ByMeasure
 from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
 from vibrocap.measures.travel import travelling
@@ -177,7 +185,8 @@ def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
             found[measure.name] = total / runs.time if how.kind == "mean" else total
             own_sum += 1
         else:
-            value = runs.results.entry("PEAK", own_extreme)
-            found[measure.name] = -value if how.kind == "least" else value
-            own_extreme += 1
+            signs = signs_of_extremes(measure)
+            largest = [runs.results.entry("PEAK", own_extreme + k) for k in range(len(signs))]
+            found[measure.name] = np.maximum(*largest) if len(signs) == 2 else signs[0] * largest[0]
+            own_extreme += len(signs)
     return found

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
-from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import ByMeasure
 from vibrocap.measures.windows import usual_window
@@ -34,7 +34,6 @@ CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thou
 DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
 INITIAL = "initial."
-ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 # Index into list(Status) by the number that the kernel gives.
 STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
 for _number, _status in STATUSES.items():

@@ -10,6 +10,8 @@ from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
 LETTERS = {1: "F", 2: "S", 3: "B"}
+# Of every run, asked for or not; how they are stored: `studies/store/zarr_form.py`.
+ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import Equations
 from vibrocap.numerics.api import Integrands, integrands_source
-from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 
 Function = Callable[["Instant"], Any]
 
@@ -36,9 +36,9 @@ class Standard:
 
 @dataclasses.dataclass(frozen=True)
 class Reduction:
-    """The mean, integral, largest or least value over the window of a function of the instant."""
+    """The mean, integral, largest, least or peak (largest size) over the window of a function of the instant."""
 
-    kind: Literal["mean", "integral", "largest", "least"]
+    kind: Literal["mean", "integral", "largest", "least", "peak"]
     function: Function
 
 
@@ -90,6 +90,11 @@ class Measure:
         return cls(name, meaning, Reduction("least", function), unit, si_unit)
 
     @classmethod
+    def peak(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
+        """The largest size of a function of the instant in the window, whatever its sign."""
+        return cls(name, meaning, Reduction("peak", function), unit, si_unit)
+
+    @classmethod
     def derived(
         cls,
         name: str,
@@ -107,10 +112,10 @@ class Instant:
     """One instant of a motion, of which a measure of one's own is a function.
 
     `m.angle`, `m.velocity`, ... are the states, `m.friction`, `m.holding_force`, `m.drive`, `m.contact_velocity`, ...
-    the observables, `m.drive_power`, ... the power of each channel, `m.time` the time since the start of the period,
-    `m.side` the side of the contact (1, -1; 0: stuck), `m.side_2` that of the second. `m["machine.mass_ratio"]` is a
-    parameter. They are recorded: the function is called once and should be a formula of them, with
-    `vibrocap.physics.elementary` for sin, cos, exp and powers.
+    the observables, `m.drive_rate` the rate of the drive between its jumps, `m.drive_power`, ... the power of each
+    channel, `m.time` the time since the start of the period, `m.side` the side of the contact (1, -1; 0: stuck),
+    `m.side_2` that of the second. `m["machine.mass_ratio"]` is a parameter. They are recorded: the function is called
+    once and should be a formula of them, with `vibrocap.physics.elementary` for sin, cos, exp and powers.
     """
 
     def __init__(self, equations: Equations, graph: Graph):
@@ -125,6 +130,7 @@ class Instant:
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
             **{name: known(value) for name, value in equations.observables.items()},
             **{f"{name}_power": known(equations.integrals[i]) for i, name in enumerate(channels)},
+            "drive_rate": _rate(known(equations.observables["drive"]), [known(rate) for rate in equations.rates]),
         }
         self._parameters = {path: graph.node("parameter", i) for i, path in enumerate(equations.parameter_paths)}
 
@@ -154,9 +160,10 @@ def own_integrands(needed: Sequence[Measure], equations: Equations) -> Integrand
     instant = Instant(equations, graph)
     functions = [_recorded(measure, graph, instant) for measure in sums]
     signed = [
-        -_recorded(measure, graph, instant) if measure.how.kind == "least" else _recorded(measure, graph, instant)
+        sign * function
         for measure in extremes
-        if isinstance(measure.how, Reduction)
+        for function in [_recorded(measure, graph, instant)]
+        for sign in signs_of_extremes(measure)
     ]
     return integrands_source(equations, functions, signed)
 
@@ -164,6 +171,20 @@ def own_integrands(needed: Sequence[Measure], equations: Equations) -> Integrand
 def is_summed(measure: Measure) -> bool:
     """Whether a measure is a mean or an integral of a function of one's own."""
     return isinstance(measure.how, Reduction) and measure.how.kind in ("mean", "integral")
+
+
+def signs_of_extremes(measure: Measure) -> tuple[float, ...]:
+    """With which signs a function of one's own is recorded, so that the largest value of each is what is wanted."""
+    assert isinstance(measure.how, Reduction)
+    return {"largest": (1.0,), "least": (-1.0,), "peak": (1.0, -1.0)}[measure.how.kind]
+
+
+def _rate(quantity: Expression, rates: Sequence[Expression]) -> Expression:
+    """The rate of a quantity along the motion."""
+    found = derivative(quantity, -1)
+    for i, rate in enumerate(rates):
+        found = found + derivative(quantity, i) * rate
+    return found
 
 
 def _recorded(measure: Measure, graph: Graph, instant: Instant) -> Expression:

@@ -9,6 +9,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
@@ -17,7 +18,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
-from vibrocap.physics.units import quantity_unit, state_units
+from vibrocap.physics.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
@@ -29,6 +30,24 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     if system is None:
         return _standard_measures(None, tuple(machines().values()), tuple(laws().values()))
     return _standard_measures(system, (type(system.machine),), (type(system.friction),))
+
+
+def undefined_measures(system: System) -> frozenset[str]:
+    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty word, or refused.
+
+    A study over kinds of parts may ask for them all the same, for what another kind has.
+    """
+    kind = system.friction.kind
+    nothing = {
+        "stick_fraction": kind != "set-valued",
+        "stick_phases": kind != "set-valued",
+        "word": kind == "smooth",
+        "symmetric": not system.mirrored,
+        LOAD_WATCH: system.machine.follows_load,
+        **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
+        **{each.name: system.machine.cyclic is None for each in (*TRAVEL, COST_OF_TRANSPORT)},
+    }
+    return frozenset(name for name, undefined in nothing.items() if undefined)
 
 
 def known_measure(name: str, system: System | None = None) -> Measure | None:
@@ -49,7 +68,7 @@ def _standard_measures(
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
-    further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
+    further = range(2, 1 + max(len(kind.contact_states) for kind in kinds))
     channels |= dict.fromkeys(numbered("contact_sliding", number) for number in further)
     if system is not None:
         channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
@@ -64,10 +83,11 @@ def _standard_measures(
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
         *FRICTION,
+        *_drive_peaks(None if system is None else system.machine.effort),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
-        *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
+        *(REACTION if system is None or "reaction" in equations(system).observables else ()),
     ]
     return {measure.name: measure for measure in found}
 
@@ -133,7 +153,7 @@ STICKING = (
     ),
     Measure(
         "word",
-        "phases of the last period: F forward, S stuck, B back (empty: the law is smooth)",
+        "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
         Standard(_words, codes.ASK_WORD, text=True),
     ),
 )
@@ -237,6 +257,22 @@ FRICTION = (
         si_unit="J",
     ),
 )
+
+
+@functools.cache
+def _drive_peaks(effort: str | None) -> tuple[Measure, ...]:
+    """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known."""
+    unit = "1" if effort is None else DRIVE_UNITS[effort]
+    return (
+        Measure.peak("peak_drive", "largest |drive| in the window", lambda now: now.drive, si_unit=unit),
+        Measure.peak(
+            "peak_drive_rate",
+            "largest |rate of the drive| in the window, jumps aside",
+            lambda now: now.drive_rate,
+            si_unit="1" if effort is None else over_seconds(unit),
+        ),
+        Measure.peak("peak_drive_power", "largest |power of the drive|", lambda now: now.drive_power, si_unit="W"),
+    )
 
 
 LOAD_WATCH = "hidden_lift_off"  # taken of every study of a machine whose constant load may hide a lift-off

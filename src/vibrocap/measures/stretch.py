@@ -55,7 +55,7 @@ class Stretch:
         """Its rate: the derivative of the polynomial of the state that moves with it."""
         piece = self._piece_at(t)
         motion = self.motion
-        row = motion.state_names.index(motion.system.machine.contact_state)
+        row = motion.state_names.index(motion.system.machine.contact_states[0])
         coefficients, s = motion.coefficients[piece, row], t - motion.piece_start[piece]
         result = np.zeros_like(s)
         for k in range(coefficients.shape[1] - 1, 0, -1):

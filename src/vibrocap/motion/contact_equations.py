@@ -80,24 +80,16 @@ def _moved(value: Any, move: Any) -> Any:
 
 def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:
     """The recorded contacts."""
-    holds = [
-        (None, None) if flow.holding_limit is None else (flow.holding_force - flow.holding_middle, flow.holding_limit)
-    ]
-    holds += [(each.hold, each.limit) for each in flow.further]
-    velocities = flow.contact_velocity, *(each.contact.velocity for each in flow.further)
     found, states = [], system.state_names
-    for i, (law, velocity, (hold, limit)) in enumerate(zip(system.laws, velocities, holds, strict=True)):
-        name = system.machine.contact_state if i == 0 else system.machine.contacts[i - 1]
-        if name not in states:
-            name = system.machine.contact_state  # that all share
-        internal = (states.index(numbered(each, i + 1)) for each in law.internal if each not in law.switched)
+    for i, (each, law, name) in enumerate(zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)):
+        internal = (states.index(numbered(own, i + 1)) for own in law.internal if own not in law.switched)
         found.append(
             ContactEquations(
-                velocity=expression(velocity),
+                velocity=expression(each.contact.velocity),
                 state=states.index(name),
                 kind=system.contact_kinds[i],
-                hold=None if hold is None else expression(hold),
-                limit=None if limit is None else expression(limit),
+                hold=None if each.hold is None else expression(each.hold),
+                limit=None if each.limit is None else expression(each.limit),
                 internal=tuple(internal),
                 after_reversal=tuple(map(expression, flow.after_reversal[i])),
             )
@@ -109,9 +101,9 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, bounds = flow.rows, []
+    given, contacts, bounds = flow.rows, [each.contact for each in flow.contacts], []
     assert given is not None
-    for each in flow.contacts:
+    for each in contacts:
         both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
         bounds.append(None if both is None else tuples(both))
     return DecisionRows(
@@ -119,16 +111,15 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
         response=tuple(map(tuples, given.A)),
         loads=tuples(given.n),
         load_response=tuple(map(tuples, given.C)),
-        forces=tuples(each.force for each in flow.contacts),
-        pushes=tuple(tuples((each.push, each.push_at_rest)) for each in flow.contacts),
+        forces=tuples(each.force for each in contacts),
+        pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
         bounds=tuple(bounds),
     )
 
 
 def states_at_contacts(system: System) -> tuple[int, ...]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    velocities = [name for name in system.machine.contacts if name in system.machine.states]
-    own = (*velocities, *system.state_names[len(system.machine.states) :])
+    own = (*list(dict.fromkeys(system.machine.contact_states))[1:], *system.state_names[len(system.machine.states) :])
     aside = (*system.switched, *actuator_states(system.actuator))
     return tuple(system.state_names.index(name) for name in own if name not in aside)
 
@@ -136,14 +127,13 @@ def states_at_contacts(system: System) -> tuple[int, ...]:
 def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
     """At imposed distances, the velocity of each contact where the state that all share vanishes."""
     machine = system.machine
-    if machine.coupled != "distances":
+    if not machine.imposes_distances:
         return ()
     own = list(mechanical)
-    own[machine.states.index(machine.contact_state)] = 0.0
+    own[machine.states.index(machine.contact_states[0])] = 0.0
     time = graph.node("time")
-    velocities = placed.contact_velocity(time, tuple(own)), *placed.further_velocities(time, tuple(own))
-    found = tuple(map(graph.expression, velocities))
+    found = tuple(graph.expression(each.velocity) for each in placed.contacts(time, tuple(own), 0.0))
     if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
-        what = f"should be functions of time, but for the state {machine.contact_state} that is added to each"
-        raise ValueError(f"the {machine.name}: at imposed distances contact_velocity and further_velocities {what}")
+        what = f"should be functions of time, but for the state {machine.contact_states[0]} that is added to each"
+        raise ValueError(f"the {machine.name}: at imposed distances the velocities of its contacts {what}")
     return found

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number, shown
 from vibrocap.motion.start import initial_state
+from vibrocap.physics.machines.machine import Contact
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Acceleration, ByName, Force, Speed, Time
@@ -66,10 +67,10 @@ def contact_modes(
     if not is_number(time) or not np.isfinite(time):
         raise ArgumentError("time", f"should be a finite number, got {shown(time)}")
     y = tuple(initial_state(system, state).values())
-    machine, drive = system.placed, system.drive.value(time)
-    mechanical = y[: len(system.machine.states)]
-    velocities = np.array([machine.contact_velocity(time, y), *machine.further_velocities(time, mechanical)])
-    problem = _problem(system, time, y, drive, velocities, still)
+    placed = system.placed
+    contacts = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))
+    velocities = np.array([each.velocity for each in contacts])
+    problem = _problem(system, time, y, contacts, velocities, still)
     choices = [
         (int(np.sign(v)),) if abs(v) > still else (0, 1, -1) if law.kind == "set-valued" else (1,)
         for law, v in zip(system.laws, velocities, strict=True)
@@ -78,29 +79,25 @@ def contact_modes(
     return tuple(each for each in found if each is not None)
 
 
-def _problem(system: System, time: float, y: tuple, drive: float, velocities: np.ndarray, still: float) -> _Problem:
+def _problem(
+    system: System, time: float, y: tuple, contacts: tuple[Contact, ...], velocities: np.ndarray, still: float
+) -> _Problem:
     """The matrices of all contacts, of a machine whose contacts are coupled or not."""
-    machine, count = system.machine.driven_by(system.drive), len(velocities)
-    machine = machine if system.environment is None else system.environment.placed(machine)
-    mechanical = y[: len(system.machine.states)]
-    loads, raised = np.array([machine.load(), *machine.further_loads()], dtype=float), np.zeros((count, count))
-    if machine.coupled:
-        given = machine.coupling(time, mechanical, drive)
-        free, response = np.array(given.free, dtype=float), np.array(given.response, dtype=float)
-        if given.load_response is not None:
-            loads, raised = np.array(given.loads, dtype=float), np.array(given.load_response, dtype=float)
+    machine, count = system.placed, len(velocities)
+    mechanical = y[: len(machine.states)]
+    loads, raised = np.array(machine.loads(), dtype=float), np.zeros((count, count))
+    if contacts[0].response:
+        free = np.array([each.acceleration for each in contacts], dtype=float)
+        response = np.array([each.response for each in contacts], dtype=float)
     else:
-        free, response = _from_rates(machine, time, mechanical, drive, count)
-        if machine.follows_load:
-            inertia, own, slope = machine.reaction(time, mechanical, drive)
-            loads, raised = np.array([own / inertia]), np.array([[-slope / inertia]])
+        free, response = _from_rates(machine, time, mechanical, system.drive.value(time), count)
+    if machine.follows_load:
+        reactions: list[Any] = [each.reaction for each in contacts]
+        loads = np.array([own / over for over, own, *_ in reactions])
+        raised = np.array([[-slope / over for slope in slopes] for over, _, *slopes in reactions])
     if system.environment is not None:
-        placed, side = system.placed, float(np.sign(velocities[0]))
-        outside = system.environment.outside(placed, time, y[: len(placed.states)], side)
-        push = np.zeros(count)
-        push[0] = outside.push if abs(velocities[0]) > still else outside.push_at_rest
-        for i, v in enumerate(velocities[1:], start=1):
-            push[i] = -system.environment.drag(v, float(np.sign(v)))
+        outside = system.environment.outside(machine, time, mechanical, velocities, np.sign(velocities))
+        push = np.array([pushes[int(abs(v) <= still)] for pushes, v in zip(outside.pushes, velocities, strict=True)])
         free, loads = free + response @ push, loads + raised @ push
     least, most = np.zeros(count), np.zeros(count)
     places, first = list(system.state_names), y[len(y) - len(system.friction.internal) :]
@@ -113,15 +110,15 @@ def _problem(system: System, time: float, y: tuple, drive: float, velocities: np
             least[i], most[i] = (middle - limit) / load, (middle + limit) / load
         else:
             least[i] = most[i] = law.force(v, internal, float(np.sign(v)) or 1.0, load)[0] / load
-    return _Problem(free, response, loads, raised, least, most, machine.coupled == "distances")
+    return _Problem(free, response, loads, raised, least, most, machine.imposes_distances)
 
 
 def _from_rates(machine: Any, time: float, y: tuple, drive: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     """(free, response) read off the rates, which are linear in all friction forces."""
-    places = [machine.states.index(name) for name in (machine.contact_state, *machine.contacts)]
+    places = [machine.states.index(name) for name in machine.contact_states]
 
     def accelerations(forces: Any) -> np.ndarray:
-        rates = machine.rates(time, y, drive, *forces)
+        rates = machine.rates(time, y, drive, tuple(forces))
         return np.array([rates[i] for i in places], dtype=float)
 
     free = accelerations(np.zeros(count))

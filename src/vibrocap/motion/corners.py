@@ -99,7 +99,9 @@ class Corners:
         number = np.minimum(number, tables.shape[1] - 1)
         which = np.arange(len(time)) if len(tables) > 1 else np.zeros(len(time), dtype=int)
         start = np.where(number > 0, tables[which, number - 1, 0], 0.0) * periods
-        scale = (1.0 / np.broadcast_to(periods, time.shape)[:, None]) ** np.arange(self.coefficients)
+        divisors = np.broadcast_to(periods, (self.coefficients, len(time))).copy()
+        divisors[:1] = 1.0
+        scale = np.divide.accumulate(np.vstack((np.ones((1, len(time))), divisors)))[1:].T  # as the kernel does it
         coefficients = tables[which, number, 1:] * scale
         return number, np.stack((np.broadcast_to(periods, time.shape), start, *coefficients.T))
 

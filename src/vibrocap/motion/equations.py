@@ -103,6 +103,12 @@ class Equations:
         return len(self.contacts) > 1
 
     @property
+    def coupled(self) -> bool:
+        """Whether friction at one contact accelerates another."""
+        rows = () if self.rows is None else self.rows.response
+        return any(entry.value != 0.0 for i, row in enumerate(rows) for entry in (*row[:i], *row[i + 1 :]))
+
+    @property
     def imposed_velocities(self) -> tuple[Expression, ...]:
         """Of further contacts, where they are no states."""
         return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
@@ -210,7 +216,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         drive: Any = system.drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
-    sides = (graph.node("side"), *(graph.node("side", 1 + i) for i in range(len(system.machine.contacts))))
+    sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
     flow = recorded.flow(graph.node("time"), y, sides)
     placed = recorded.placed
     expression = graph.expression
@@ -218,47 +224,47 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     own = len(system.friction.internal)
     internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
     mechanical = y[: len(placed.states)]
+    first, *others = flow.contacts
     observables = {
-        "friction": flow.friction,
-        "holding_force": flow.holding_force,
-        "contact_velocity": flow.contact_velocity,
+        "friction": first.friction,
+        "holding_force": first.held,
+        "contact_velocity": first.contact.velocity,
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
         "momentum": placed.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
-    for each in flow.further:
+    for number, each in enumerate(others, start=2):
         own = {"friction": each.friction, "contact_velocity": each.contact.velocity}
         if system.machine.follows_load:
             own["reaction"] = each.normal
             if each.contact.sticks:
-                own |= {"holding_limit": each.limit, "holding_middle": each.contact.middle * each.normal}
-        observables |= {numbered(name, each.contact.number): value for name, value in own.items()}
-    contact = system.state_names.index(system.machine.contact_state)
-    side = graph.node("side")
+                own |= {"holding_limit": each.limit, "holding_middle": each.middle}
+        observables |= {numbered(name, number): value for name, value in own.items()}
+    contact = system.state_names.index(system.machine.contact_states[0])
     balance = Balance(
         momentum=expression(observables["momentum"]),
         outer=expression(flow.outer_force),
         friction=expression(flow.sliding_friction),
-        share=expression(1.0) if flow.holding_limit is None else side * side,
-        middle=flow.holding_middle if isinstance(flow.holding_middle, Expression) else None,
+        share=expression(first.contact.slips),
+        middle=first.middle if isinstance(first.middle, Expression) else None,
         acceleration=expression(flow.rates[contact]),
         normal=_normal_balance(graph, placed, mechanical, flow),
     )
-    if flow.bounds and flow.holding_limit is not None:
-        observables |= {"holding_limit": flow.holding_limit, "holding_middle": flow.holding_middle}
-    reaction = flow.reaction or placed.reaction(graph.node("time"), mechanical, flow.drive)
+    if flow.bounds and first.limit is not None:
+        observables |= {"holding_limit": first.limit, "holding_middle": first.middle}
+    reaction = flow.reaction
     if reaction is not None:
-        inertia, own, slope = reaction
-        observables["reaction"] = (own + slope * flow.taken) / inertia
+        inertia, own, *slopes = reaction
+        made = sum(slope * taken for slope, taken in zip(slopes, flow.taken, strict=True))
+        observables["reaction"] = (own + made) / inertia
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
-    if from_outside or flow.further:
+    if from_outside or others:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
-    others = (each.taken for each in flow.further)
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
     expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
         graph=graph,
@@ -289,7 +295,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
-        balance=None if flow.further or not _balances(balance, flow, len(paths)) else balance,
+        balance=None if others or not _balances(balance, flow, len(paths)) else balance,
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
         normal_momentum=None
@@ -301,7 +307,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
     """Whether the acceleration follows from the balance of momentum, and vanishes with that of a contact at rest."""
     rates = [balance.momentum.graph.expression(rate) for rate in flow.rates]
-    still = derivative(balance.momentum.graph.expression(flow.contact_velocity), -1)
+    still = derivative(balance.momentum.graph.expression(flow.contacts[0].contact.velocity), -1)
     return still.value == 0.0 and balance.holds(rates, parameters)
 
 
@@ -328,7 +334,7 @@ def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
         for shape in machine.scene(graph.node("time"), y)
     )
-    return shapes, graph.expression(machine.load())
+    return shapes, graph.expression(machine.loads()[0])
 
 
 def recorded_room(system: System) -> dict[str, tuple[Expression, Expression]]:
@@ -358,7 +364,7 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
         return None
     moving, at_rest = map(graph.expression, flow.loads)
     return NormalBalance(
-        momentum=graph.expression(momentum), mean=graph.expression(machine.load()), moving=moving, at_rest=at_rest
+        momentum=graph.expression(momentum), mean=graph.expression(machine.loads()[0]), moving=moving, at_rest=at_rest
     )
 
 

@@ -56,11 +56,11 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = ROUNDING * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
-    if motion.system.machine.coupled == "distances" or derivative(recording.contact_velocity, -1).value != 0.0:
+    if motion.system.machine.imposes_distances or derivative(recording.contact_velocity, -1).value != 0.0:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
-    ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])
+    ratio = _stick_force_ratio(motion, 1, friction[stuck], index[stuck], s[stuck])
     least = least if laws[0].kind != "smooth" else 0.0
     event_velocity = recorded.contact_residual
     for further in _further_contacts(motion, index, s):
@@ -120,11 +120,13 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     )
 
 
-def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, s: np.ndarray) -> float | None:
-    """Largest share of what the contact can hold, of the forces that held it; None: the law cannot stick."""
-    if motion.system.friction.kind != "set-valued":
+def _stick_force_ratio(
+    motion: Trajectory, number: int, held: np.ndarray, index: np.ndarray, s: np.ndarray
+) -> float | None:
+    """Largest share of what a contact can hold, of the forces that held it; None: its law cannot stick."""
+    if motion.system.laws[number - 1].kind != "set-valued":
         return None
-    return float(np.max(np.abs(_shares_held(motion, held, index, s)), initial=0.0))
+    return float(np.max(np.abs(_shares_held(motion, number, held, index, s)), initial=0.0))
 
 
 def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
@@ -134,23 +136,22 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
     """
     stuck = motion.piece_side == 0
     starts = 1 + np.flatnonzero(stuck[:-1] & ~stuck[1:])
-    if not len(starts) or motion.system.machine.coupled:
+    if not len(starts) or equations(motion.system).coupled:
         return None
     names = ("contact_velocity", "holding_force")
     velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
-    shares = motion.piece_side[starts] * _shares_held(motion, force, starts, np.zeros(len(starts)))
+    shares = motion.piece_side[starts] * _shares_held(motion, 1, force, starts, np.zeros(len(starts)))
     shares = shares[np.abs(velocity) <= still]
     return float(np.max(1.0 - shares, initial=0.0)) if len(shares) else None
 
 
-def _shares_held(motion: Trajectory, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Forces at rest over what the contact can hold, from the middle of that."""
-    law, machine = motion.system.friction, motion.system.machine
-    if machine.follows_load:
-        limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
-    else:
-        load = motion.system.placed.load()
-        limit, middle = np.full(len(force), float(law.holding_limit(load))), law.holding_middle(load)
+def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Forces at rest over what a contact can hold, from the middle of that."""
+    law, load = motion.system.laws[number - 1], motion.system.law_loads[number - 1]
+    limit, middle = law.holding_limit(load), law.holding_middle(load)
+    if motion.system.machine.follows_load:
+        names = numbered("holding_limit", number), numbered("holding_middle", number)
+        limit, middle = motion.piece_observables(names, index, s)
     force = force - middle
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(force == 0.0, 0.0, force / limit)
@@ -167,24 +168,15 @@ class FurtherEvidence:
 
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
-    system, found = motion.system, []
-    further = zip(system.further_laws, equations(system).contacts[1:], strict=True)
-    for number, (law, contact) in enumerate(further, 2):
+    found = []
+    for number, contact in enumerate(equations(motion.system).contacts[1:], 2):
         if contact.kind == "smooth":
             continue
         sides = motion.piece_sides[:, number - 1]
         names = numbered("contact_velocity", number), numbered("friction", number)
         velocity, friction = motion.piece_observables(names, index, s)
-        stuck, ratio = sides[index] == 0.0, None
-        if law.kind == "set-valued":
-            load = system.law_loads[number - 1]
-            limit, middle = law.holding_limit(load), law.holding_middle(load)
-            if system.machine.follows_load:
-                names = numbered("holding_limit", number), numbered("holding_middle", number)
-                limit, middle = motion.piece_observables(names, index[stuck], s[stuck])
-            force = np.abs(friction[stuck] - middle)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+        stuck = sides[index] == 0.0
+        ratio = _stick_force_ratio(motion, number, friction[stuck], index[stuck], s[stuck])
         along = (sides[index] * velocity).reshape(-1, POINTS)
         stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
         at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0)) if contact.is_state else 0.0
@@ -195,10 +187,10 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
 
 def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
     """What is to be said of contacts at imposed distances that rest together: their forces are open, the motion not."""
-    system, law = motion.system, motion.system.friction
-    if system.machine.coupled != "distances":
+    system = motion.system
+    if not system.machine.imposes_distances:
         return ()
-    can_rest = [each.kind == "set-valued" for each in (law, *system.further_laws)]
+    can_rest = [each.kind == "set-valued" for each in system.laws]
     together = np.sum(motion.piece_sides[:, can_rest] == 0.0, axis=1) > 1
     if not np.any(together):
         return ()

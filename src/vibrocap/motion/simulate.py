@@ -14,7 +14,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.status import Status
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.flow import BOUNDS
@@ -56,7 +56,7 @@ MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
-EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
+EVENT_KINDS = (*CONTACT_EVENTS, "graze", "switch", *BOUNDS)
 STATUSES = {
     codes.DONE: Status.FINISHED,
     codes.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -206,7 +206,7 @@ def event_kinds(own: tuple[str, ...]) -> np.ndarray:
 def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:
     """Names of the events; those at a further contact end in its number."""
     kinds = event_kinds(system.placed.switch_events)[recorded.event_kinds]
-    if not system.machine.contacts:
+    if len(system.machine.contact_states) == 1:
         return kinds
     pairs = zip(kinds, recorded.event_contacts, strict=True)
     return np.array([numbered(str(kind), max(1, int(number))) for kind, number in pairs], dtype=str)

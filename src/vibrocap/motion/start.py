@@ -75,7 +75,8 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
     """
     y = tuple(state.values())
-    velocity = system.machine.contact_velocity(time, y[: len(system.machine.states)])
+    placed = system.placed
+    velocity = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))[0].velocity
     side = (velocity > 0.0) - (velocity < 0.0)
     resting = side == 0 and system.friction.kind == "set-valued"
     flow = system.flow(time, y, side if side or resting else 1)
@@ -130,7 +131,7 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         where = start[switch] and system.placed.room()[name][start[switch] > 0.0]
         if not math.isfinite(where):
             raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
-        rest = {system.machine.contact_state: -system.machine.ground_speed()}  # over a belt it slides at the stop
+        rest = {system.machine.contact_states[0]: -system.machine.ground_speed()}  # over a belt it slides at the stop
         for locked, value in ((name, where), *((each, rest.get(each, 0.0)) for each in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
                 wanted, got = (_said(each, locked, system, 10) for each in (value, start[locked]))

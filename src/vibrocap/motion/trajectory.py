@@ -33,6 +33,8 @@ from vibrocap.results import Result, Rows
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 12, 14 or 65 points
+# What may happen at each contact, in the order of the numbers of `codes`.
+CONTACT_EVENTS = ("stick", "slip_forward", "slip_back", "reversal")
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names

@@ -4,7 +4,8 @@
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
-- One motion as C: `exported_motion`.
+- One motion that its caller moves on, compiled or in C: `stepper_kernel`.
+- The equations of an instant as C: `exported_instant`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 What comes back is a record with names: `Recorded`, `RunResults`, `DrivenRuns`. `codes` are the numbers by which a
@@ -19,6 +20,7 @@ from vibrocap.doors import opened
 
 if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
+    from vibrocap.numerics.codegen.instant_source import Instant
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
     from vibrocap.numerics.compiler.machine import code_made_for
@@ -29,10 +31,11 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
-    from vibrocap.numerics.run.exported import ExportedMotion, exported_motion
+    from vibrocap.numerics.run.instant import exported_instant
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import RunResults
+    from vibrocap.numerics.run.stepper import StepperKernel, StepperMemory, stepper_kernel
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
 
@@ -43,11 +46,13 @@ __all__ = [
     "Budget",
     "DrivenEquations",
     "DrivenRuns",
-    "ExportedMotion",
+    "Instant",
     "Integrands",
     "Recorded",
     "RunResults",
     "ScalarWriter",
+    "StepperKernel",
+    "StepperMemory",
     "Stroboscope",
     "available_threads",
     "browser_kernels",
@@ -58,12 +63,13 @@ __all__ = [
     "cuda_problem",
     "driven_runs",
     "ensemble_run",
-    "exported_motion",
+    "exported_instant",
     "integrands_source",
     "recorded_run",
     "replayed",
     "series_order",
     "sharpness",
+    "stepper_kernel",
 ]
 
 if not TYPE_CHECKING:

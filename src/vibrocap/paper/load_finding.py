@@ -93,7 +93,7 @@ def _figure_5(runs: Runs) -> LoadedFigure:
     rows = loaded_motions(runs)
     before, after = ([row for row in rows if row.load == load] for load in (PRINTED, DYNAMIC))
     least, largest = min(row.least_load for row in after), max(row.largest_load for row in after)
-    mean = float(with_load(figures_5_to_8(), DYNAMIC).machine.load())
+    mean = float(with_load(figures_5_to_8(), DYNAMIC).machine.loads()[0])
     sentence = (
         f"The load swings between {least:.3g} and {largest:.3g} about its mean of {mean:g}, where the paper has 1: X "
         f"after {SHOWN_PERIODS} periods is {_both([row.travel for row in after])}, instead of "

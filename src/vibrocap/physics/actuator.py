@@ -28,6 +28,7 @@ class Actuator(Part):
     )
 
     name: ClassVar[str] = "actuator"
+    source: ClassVar[str] = "astrom2008"
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -81,20 +82,16 @@ class ActuatedMachine:
         clipped, limit = self._of_actuator(y).get(CLIPPED), self.actuator_part.command_limit
         return command if clipped is None else (1.0 - clipped * clipped) * command + clipped * limit
 
-    def contact_velocity(self, t, y):
-        """Sliding velocity of the contact."""
-        return self.machine.contact_velocity(t, self._own(y))
+    def contacts(self, t, y, drive) -> tuple:
+        """Of the machine, under u."""
+        return self.machine.contacts(t, self._own(y), self.output(y))
 
-    def holding_force(self, t, y, drive):
-        """Friction force that would keep the contact at rest."""
-        return self.machine.holding_force(t, self._own(y), self.output(y))
-
-    def rates(self, t, y, drive, force, *others) -> tuple:
+    def rates(self, t, y, drive, frictions) -> tuple:
         """y' of the machine under u, and u' = (c - u)/T, or 0 at the limit."""
         rate = (self.commanded(y, drive) - self.output(y)) / self.actuator_part.time_constant
         saturated = self._of_actuator(y).get(SATURATED)
         rate = rate if saturated is None else (1.0 - saturated * saturated) * rate
-        own = self.machine.rates(t, self._own(y), self.output(y), force, *others)
+        own = self.machine.rates(t, self._own(y), self.output(y), frictions)
         return *own, rate, *((0.0,) * len(self.actuator_part.switched))
 
     def _guards(self, y, drive) -> tuple:
@@ -111,16 +108,16 @@ class ActuatedMachine:
                 found.append(at + free * (limit + value) / limit)
         return tuple(found)
 
-    def switches(self, t, y, drive, force, *others) -> tuple:
+    def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the limits."""
-        return *self.machine.switches(t, self._own(y), self.output(y), force, *others), *self._guards(y, drive)
+        return *self.machine.switches(t, self._own(y), self.output(y), frictions), *self._guards(y, drive)
 
-    def after_switch(self, which, t, y, drive, force, *others) -> tuple:
+    def after_switch(self, which, t, y, drive, frictions) -> tuple:
         """All states after guard number `which`."""
         mechanical, output = self._own(y), self.output(y)
-        guards = len(self.machine.switches(t, mechanical, output, force, *others))
+        guards = len(self.machine.switches(t, mechanical, output, frictions))
         if which < guards:
-            return *self.machine.after_switch(which, t, mechanical, output, force, *others), *y[len(mechanical) :]
+            return *self.machine.after_switch(which, t, mechanical, output, frictions), *y[len(mechanical) :]
         number, side = divmod(which - guards, 3)
         own, name = self._of_actuator(y), self.actuator_part.switched[number]
         own[name] = (1.0, 0.0, -1.0)[side]
@@ -128,7 +125,7 @@ class ActuatedMachine:
             own[OUTPUT] = self.actuator_part.limit * own[name]
         return *mechanical, *own.values()
 
-    def actuator(self, t, y, force, *others) -> Mapping[str, Any]:
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """Of an imposed motion, which has no actuator."""
         return {}
 
@@ -148,33 +145,17 @@ class ActuatedMachine:
         """Of the machine, under u."""
         return self.machine.outer_force(t, self._own(y), self.output(y))
 
-    def wall_force(self, t, y, drive, force):
+    def wall_force(self, t, y, drive, frictions):
         """Of the machine, under u."""
-        return self.machine.wall_force(t, self._own(y), self.output(y), force)
+        return self.machine.wall_force(t, self._own(y), self.output(y), frictions)
 
-    def powers(self, t, y, drive, force, *others) -> tuple:
+    def powers(self, t, y, drive, frictions) -> tuple:
         """Of the machine: the work of the drive is that of u."""
-        return self.machine.powers(t, self._own(y), self.output(y), force, *others)
-
-    def reaction(self, t, y, drive) -> Any:
-        """Of the machine, under u."""
-        return self.machine.reaction(t, self._own(y), self.output(y))
+        return self.machine.powers(t, self._own(y), self.output(y), frictions)
 
     def vertical_momentum(self, t, y) -> Any:
         """Of the machine."""
         return self.machine.vertical_momentum(t, self._own(y))
-
-    def further_velocities(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.further_velocities(t, self._own(y))
-
-    def further_holding_forces(self, t, y, drive) -> tuple:
-        """Of the machine, under u."""
-        return self.machine.further_holding_forces(t, self._own(y), self.output(y))
-
-    def coupling(self, t, y, drive) -> Any:
-        """Of the machine, under u."""
-        return self.machine.coupling(t, self._own(y), self.output(y))
 
     def scene(self, t, y) -> tuple:
         """Of the machine."""

@@ -37,8 +37,8 @@ CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Machine: (
         "machine",
         "vibrocap.physics.machines",
-        ("states", "cyclic", "contact_state", "symmetry", "channels", "normal_load"),
-        ("load", "contact_velocity", "holding_force", "rates", "energy", "momentum", "powers"),
+        ("states", "cyclic", "contact_states", "symmetry", "channels", "normal_load"),
+        ("contacts", "rates", "energy", "momentum", "powers"),
     ),
     Drive: ("drive", "vibrocap.physics.drives", (), ("value", "period", "odd")),
 }

@@ -15,7 +15,7 @@ Rows are chosen by s^2, which is exactly 0 or 1, so that the equations are recor
 are known, each with the least work:
 
     independent   each contact is on a body of its own: A is diagonal, and the machine gives the force that holds each
-    coupled       friction at one accelerates the others, or loads them (`Coupling`): one elimination
+    coupled       friction at one accelerates the others, or loads them (`Contact.response`): one elimination
     distances     those between the contacts are imposed, so that all share one coordinate and A has rank one: those
                   that rest together hold one force, and how they share it is open, though the motion is not. Each is
                   shown the same share of its limit (as any other share would do, this one has the least distance from
@@ -28,6 +28,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Contact
 
 # Shares of contacts that can hold nothing: what is added to widths so that no share is 0/0.
 LEAST = 1e-150
@@ -43,24 +44,29 @@ class Interval:
 
 
 @dataclasses.dataclass(frozen=True)
-class Contact:
-    """One contact at one instant, in the mode that its side says.
+class RubbingContact:
+    """One contact of a machine with its law at one instant, in the mode that its side says.
 
-    number: 1 for the first; load: that its law is given; force: friction while it slides, per load where loads follow
-    the motion; push: from outside on its body, along the line, while it slides and while it rests
+    given: what the machine says of it; load: that its law is given; force: friction while it slides, and losses: power
+    lost by sliding and by bristles, per load where loads follow the motion; push: from outside on its body, along the
+    line, while it slides and while it rests
     """
 
-    number: int
+    given: Contact
     law: Law
     load: Any
-    velocity: Any
     internal: tuple
     side: Any
     force: Any
     internal_rates: tuple
+    losses: tuple
     push: Any = 0.0
     push_at_rest: Any = 0.0
-    drag: Any = None
+
+    @property
+    def velocity(self) -> Any:
+        """Its sliding velocity."""
+        return self.given.velocity
 
     @property
     def sticks(self) -> bool:
@@ -93,31 +99,33 @@ class Contact:
         back, forward = (self.law.force(0.0, self.internal, side, self.load)[0] for side in (-1.0, 1.0))
         return Interval(back, forward)
 
-    def losses(self) -> tuple:
-        """(power lost by sliding, by bristles), per load where that follows the motion."""
-        return self.law.losses(self.velocity, self.internal, self.side, self.load)
-
 
 @dataclasses.dataclass(frozen=True)
 class ContactForce:
-    """What acts at one further contact.
+    """What acts at one contact.
 
     taken: by the machine in the place of friction, which it is less the push from outside; friction: R itself
-    hold: R that would hold it, over the middle of what it can hold; limit: how far that reaches; None: it cannot rest
+    held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
     normal: its load over the one that its law is given
     """
 
-    contact: Contact
+    contact: RubbingContact
     taken: Any
     friction: Any
-    hold: Any
+    held: Any
+    middle: Any
     limit: Any
     normal: Any
 
     @property
+    def hold(self) -> Any:
+        """R that would hold it, over the middle of what it can hold; None: it cannot rest."""
+        return None if self.limit is None else self.held - self.middle
+
+    @property
     def losses(self) -> tuple:
         """(power lost by sliding, by bristles); a contact at rest does not slide."""
-        sliding, bristles = (loss * self.normal for loss in self.contact.losses())
+        sliding, bristles = (loss * self.normal for loss in self.contact.losses)
         return (self.contact.slips * sliding if self.contact.sticks else sliding), bristles
 
 
@@ -142,68 +150,68 @@ class Contacts:
     the machine is given in the place of the friction at the first, those of the others.
     """
 
-    def __init__(self, machine: Any, contacts: Sequence[Contact], t: Any, y: tuple, drive: Any):
-        self.machine, self.first, self.others = machine, contacts[0], tuple(contacts[1:])
-        self.coupling: Any = machine.coupling(t, y, drive) if machine.coupled else None
-        self.holding = () if machine.coupled else machine.further_holding_forces(t, y, drive)
-        self._own_hold = None if machine.coupled else machine.holding_force(t, y, drive)
+    def __init__(self, machine: Any, contacts: Sequence[RubbingContact]):
+        self.all, self.others = tuple(contacts), tuple(contacts[1:])
+        self.given, self.follows_load = [each.given for each in contacts], machine.follows_load
+        self.shared = machine.imposes_distances
+        self.coupled = bool(self.given[0].response) and not self.shared
+        self.loads: tuple = ()
+        self.load_response: tuple[tuple, ...] = ()
         self.quotients: tuple = ()
         self._sums: tuple = ()
-        if machine.coupled == "motion":
+        if self.coupled and self.follows_load:
+            rows: list[Any] = [each.reaction for each in self.given]
+            self.loads = tuple(own / over for over, own, *_ in rows)
+            self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
+        if self.coupled:
             self._solve()
-
-    @property
-    def all(self) -> tuple[Contact, ...]:
-        """The first one before the others."""
-        return (self.first, *self.others)
 
     # --- coupled: one elimination, the first contact last ----------------------------------------------------------
 
     def _solve(self) -> None:
         """Forces at the others as alpha - beta f, f: what the machine is given for the first."""
-        given, rows, right, by_first = self.coupling, [], [], []
+        rows, right, by_first = [], [], []
         for j, each in enumerate(self.others, start=1):
             slips, rests = each.slips, 1.0 - each.slips
-            raised = None if given.load_response is None else given.load_response[j]
-            slide_to = each.force if raised is None else each.force * given.loads[j]
+            raised = self.load_response[j] if self.loads else ()
+            slide_to = each.force * self.loads[j] if raised else each.force
             row = []
-            for k in range(1, len(given.free)):
+            for k in range(1, len(self.all)):
                 slide = 1.0 if k == j else 0.0
-                slide = slide if raised is None else slide + each.force * raised[k]
-                row.append(rests * given.response[j][k] + slips * slide)
+                slide = slide + each.force * raised[k] if raised else slide
+                row.append(rests * each.given.response[k] + slips * slide)
             rows.append(row)
-            right.append(rests * given.free[j] + slips * (slide_to - each.push))
-            by_first.append(
-                rests * given.response[j][0] + (0.0 if raised is None else slips * (each.force * raised[0]))
-            )
+            right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
+            pressed = slips * (each.force * raised[0]) if raised else 0.0
+            by_first.append(rests * each.given.response[0] + pressed)
         (self._alpha, self._beta), quotients = eliminated(rows, [right, by_first])
         self.quotients = (*quotients, self.held)
 
     @property
     def held(self):
         """What the machine is given for the first contact where that rests."""
-        if self._own_hold is not None:
-            return self._own_hold
-        if self.machine.coupled == "distances":
-            return self._shared(0)
-        given, first = self.coupling, self.coupling.response[0]
-        held = given.free[0] - sum(a * r for a, r in zip(first[1:], self._alpha, strict=True))
-        return held / (first[0] - sum(a * r for a, r in zip(first[1:], self._beta, strict=True)))
+        if self.shared:
+            return self._share(0)
+        if not self.coupled:
+            return self.given[0].holding_force
+        own, *others = self.given[0].response
+        held = self.given[0].acceleration - sum(a * r for a, r in zip(others, self._alpha, strict=True))
+        return held / (own - sum(a * r for a, r in zip(others, self._beta, strict=True)))
 
-    def reaction(self) -> tuple | None:
-        """(1, n, s) of the load of the first contact, N = n + s f; None: as the machine says."""
-        given = self.coupling
-        if given is None or given.load_response is None:
-            return None
-        row = given.load_response[0]
-        own = given.loads[0] - sum(c * r for c, r in zip(row[1:], self._alpha, strict=True))
+    def reaction(self) -> tuple:
+        """(b, n, s) of the load of the first contact, b N = n + s f."""
+        if not self.coupled:
+            reaction: Any = self.given[0].reaction
+            return reaction
+        row = self.load_response[0]
+        own = self.loads[0] - sum(c * r for c, r in zip(row[1:], self._alpha, strict=True))
         return 1.0, own, sum(c * r for c, r in zip(row[1:], self._beta, strict=True)) - row[0]
 
     # --- distances: all that rest hold one force -------------------------------------------------------------------
 
-    def _shared(self, at: int):
+    def _share(self, at: int):
         """What one contact takes where it rests: its share of what must be held by those that rest."""
-        given, each = self.coupling, self.all[at]
+        each = self.all[at]
         if not each.sticks:
             return 0.0
         if not self._sums:
@@ -214,53 +222,46 @@ class Contacts:
             self._sums = held, width
         held, width = self._sums
         middle, own = each.middle - each.push_at_rest, each.limit + LEAST
-        total = given.free[at] / given.response[at][at] - (held - _own_share(each)) - middle
+        total = each.given.acceleration / each.given.response[at] - (held - _own_share(each)) - middle
         return middle + total * (own / (width + each.slips * own))
 
     # --- what acts at the others ------------------------------------------------------------------------------------
 
     def forces(self, taken_first: Any) -> tuple[ContactForce, ...]:
         """Of the others, given what the machine takes for the first."""
-        given: Any = self.coupling
-        found, follows = [], self.machine.follows_load
-        solved = []
-        if self.machine.coupled == "motion":
+        found, solved = [], []
+        if self.coupled:
             solved = [a - b * taken_first for a, b in zip(self._alpha, self._beta, strict=True)]
         for j, each in enumerate(self.others, start=1):
             normal: Any = 1.0
-            slides = each.force if _none(each.push) else each.force - each.push
-            if self.machine.coupled == "motion":
+            slides = each.force - each.push
+            if self.coupled:
                 taken = held = solved[j - 1]
             else:
-                held = self.holding[j - 1] if not self.machine.coupled else self._shared(j)
+                held = self._share(j) if self.shared else each.given.holding_force
                 taken = held + each.slips * (slides - held) if each.sticks else slides
-            if follows:
-                row, forces = given.load_response[j], (taken_first, *solved)
-                normal = given.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
-            push = each.push
+            if self.loads:
+                row, forces = self.load_response[j], (taken_first, *solved)
+                normal = self.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
+            push, middle, limit = each.push, None, None
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-            friction = taken if _none(push) else taken + push
-            hold = limit = None
-            if each.sticks:
-                rests = held if _none(each.push_at_rest) else held + each.push_at_rest
-                hold, limit = rests - each.middle * normal, each.limit * normal
-            found.append(ContactForce(each, taken, friction, hold, limit, normal))
+                middle, limit = each.middle * normal, each.limit * normal
+            found.append(ContactForce(each, taken, taken + push, held + each.push_at_rest, middle, limit, normal))
         return tuple(found)
 
-    def rows(self) -> Rows:
-        """The problem that decides which of them rest."""
-        given, n = self.coupling, 1 + len(self.others)
-        if given is None:
-            return Rows((self._own_hold, *self.holding), tuple(_unit(i, n) for i in range(n)))
-        if self.machine.coupled == "distances":
-            ones = tuple((1.0,) * n for _ in range(n))
-            return Rows(
-                tuple(b / row[i] for i, (b, row) in enumerate(zip(given.free, given.response, strict=True))), ones
-            )
-        if given.load_response is None:
-            return Rows(given.free, given.response)
-        return Rows(given.free, given.response, given.loads, given.load_response)
+    def rows(self) -> Rows | None:
+        """The problem that decides which of them rest; None where there is one."""
+        n = len(self.all)
+        if n == 1:
+            return None
+        if self.shared:
+            b = tuple(each.acceleration / each.response[i] for i, each in enumerate(self.given))
+            return Rows(b, ((1.0,) * n,) * n)
+        if not self.coupled:
+            return Rows(tuple(each.holding_force for each in self.given), tuple(_unit(i, n) for i in range(n)))
+        b, response = (tuple(getattr(each, name) for each in self.given) for name in ("acceleration", "response"))
+        return Rows(b, response, self.loads, self.load_response)
 
     def bounds(self, loads: Sequence[Any]) -> tuple[tuple, tuple[str, ...]]:
         """What is positive while the way to go on is certain: loads of the others, determinants of all modes.
@@ -270,11 +271,11 @@ class Contacts:
         1992, ch. 3; for contacts Loetstedt 1981, Pfeiffer and Glocker 1996). Of constant loads they are principal
         minors of A, which is positive definite: always. Returns (bounds, kinds).
         """
-        given, n, ways = self.coupling, 1 + len(self.others), []
-        if given is None or given.load_response is None:
+        n, ways = len(self.all), []
+        if not self.loads or n == 1:
             return (), ()
         for i, each in enumerate(self.all):
-            unit, raised = _unit(i, n), given.load_response[i]
+            unit, raised = _unit(i, n), self.load_response[i]
             forces, rows = [each.force], []
             if each.sticks:
                 forces = [each.middle + each.limit, each.middle - each.limit]
@@ -282,22 +283,17 @@ class Contacts:
                 level = at_rest + each.slips * (each.force - at_rest)
                 rows.append([slide + level * more for slide, more in zip(unit, raised, strict=True)])
             if each.sticks:
-                still = [entry / given.response[i][i] for entry in given.response[i]]
+                still = [entry / each.given.response[i] for entry in each.given.response]
                 rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
             ways.append(rows)
         found = tuple(determinant(rows) for rows in itertools.product(*ways))
         return (*loads, *found), ("lift_off",) * len(loads) + ("ambiguous_contacts",) * len(found)
 
 
-def _own_share(each: Contact):
+def _own_share(each: RubbingContact):
     """What a contact at imposed distances takes of all that is held: its friction, or its middle at rest."""
     slides = each.force - each.push
     return slides + (1.0 - each.slips) * (each.middle - each.push_at_rest - slides) if each.sticks else slides
-
-
-def _none(push: Any) -> bool:
-    """Whether nothing pushes from outside."""
-    return isinstance(push, float) and push == 0.0
 
 
 def _unit(i: int, n: int) -> tuple[float, ...]:

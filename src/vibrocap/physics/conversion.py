@@ -19,6 +19,7 @@ from vibrocap.physics.units import (
     same_without_units,
     state_keys,
     state_units,
+    undeclared,
 )
 from vibrocap.quantities.declared import Context, Declared
 
@@ -266,11 +267,16 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
     effort = machine.effort
     complaints: list[Complaint] = []
     for name, part in given.items():
+        kind = part.part if isinstance(part, PartInSI) else type(part)
+        said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
+        complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
         if not isinstance(part, PartInSI):
-            keys = parameter_keys(type(part), effort)
+            keys = parameter_keys(kind, effort)
+            if complaints:
+                continue
             if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
-                kind = type(part).__name__
-                raise ArgumentError(name, f"should be in SI like the machine, {kind}.in_si(...), got {part!r}")
+                way = f"{kind.__name__}.in_si(...)"
+                raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
             found[name] = part
             continue
         values = with_gravity(part.values, machine) if name == "environment" else part.values

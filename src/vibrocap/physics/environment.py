@@ -26,12 +26,12 @@ Inclination = Annotated[Number, BeforeValidator(_checked_inclination)]
 class Outside:
     """What an environment does to a machine at one instant.
 
-    push: force on the body at the contact, along the line, besides friction; push_at_rest: the same while it rests.
-    total: force on the whole machine. accelerations: of the other masses, one per state. powers: by channel.
+    pushes: of each contact, the force on its body along the line, besides friction, while it slides and while it rests.
+    total: force on the machine but for the drag on the bodies of further contacts. accelerations: of the other masses,
+    one per state. powers: by channel.
     """
 
-    push: Any
-    push_at_rest: Any
+    pushes: tuple[tuple[Any, Any], ...]
     total: Any
     accelerations: tuple
     powers: tuple
@@ -137,26 +137,29 @@ class Environment(Part):
         quadratic = _towards(self.quadratic_drag, self.quadratic_drag_back, side)
         return (linear + quadratic * (side * velocity)) * velocity
 
-    def outside(self, machine: Any, t, y, side, further_drag=None) -> Outside:
-        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0).
-
-        further_drag: power of the drag on the bodies of further contacts; None: there are none
+    def outside(self, machine: Any, t, y, velocities, sides) -> Outside:
+        """What it does to a machine that `placed` gave, at these sliding velocities, each contact sliding to its side,
+        or at rest (0).
         """
         ground = machine.ground_speed()
-        velocity = machine.contact_velocity(t, y) + ground
-        drag = self.drag(velocity, side)
+        velocity, *others = (each + ground for each in velocities)
+        drag, *others_drag = map(self.drag, (velocity, *others), sides)
         lost = -drag * velocity
-        lost = lost if further_drag is None else lost + further_drag
+        if others:
+            lost = lost + sum((-held * v for held, v in zip(others_drag, others, strict=True)), 0.0)
         accelerations, powers = (0.0,) * len(y), (lost, self.force * velocity)
         push = total = self.force - drag
-        push_at_rest = self.force - self.linear_drag * ground
+        at_rest = self.linear_drag * ground
+        push_at_rest = self.force - at_rest
         if self.has_weight(machine):
             along, masses = machine.gravity[1], dict(machine.masses())
-            own = masses.pop(machine.contact_state)
+            own = masses.pop(machine.contact_states[0])
             push, push_at_rest = push - own * along, push_at_rest - own * along
             total = total - (own + sum(masses.values())) * along
-            falling = {*masses} - {*machine.contacts}
+            falling = {*masses} - {*machine.contact_states}
             accelerations = tuple(-along if name in falling else 0.0 for name in machine.states)
             carried = machine.momentum(t, y) if masses else own * velocity
             powers = (*powers, -along * carried)
-        return Outside(push, push_at_rest, total, accelerations, powers)
+        return Outside(
+            ((push, push_at_rest), *((-held, -at_rest) for held in others_drag)), total, accelerations, powers
+        )

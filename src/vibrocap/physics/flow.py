@@ -3,9 +3,10 @@
 import dataclasses
 from typing import Any
 
-from vibrocap.physics.contacts import Contact, ContactForce, Contacts, Rows
+from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Imposed, Machine
+from vibrocap.physics.machines.machine import Contact, Imposed
+from vibrocap.physics.states import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
@@ -22,14 +23,9 @@ class Flow:
     rates: tuple  # y', one per state
     drive: Any  # what the machine feels
     command: Any  # the same before an actuator
-    contact_velocity: Any
-    friction: Any  # friction force R
-    sliding_friction: Any  # R where the contact slides
-    taken: Any  # by the machine in the place of friction: R less what pushes its body from outside
+    contacts: tuple[ContactForce, ...]  # what acts at each contact
+    sliding_friction: Any  # R at the first where it slides
     outer_force: Any  # along the line of sliding, other than friction
-    holding_force: Any  # R that would keep a resting contact at rest
-    holding_middle: Any  # of the forces that the contact can hold at rest
-    holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
     switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
     law_switches: int  # how many of them are the laws'
     after_switch: tuple  # all states after each switch
@@ -39,36 +35,41 @@ class Flow:
     contact_energy: Any  # stored in the contact
     bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
     bound_kinds: tuple  # place in BOUNDS of each of them
-    loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
-    reaction: tuple | None  # of contacts that act on one another, that of the first: (b, n, s) of b N = n + s R
+    loads: tuple  # normal load of the first contact while it slips, and at rest; none with a constant load
+    reaction: tuple | None  # of the ground at the first contact: (b, n, s_1, ...) of b N = n + s_1 R_1 + ..., as taken
     quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
-    further: tuple[ContactForce, ...]  # what acts at the further contacts
     rows: Rows | None  # the problem of several contacts, which decides which of them rest
-    contacts: tuple[Contact, ...]  # all of them
+
+    @property
+    def friction(self) -> Any:
+        """R at the first contact."""
+        return self.contacts[0].friction
+
+    @property
+    def taken(self) -> tuple:
+        """By the machine in the place of friction, at each contact: R less what pushes its body from outside."""
+        return tuple(each.taken for each in self.contacts)
 
 
 def _internal(system: Any, y) -> list[tuple]:
     """The internal states of the law of each contact, the first contact first; they stand last."""
-    found, end = [], len(y)
-    for law in (system.friction, *reversed(system.further_laws)):
-        found.append(tuple(y[end - len(law.internal) : end]))
-        end -= len(law.internal)
-    return [found[0], *reversed(found[1:])]
+    found, start = {}, len(system.placed.states)
+    for number, law in laws_by_state(system.parts):
+        found[number] = tuple(y[start : start + len(law.internal)])
+        start += len(law.internal)
+    return [found[number] for number in sorted(found)]
 
 
-def _further_contacts(system: Any, t, y, mechanical, sides) -> list[Contact]:
-    """The further contacts in their modes."""
-    found, velocities = [], system.placed.further_velocities(t, mechanical)
-    loads, internals, ground = system.law_loads[1:], _internal(system, y)[1:], system.placed.ground_speed()
-    for i, (law, load, velocity, own) in enumerate(zip(system.further_laws, loads, velocities, internals, strict=True)):
-        side = sides[1 + i]
-        force, rates = law.force(velocity, own, side, load)
-        drag, push, push_at_rest = None, 0.0, 0.0
-        if system.environment is not None:
-            drag = system.environment.drag(velocity + ground, side)
-            push, push_at_rest = -drag, -(system.environment.linear_drag * ground)
-        found.append(Contact(2 + i, law, load, velocity, own, side, force, rates, push, push_at_rest, drag))
-    return found
+def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: Any) -> list[RubbingContact]:
+    """The contacts of the machine, each with its law, in their modes."""
+    found, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
+    each = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
+    first, *others = each
+    for contact, law, load, internal, side, (push, push_at_rest) in (*others, first):  # as their states stand
+        force, rates = law.force(contact.velocity, internal, side, load)
+        losses = law.losses(contact.velocity, internal, side, load)
+        found.append(RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest))
+    return [found[-1], *found[:-1]]
 
 
 def flow_of(system: Any, t, y, side) -> Flow:
@@ -76,41 +77,32 @@ def flow_of(system: Any, t, y, side) -> Flow:
 
     side: of several contacts a tuple, one for each, or one for all
     """
-    machine, law, load = system.placed, system.friction, system.law_load
-    mechanical, several = y[: len(machine.states)], bool(system.machine.contacts)
-    sides = side if isinstance(side, tuple) else (side,) * (1 + len(system.machine.contacts))
-    side, internal = sides[0], _internal(system, y)[0]
-    sticks = law.kind == "set-valued"
+    machine = system.placed
+    mechanical, count = y[: len(machine.states)], len(machine.contact_states)
+    sides = side if isinstance(side, tuple) else (side,) * count
     drive = system.drive.value(t)
-    velocity = machine.contact_velocity(t, mechanical)
-    others = _further_contacts(system, t, y, mechanical, sides) if several else []
-    ground = machine.ground_speed()
-    lost = sum((-each.drag * (each.velocity + ground) for each in others if each.drag is not None), 0.0)
+    given = tuple(machine.contacts(t, mechanical, drive))
     outside = None
     if system.environment is not None:
-        outside = system.environment.outside(machine, t, mechanical, side, lost if others else None)
-    held = None if several else machine.holding_force(t, mechanical, drive)
-    force, internal_rates = law.force(velocity, internal, side, load)
-    contacts = joint = None
-    if several:
-        pushes = () if outside is None else (outside.push, outside.push_at_rest)
-        first = Contact(1, law, load, velocity, internal, side, force, internal_rates, *pushes)
-        contacts = Contacts(machine, (first, *others), t, mechanical, drive)
-        held = contacts.held
-    hold = held if outside is None else held + outside.push_at_rest
-    sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
-    slipping = side * side if sticks else 1.0
-    limit = law.holding_limit(load) if sticks else None
-    middle = law.holding_middle(load)
+        velocities = tuple(each.velocity for each in given)
+        outside = system.environment.outside(machine, t, mechanical, velocities, sides)
+    first, *others = rubbing = _rubbing(system, y, given, sides, outside)
+    contacts = Contacts(machine, rubbing)
+    force, sticks, held = first.force, first.sticks, contacts.held
+    hold = held + first.push_at_rest
+    slipping = first.slips
+    limit, middle = first.limit if sticks else None, first.middle
     bounds = loads = ()
+    normal: Any = 1.0
+    reaction = given[0].reaction
     if machine.follows_load:
-        joint = None if contacts is None else contacts.reaction()
-        inertia, own, slope = machine.reaction(t, mechanical, drive) if joint is None else joint
+        inertia, own, slope = contacts.reaction()
+        reaction = (inertia, own, slope, *(0.0 for _ in others))
         clear = inertia - slope * force
-        moved = own if outside is None else own - slope * outside.push
+        moved = own - slope * first.push
         moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
         bounds = clear, moving
-        force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
+        force, normal = force * moving, moving
         if limit is not None:
             jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
             resting = 1.0 - slipping
@@ -122,37 +114,29 @@ def flow_of(system: Any, t, y, side) -> Flow:
             )
             limit, middle = limit * at_rest, middle * at_rest
     sliding_friction = force
-    taken = force if outside is None else force - outside.push
+    taken = force - first.push
     if sticks:
         force = hold + slipping * (force - hold)
         taken = held + slipping * (taken - held)  # exactly `held` at rest
-        sliding_loss = slipping * sliding_loss
-    contact = -sliding_loss, -bristle_loss
-    stored = law.stored_energy(internal)
-    if system.stores_under_load:
-        contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
-    further = () if contacts is None else contacts.forces(taken)
-    taken_further = tuple(each.taken for each in further)
-    switches, outcomes, law_switches = _switches(system, t, y, sides, velocity, others, (drive, taken, *taken_further))
+    acting = (ContactForce(first, taken, force, hold, middle, limit, normal), *contacts.forces(taken))
+    frictions, further = tuple(each.taken for each in acting), acting[1:]
+    switches, outcomes, law_switches = _switches(system, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
-    against_all = isinstance(system.machine, Imposed) or system.machine.coupled
-    worked_against = [force, *(each.friction for each in further)]
-    if against_all:
-        worked_against = [taken, *taken_further]
-    rates = machine.rates(t, mechanical, drive, taken, *taken_further)
-    if system.machine.coupled == "motion":
-        rates = _still(system, rates, sides)
+    against_all = isinstance(system.machine, Imposed) or bool(given[0].response)
+    worked_against = frictions if against_all else tuple(each.friction for each in acting)
+    rates = machine.rates(t, mechanical, drive, frictions)
+    if contacts.coupled:
+        rates = _still(system, rates, rubbing)
     ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
     own_kinds = (0, 1, 2)
-    if contacts is not None:  # a contact among others: what is a paradox alone leaves them without one answer
+    if others:  # a contact among others: what is a paradox alone leaves them without one answer
         own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
         more, more_kinds = contacts.bounds([each.normal for each in further])
         ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
     outer_force = machine.outer_force(t, mechanical, drive)
-    for each in taken_further:
+    for each in frictions[1:]:
         outer_force = outer_force - each
-    if type(system.machine).wall_force is not Machine.wall_force:
-        outer_force = outer_force + machine.wall_force(t, mechanical, drive, taken)
+    outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
         rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
         outer_force = outer_force + outside.total
@@ -161,76 +145,65 @@ def flow_of(system: Any, t, y, side) -> Flow:
         for each in others:
             energy = energy + each.law.stored_energy(each.internal) if each.law.internal else energy
     return Flow(
-        rates=(*rates, *(rate for each in others for rate in each.internal_rates), *internal_rates),
+        rates=(*rates, *(rate for each in (*others, first) for rate in each.internal_rates)),
         drive=drive if system.actuator is None else machine.output(mechanical),
         command=drive,
-        contact_velocity=velocity,
-        friction=force,
+        contacts=acting,
         sliding_friction=sliding_friction,
-        taken=taken,
         outer_force=outer_force,
-        holding_force=hold,
-        holding_middle=middle,
-        holding_limit=limit,
         switches=switches,
         law_switches=law_switches,
         after_switch=outcomes,
         after_reversal=_after_reversals(system, y, sides),
         powers=(
-            *machine.powers(t, mechanical, drive, *worked_against),
-            *_further_powers(system, further),
+            *machine.powers(t, mechanical, drive, worked_against),
+            *_powers_lost(system, further, 2),
             *(() if outside is None else outside.powers),
-            *contact,
+            *_powers_lost(system, acting[:1], 1),
         ),
         energy=energy,
-        contact_energy=stored,
+        contact_energy=0.0 if system.stores_under_load else first.law.stored_energy(first.internal),
         bounds=(*bounds, *ends),
         bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
         loads=loads,
-        reaction=joint,
-        quotients=() if contacts is None else contacts.quotients,
-        further=further,
-        rows=None if contacts is None else contacts.rows(),
-        contacts=() if contacts is None else contacts.all,
+        reaction=reaction,
+        quotients=contacts.quotients,
+        rows=contacts.rows(),
     )
 
 
-def _still(system: Any, rates: tuple, sides: tuple) -> tuple:
+def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:
     """Rates that are exactly zero of the velocities of contacts at rest, whose forces follow from one problem."""
-    names = (system.machine.contact_state, *system.machine.contacts)
-    moves = {
-        name: side * side for name, side, law in zip(names, sides, system.laws, strict=True) if law.kind == "set-valued"
-    }
+    moves = {name: each.slips for name, each in zip(system.machine.contact_states, contacts, strict=True)}
     return tuple(moves.get(name, 1.0) * rate for name, rate in zip(system.placed.states, rates, strict=True))
 
 
-def _further_powers(system: Any, further: tuple[ContactForce, ...]) -> tuple:
-    """Powers lost at the further contacts; then, under loads that follow the motion, what they store."""
+def _powers_lost(system: Any, contacts: tuple[ContactForce, ...], number: int) -> tuple:
+    """Powers lost at contacts from this number on; then, under loads that follow the motion, what they store."""
     lost, stored = [], []
-    for each in further:
+    for i, each in enumerate(contacts, start=number):
         sliding, bristles = each.losses
-        lost += [-sliding, *((-bristles,) if each.contact.law.internal else ())]
+        lost += [-sliding, *((-bristles,) if i == 1 or each.contact.law.internal else ())]
         if each.contact.law.internal and system.machine.follows_load:
             stored.append(sliding + bristles - each.friction * each.contact.velocity)
     return (*lost, *stored)
 
 
-def _switches(system: Any, t, y, sides, velocity, others, forces) -> tuple[tuple, tuple, int]:
+def _switches(system: Any, t, y, contacts, drive, frictions) -> tuple[tuple, tuple, int]:
     """(guards of the pieces of all laws, then of the machine; all states after each of them; how many are laws')."""
     machine, parts = system.placed, _internal(system, y)
     mechanical = tuple(y[: len(machine.states)])
-    asked = [(system.friction, velocity, parts[0], sides[0], system.law_load)]
-    asked += [(each.law, each.velocity, each.internal, each.side, each.load) for each in others]
+    asked = [(each.law, each.velocity, each.internal, each.side, each.load) for each in contacts]
     guards, outcomes = [], []
     for i, (law, *at) in enumerate(asked):
         own = law.switches(*at)
         guards += own
         for which in range(len(own)):
             outcomes.append(_with_internal(mechanical, parts, i, law.after_switch(which, *at)))
-    count, (drive, *taken) = len(guards), forces
-    own = machine.switches(t, mechanical, drive, *taken)
+    count = len(guards)
+    own = machine.switches(t, mechanical, drive, frictions)
     for which in range(len(own)):
-        after = machine.after_switch(which, t, mechanical, drive, *taken)
+        after = machine.after_switch(which, t, mechanical, drive, frictions)
         outcomes.append((*after, *y[len(mechanical) :]))
     return (*guards, *own), tuple(outcomes), count
 

@@ -6,6 +6,7 @@ ParameterError (a ValueError) that names every bad field, what was given and wha
 
 import dataclasses
 import functools
+import math
 from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar, dataclass_transform
 
@@ -93,6 +94,19 @@ class ParameterInfo:
 def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
     """The parameters of a record or of its class, in order."""
     return _parameter_table(record if isinstance(record, type) else type(record))
+
+
+def bounds(record: Any, name: str) -> tuple[float, float]:
+    """(least, most) that a parameter of a record or of its class may be by itself, infinite where there is no bound.
+
+    A value that is excluded itself, such as 0 of what is positive, is replaced by the next number.
+    """
+    fields: dict[str, Any] = (record if isinstance(record, type) else type(record)).__pydantic_fields__
+    least, most = -math.inf, math.inf
+    for each in fields[name].metadata:
+        least = max(least, getattr(each, "ge", least), math.nextafter(getattr(each, "gt", -math.inf), math.inf))
+        most = min(most, getattr(each, "le", most), math.nextafter(getattr(each, "lt", math.inf), -math.inf))
+    return least, most
 
 
 def given_parameters(record: Any) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,7 +17,13 @@ class PartInSI:
 
 
 class Part:
-    """What every machine, law and drive offers besides its physics."""
+    """What every machine, law and drive offers besides its physics.
+
+    source: where it was published: works separated by semicolons, each by its key in the bibliography of the package
+        (`vibrocap/citations/bibliography.bib`) or in words; "vibrocap" where it was made here
+    """
+
+    source: ClassVar[str] = ""
 
     @classmethod
     def in_si(cls, **values: Any) -> Any:

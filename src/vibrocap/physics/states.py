@@ -8,17 +8,22 @@ from vibrocap.physics.numbering import numbered
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
 
 
-def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
-    """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
-    numbers = range(2, 2 + len(parts["machine"].contacts))
+def laws_of(parts: Mapping[str, Any]) -> tuple[Any, ...]:
+    """The law of each contact of a machine: its own where there is one, else that of the first contact."""
+    numbers = range(1, 1 + len(parts["machine"].contact_states))
     return tuple(parts.get(numbered("friction", i), parts["friction"]) for i in numbers)
+
+
+def laws_by_state(parts: Mapping[str, Any]) -> tuple[tuple[int, Any], ...]:
+    """(number of the contact, its law), in the order in which their internal states stand: the first contact last."""
+    first, *further = enumerate(laws_of(parts), start=1)
+    return (*further, first)
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """All states: of the machine and its actuator, of the laws of its further contacts, and of that of the first."""
-    further = (numbered(name, i) for i, law in enumerate(further_laws(parts), start=2) for name in law.internal)
-    machine = (*parts["machine"].states, *actuator_states(parts.get("actuator")))
-    return (*machine, *further, *parts["friction"].internal)
+    internal = (numbered(name, i) for i, law in laws_by_state(parts) for name in law.internal)
+    return (*parts["machine"].states, *actuator_states(parts.get("actuator")), *internal)
 
 
 def actuator_states(actuator: Any) -> tuple[str, ...]:

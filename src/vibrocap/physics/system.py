@@ -16,7 +16,7 @@ from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import further_laws, state_names
+from vibrocap.physics.states import laws_by_state, laws_of, state_names
 from vibrocap.physics.units import NoUnits, Units, state_units
 from vibrocap.quantities.declared import Context
 
@@ -38,7 +38,7 @@ class System:
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
 
-    A load that follows the motion depends on the friction that it makes, b N = n + s R (`Machine.reaction`). The law is
+    A load that follows the motion depends on the friction that it makes, b N = n + s R (`Contact.reaction`). The law is
     then taken per load, R = mu N with all that it says at the load 1, so that both follow at once:
 
         slip   N = n/(b - s mu)            stick   N = (n + s R)/b,  R the force that holds
@@ -112,10 +112,8 @@ class System:
             if not isinstance(given, contract):
                 what = contract.__name__.lower()
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
-        if self.friction.internal and self.machine.normal_load == 0:
-            raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
         _check_contacts(self.machine, 1 + len(self.further))
-        for number, (law, load) in enumerate(zip(self.further_laws, self.machine.further_loads(), strict=True), 2):
+        for number, (law, load) in enumerate(zip(self.laws, self.machine.loads(), strict=True), 1):
             if law.internal and load == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
@@ -193,14 +191,9 @@ class System:
         return self if self.units is None else dataclasses.replace(self, units=None)
 
     @property
-    def further_laws(self) -> tuple[Law, ...]:
-        """The law of each further contact of the machine."""
-        return further_laws(self.parts) if self.machine.contacts else ()
-
-    @property
     def laws(self) -> tuple[Law, ...]:
         """The law of each contact of the machine, that of the first one first."""
-        return (self.friction, *self.further_laws)
+        return laws_of(self.parts)
 
     @property
     def contact_kinds(self) -> tuple[str, ...]:
@@ -211,7 +204,7 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if not self.machine.contacts and self.actuator is None:  # at once: every run asks
+        if len(self.machine.contact_states) == 1 and self.actuator is None:  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
@@ -224,7 +217,7 @@ class System:
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
         further, stored = [], []
-        for i, law in enumerate(self.further_laws, start=2):
+        for i, law in enumerate(self.laws[1:], start=2):
             sliding, bristles, storage = (numbered(channel, i) for channel in CONTACT_CHANNELS)
             further += [sliding, bristles] if law.internal else [sliding]
             stored += [storage] if law.internal and self.machine.follows_load else []
@@ -237,35 +230,28 @@ class System:
         return self.machine.follows_load and bool(self.friction.internal)
 
     @property
-    def law_load(self) -> Any:
-        """The load that the law is given: 1 where the load follows the motion, see above."""
-        return 1.0 if self.machine.follows_load else self.placed.load()
-
-    @property
     def law_loads(self) -> tuple:
-        """The load that the law of each contact is given."""
-        loads = self.machine.further_loads() if self.machine.contacts else ()
-        return (self.law_load, *((1.0,) * len(loads) if self.machine.follows_load else loads))
+        """The load that the law of each contact is given: 1 where loads follow the motion, see above."""
+        return (1.0,) * len(self.machine.contact_states) if self.machine.follows_load else self.placed.loads()
 
     @property
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
         found = self.placed.symmetry
-        for law in (*self.further_laws, self.friction):
+        for _, law in laws_by_state(self.parts):
             found += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
         return found
 
     @property
     def switched(self) -> tuple[str, ...]:
         """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
-        further = (numbered(name, i) for i, law in enumerate(self.further_laws, start=2) for name in law.switched)
-        return (*self.placed.switched, *further, *self.friction.switched)
+        laws = (numbered(name, i) for i, law in laws_by_state(self.parts) for name in law.switched)
+        return (*self.placed.switched, *laws)
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        first, *further = self.law_loads
-        pairs = (*zip(self.further_laws, further, strict=True), (self.friction, first))
-        internal = (size for law, load in pairs for size in law.internal_scales(load))
+        loads = self.law_loads
+        internal = (size for i, law in laws_by_state(self.parts) for size in law.internal_scales(loads[i - 1]))
         return (*self.placed.scales(self.drive.period), *internal)
 
     @property
@@ -326,7 +312,7 @@ class System:
             if str(path).startswith("actuator.") and self.actuator is None:
                 raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
             part = str(path).partition(".")[0]
-            if 2 <= number_in(part, "friction") <= 1 + len(self.machine.contacts):
+            if 2 <= number_in(part, "friction") <= len(self.machine.contact_states):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")
             _ = quantity(path, self)  # in SI, where no scales are known: that is said
@@ -351,7 +337,7 @@ def _fields(parts: Mapping[str, Any]) -> dict[str, Any]:
 def _check_contacts(machine: Any, number: int) -> None:
     """ArgumentError for the law of a contact that the machine does not have."""
     kind = machine.part if isinstance(machine, PartInSI) else machine
-    contacts = 1 + len(kind.contacts)
+    contacts = len(kind.contact_states)
     if number > contacts:
         said = "one contact" if contacts == 1 else f"{contacts} contacts"
         raise ArgumentError(numbered("friction", number), f"should be left out: the {kind.name} has {said}")

@@ -14,7 +14,7 @@ from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
-from vibrocap.physics.states import OUTPUT, further_laws, state_names
+from vibrocap.physics.states import OUTPUT, laws_of, state_names
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
 ROLE_UNITS: dict[str, dict[str, float]] = {
@@ -56,7 +56,9 @@ QUANTITIES = {
     "actuator_torque": "N m",
     "impulse": "N s",
 }
-UNDECLARED = 'declares neither a role nor a unit, so that it cannot stand in SI; of a pure number declare unit="1"'
+UNDECLARED = (
+    'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
+)
 DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
 
 
@@ -238,7 +240,7 @@ def over_seconds(unit: str) -> str:
 def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
     """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
     own: dict[str, str] = {OUTPUT: DRIVE_UNITS[parts["machine"].effort]}
-    for part in (*further_laws(parts), parts["friction"], parts["machine"]):
+    for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
         own |= part.state_units
     return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
 

@@ -17,6 +17,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Circle, FancyArrowPatch, FancyBboxPatch
 from matplotlib.patheffects import Normal, Stroke
+from matplotlib.transforms import Affine2D, Transform
 
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
@@ -41,6 +42,8 @@ OUTLINE = "#303030"
 COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
 ARROW, SHORT, HEAD = 0.62, 0.15, 14.0  # length of the largest load; below SHORT the head of the arrow shrinks, too
 LOADED = -0.95  # how deep the picture reaches below the ground, where it shows the load
+DPI = {".mp4": 160, ".gif": 70}  # of a picture of 8 inches: 1280 x 720, and what a page can load
+BARE = 0.12  # on either side of the arrow of the load, where no number of the ground stands
 HELD_SECONDS = 1.5  # for which the end of a run that did not go to its end is held
 
 
@@ -49,9 +52,10 @@ def animate_motion(
 ) -> Path:
     """Film the last periods of a motion to an .mp4 (by ffmpeg) or .gif file.
 
-    Drawn is the scene of the machine, `Machine.scene`. The camera follows the mean travel, which the ticks of the
-    ground and a triangle where the film starts show. The arrow at the contact is the true normal load. The last frame
-    of a run that did not go to its end is held, with its status. Raises ValueError for .mp4 without ffmpeg, and for
+    Drawn is the scene of the machine, `Machine.scene`, on ground as steep as it is. The camera follows the mean travel,
+    which the ticks of the ground and a triangle where the film starts show. The arrow at the contact is the true normal
+    load. The last frame of a run that did not go to its end is held, with its status. An .mp4 film has 1280 x 720
+    points, 25 frames a second. Raises ValueError for .mp4 without ffmpeg, and for
     another ending; WriteError where the film cannot be written.
     """
     path = Path(path)
@@ -71,7 +75,7 @@ def animate_motion(
         times = np.append(times, np.full(round(HELD_SECONDS * FRAMES_PER_SECOND), motion.end))
     with matplotlib.rc_context(STYLE):
         scene = Scene(motion, times)
-        writer, dpi = (FFMpegWriter, 100) if path.suffix.lower() == ".mp4" else (PillowWriter, 70)
+        writer, dpi = FFMpegWriter if path.suffix.lower() == ".mp4" else PillowWriter, DPI[path.suffix.lower()]
         writer = writer(fps=FRAMES_PER_SECOND)
         with replacing(path) as temporary, _ended_well(), writer.saving(scene.figure, str(temporary), dpi):
             for number in range(len(times)):
@@ -109,14 +113,17 @@ class Scene:
         if self.load is not None:
             self.load_size = ARROW / max(float(np.abs(self.load).max()), 1e-300)
         self.shapes = moving_shapes(motion, times)
+        environment = motion.system.environment
+        self.slope = 0.0 if environment is None else float(environment.inclination)
         self._frame()
         self.figure = blank_figure((8.0, 8.0 / WIDTH_OVER_HEIGHT))
         self.figure.set_layout_engine("none")
         self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
         self.axes.set_axis_off()
         self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
+        self.inclined = Affine2D().rotate(self.slope) + self.axes.transData  # along the ground, and upright on it
         self._ground()
-        self.movers = [_drawn(each, self.axes) for each in self.shapes]
+        self.movers = [_drawn(each, self.axes, self.inclined) for each in self.shapes]
         if self.load is not None:
             self._arrow()
         self._words()
@@ -129,29 +136,34 @@ class Scene:
             half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
             low = min(low, float(each.points[:, 1].min()) - tall)
             high = max(high, float(each.points[:, 1].max()) + tall)
-        self.low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
-        self.half = max(half + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
+        low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
+        turned = Affine2D().rotate(self.slope).transform([(x, y) for x in (-half, half) for y in (low, high)])
+        (_, self.low), (right, high) = turned.min(axis=0), turned.max(axis=0)
+        self.half = max(right + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
         self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+        self.reach = math.hypot(self.half, max(self.high, -self.low))  # how far ground is to be seen
 
     def _ground(self) -> None:
         """A line with a long tick every length l, short ones between, and a flag where the film starts."""
         grey = "#404040"
-        self.axes.plot([-self.half, self.half], [0, 0], color=grey, linewidth=1.2)
-        first = math.floor(self.camera.min() - self.half) - 1
-        last = math.ceil(self.camera.max() + self.half) + 1
+        along: dict[str, Any] = {"transform": self.inclined}
+        self.axes.plot([-self.reach, self.reach], [0, 0], color=grey, linewidth=1.2, **along)
+        first = math.floor(self.camera.min() - self.reach) - 1
+        last = math.ceil(self.camera.max() + self.reach) + 1
         self.marks = np.arange(first, last + 0.25, 0.25)
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
-        self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
+        self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0, **along)[0] for size in lengths]
         unit = scale(self.place, self.motion.system)
-        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True}
+        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True, **along}
         whole = self.marks[self.marks % 1 == 0]
         self.numbers = {mark: self.axes.text(0, -0.1, f"{mark * unit:.4g}", **look) for mark in whole}
-        self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
+        self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none", **along)[0]
 
     def _arrow(self) -> None:
         """The arrow of the load, on the ground, and what is said of it, below."""
         self.load_words = self.axes.text(-0.97 * self.half, self.low + 0.03 * self.half, "", va="bottom", fontsize=10)
         self.arrow = FancyArrowPatch((0, 0), (0, 0), arrowstyle="-|>", linewidth=2.4, shrinkA=0, shrinkB=0, zorder=7)
+        self.arrow.set_transform(self.inclined)
         self.arrow.set_path_effects([Stroke(linewidth=5.0, foreground="white"), Normal()])
         self.axes.add_patch(self.arrow)
 
@@ -161,7 +173,8 @@ class Scene:
         self.state = self.axes.text(side, top, "", va="top", ha="right", fontsize=11, weight="bold")
         system = self.motion.system
         unit = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
-        words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film"
+        slope = f"; ground inclined by {math.degrees(self.slope):.3g}°" if self.slope else ""
+        words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film{slope}"
         self.axes.text(side, self.low + 0.02, words, ha="right", fontsize=7.5, color="#555555")
 
     def show(self, number: int) -> None:
@@ -178,12 +191,17 @@ class Scene:
             contact += each.shape.kind == "contact"
         for mark, tick in zip(self.marks, self.ticks, strict=True):
             tick.set_xdata([mark - camera, mark - camera])
+        under = BARE * self.half if self.load is not None else -1.0
         for mark, label in self.numbers.items():
             label.set_x(mark - camera)
+            label.set_visible(abs(mark - position) > under)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
         size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
-        lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position * size:+.3f}{unit}"]
+        clock = rf"time $\tau/T$ = {time / self.motion.period:.2f}"
+        if self.motion.system.units is not None:
+            clock = f"time $t$ = {time * scale('time', self.motion.system):.2f} s"
+        lines = [clock, f"position $X$ = {position * size:+.3f}{unit}"]
         if earlier >= 0.0 and self.motion.system.machine.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
@@ -207,37 +225,41 @@ class Scene:
         shown = round(load * size, 3) + 0.0  # no minus before a zero
         words = rf"normal load $N$ = {shown:.3f}{unit}"
         if not system.machine.follows_load:
-            words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
+            words = f"true {words}, taken as {float(system.placed.loads()[0]) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
 
 
-def _drawn(moving: MovingShape, axes: Axes) -> Mover:
-    """Draw a shape on axes; returns what moves it to its place in a frame."""
+def _drawn(moving: MovingShape, axes: Axes, inclined: Transform) -> Mover:
+    """Draw a shape on axes, on inclined ground; returns what moves it to its place in a frame."""
     shape = moving.shape
+    along: dict[str, Any] = {"transform": inclined}
     wide, tall = shape.size
     if shape.kind == "box":
         style = BoxStyle("round", pad=0, rounding_size=0.25 * min(wide, tall))
         box = FancyBboxPatch((0, 0), wide, tall, boxstyle=style, facecolor="#DCE6EF", edgecolor=OUTLINE, zorder=2)
+        box.set_transform(inclined)
         axes.add_patch(box)
         return lambda x, y, colour: (box.set_x(x[0] - wide / 2), box.set_y(y[0] - tall / 2))
     if shape.kind == "disc":
-        disc = Circle((0, 0), wide / 2, facecolor=BLUE, edgecolor=OUTLINE, zorder=5)
+        disc = Circle((0, 0), wide / 2, facecolor=BLUE, edgecolor=OUTLINE, zorder=5, **along)
         axes.add_patch(disc)
         return lambda x, y, colour: disc.set_center((x[0], y[0]))
     if shape.kind == "contact":
-        line = axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
+        line = axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3, **along)[0]
         return lambda x, y, colour: (
             line.set_data([x[0] - wide / 2, x[0] + wide / 2], [y[0]] * 2),
             line.set_color(colour),
         )
     if shape.kind == "hinge":
-        hinge = axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=OUTLINE, zorder=6)[0]
+        hinge = axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=OUTLINE, zorder=6, **along)[
+            0
+        ]
         return lambda x, y, colour: hinge.set_data(x, y)
     width = 2.2 if shape.kind == "rod" else 1.2
-    path = axes.plot([], [], color=OUTLINE, linewidth=width, zorder=4)[0]
+    path = axes.plot([], [], color=OUTLINE, linewidth=width, zorder=4, **along)[0]
     shown = _coils if shape.kind == "spring" else lambda x, y: (x, y)
     return lambda x, y, colour: path.set_data(*shown(x, y))
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import types
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from matplotlib.patches import Patch
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
+from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
-from vibrocap.plotting.labels import EQUALS, scale, with_unit
+from vibrocap.plotting.labels import EQUALS, bracketed, quantity_label, scale, value_text
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
@@ -27,9 +29,9 @@ from vibrocap.plotting.studies.maps import (
     add_title_and_legend,
     study_axes,
 )
-from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, value_text
-from vibrocap.plotting.style import LABELS, given_axes, legend_below, settings_of, style
-from vibrocap.studies.orbit_datasets import basin_dataset
+from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label
+from vibrocap.plotting.style import given_axes, legend_below, settings_of, style
+from vibrocap.studies.orbit_datasets import PHASE_ATTRIBUTES, basin_dataset
 
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
 WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
@@ -43,12 +45,15 @@ UNVALUED_STYLES = {
 }
 
 
-def basin_figure(basins: Basins) -> Figure:
+def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     """The figure of basins: directions of travel, and beside them the attractors where several travel one way.
 
+    axes: those of the plane by other keys, such as ("angle_deg", "angle_rate_deg_per_s"); by default in the units of
+        results
     Starts that failed, did not settle or are not certified are hatched, so that nothing depends on colour alone.
     """
-    basins = _shown(basins)
+    along = _along(basins, axes)
+    basins = _shown(basins, along)
     travels = basins.system.machine.cyclic is not None
     several = travels and len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
     which = "Which way each start travels" + (", and to which attractor" if several else "")
@@ -58,20 +63,20 @@ def basin_figure(basins: Basins) -> Figure:
         note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
     with style(settings_of(PRINT)):
-        fig, axes = study_axes(words, 2 if several else 1)
+        fig, panels = study_axes(words, 2 if several else 1)
         legend = []
         if travels:
-            drawn = _draw(axes[0], basins, basins.direction, WAYS)
-            _frame(axes[0], basins, first=True)
+            drawn = _draw(panels[0], basins, basins.direction, WAYS)
+            _frame(panels[0], basins, along, first=True)
             legend += [
                 Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS
             ]
         if several or not travels:
-            _draw(axes[-1], basins, basins.label, _attractor_colours(basins))
-            _frame(axes[-1], basins, first=not several)
+            _draw(panels[-1], basins, basins.label, _attractor_colours(basins))
+            _frame(panels[-1], basins, along, first=not several)
             if several:
-                axes[0].set_title("direction of travel")
-                axes[1].set_title("attractor")
+                panels[0].set_title("direction of travel")
+                panels[1].set_title("attractor")
             named = basins.attractors[: len(ATTRACTORS)]
             legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each, basins)) for k, each in enumerate(named)]
             if others := basins.attractors[len(ATTRACTORS) :]:
@@ -81,15 +86,18 @@ def basin_figure(basins: Basins) -> Figure:
     return fig
 
 
-def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = None) -> Axes:
+def draw_basins(
+    basins: Basins, what: str = "direction", *, axes: Sequence[str] | None = None, ax: Axes | None = None
+) -> Axes:
     """One panel of `basin_figure`: where each start of the plane leads.
 
-    what: "direction" of travel, or "attractor"
+    what: "direction" of travel, or "attractor"; axes: as in `basin_figure`
     Returns the axes: `ax`, or those of a new figure.
     """
     if what not in ("direction", "attractor"):
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
-    basins = _shown(basins)
+    along = _along(basins, axes)
+    basins = _shown(basins, along)
     ax = given_axes(ax, (4.6, 3.8))
     if what == "direction":
         codes, colours = basins.direction, WAYS
@@ -99,7 +107,7 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
         words = {k: _attractor(each, basins) for k, each in enumerate(basins.attractors)}
     with style():
         shown_codes = _draw(ax, basins, codes, colours)
-        _frame(ax, basins, first=True)
+        _frame(ax, basins, along, first=True)
         patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]
         legend_below(ax, patches + _unvalued(basins))
         ax.set_title("direction of travel" if what == "direction" else "attractor")
@@ -111,12 +119,23 @@ def _attractor_colours(basins: Basins) -> dict[int, str]:
     return {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
 
 
-def _shown(basins: Basins) -> Basins:
-    """The basins with axes and drifts in SI, where the system knows its scales."""
-    x, y = (
-        values if name == PHASE else values * scale(name, basins.system)
-        for name, values in zip(basins.axes, (basins.x, basins.y), strict=True)
-    )
+def _along(basins: Basins, keys: Sequence[str] | None) -> list[Quantity]:
+    """The axes as they are drawn; ArgumentError for keys that are not theirs."""
+    names = [name if name == PHASE else INITIAL + name for name in basins.axes]
+    if keys is None:
+        return [quantity_in_si(name, basins.system) for name in names]
+    asked = [key if key == PHASE else INITIAL + key for key in ((keys,) if isinstance(keys, str) else keys)]
+    found = [quantity(path, basins.system) for path in asked]
+    found = [each if each.unit != "1" else quantity_in_si(each.plain, basins.system) for each in found]
+    if [each.plain for each in found] != names:
+        right = " and ".join(basins.axes)
+        raise ArgumentError("axes", f"should be {right}, each with a unit such as angle_deg, got {shown(keys)}")
+    return found
+
+
+def _shown(basins: Basins, along: list[Quantity]) -> Basins:
+    """The basins with axes as they are drawn, and drifts in SI, where the system knows its scales."""
+    x, y = (values * each.scale for each, values in zip(along, (basins.x, basins.y), strict=True))
     return dataclasses.replace(basins, x=x, y=y, drift=basins.drift * scale("position", basins.system))
 
 
@@ -151,13 +170,14 @@ def _edges(basins: Basins) -> tuple[np.ndarray, np.ndarray]:
     return x, y
 
 
-def _frame(ax: Axes, basins: Basins, first: bool) -> None:
+def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None:
     """Limits and labels of the axes."""
     x, y = _edges(basins)
-    dataset, system = basin_dataset(basins), basins.system
     labels = [
-        with_unit(f"initial {LABELS[name]}" if name in LABELS else axis_label(path, dataset[path].attrs), name, system)
-        for name, path in zip(basins.axes, map(str, dataset["label"].dims), strict=True)
+        axis_label(PHASE, PHASE_ATTRIBUTES)
+        if name == PHASE
+        else f"initial {quantity_label(name, basins.system)}{bracketed(each.unit)}"
+        for name, each in zip(basins.axes, along, strict=True)
     ]
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
     if first:

@@ -19,9 +19,8 @@ from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -29,6 +28,7 @@ QUANTITIES = {
     "period": "period of the steady motion",
 }
 UNITS = {"mean_velocity": "velocity", "drift": "position", "period": "time"}  # what has the same unit
+LINE = 0.16  # inches: the height of a line of parameters above a picture
 UNSTABLE = (0, (3.0, 2.2))
 LINES: dict[str, dict[str, Any]] = {"stable": {"linewidth": 1.8}, "unstable": {"linewidth": 1.0, "linestyle": UNSTABLE}}
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
@@ -61,6 +61,8 @@ SWEPT: dict[str, dict[str, Any]] = {
     }
     for way, half in (("up", "right"), ("down", "left"))
 }
+# Where stable motions end within the range: an arrow to what follows them, a cross where nothing closes.
+LEADS, ENDS = "stable motions end: what follows them", "stable motions end: nothing closes beyond"
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
 
 
@@ -90,17 +92,17 @@ def branch_figure(
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
     width = 4.4 * columns + 1.0
-    setting = _setting(given, width)
-    size = (width, 3.4 + 1.9 * multipliers + 0.5 + 0.16 * (setting.count("\n") + 1))
+    setting = fixed_parameters(given, width)
+    size = (width, 3.4 + 1.9 * multipliers + 0.5 + LINE * (setting.count("\n") + 1))
     fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
     used: set[str] = set()
     with style():
-        if page().header:
-            fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
+        small_setting(fig, setting)
         for column, each in enumerate(given):
             ax = axes[0, column]
             along = _along(each, over)
             used |= draw_branches(ax, _branches(each), quantity, along)
+            used |= draw_transitions(ax, each, quantity, along)
             if swept:
                 used |= draw_swept(ax, swept[column], quantity, along)
             ax.set_title(titles[column] if titles else law_title(each), pad=8)
@@ -125,6 +127,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     ax = given_axes(ax)
     with style():
         used = draw_branches(ax, _branches(found), quantity)
+        used |= draw_transitions(ax, found, quantity, _along(found))
         label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
         ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=label, xlim=_range(found, _along(found)))
         legend_below(ax, _handles([found], used), ncols=2)
@@ -152,8 +155,8 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
 
 
-def _setting(given: Sequence[Branch | BranchDiagram], width: float) -> str:
-    """The parameters of the systems, each part once, without the one that varies."""
+def fixed_parameters(given: Sequence[Any], width: float) -> str:
+    """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
     if given[0].system.units is not None:
         return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
     parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
@@ -182,7 +185,7 @@ def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> s
     along = _along(found, over)
     if along.unit != "1":
         stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
-        return f"{part} {stem.replace('_', ' ')} [{along.unit}]"
+        return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
     record = found.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
@@ -227,6 +230,30 @@ def draw_branches(
             used.add(special.kind.value)
     for branch in branches if quantity != "period" else ():
         _label_travel(ax, branch, (along or _along(branch)).scale)
+    return used
+
+
+def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+    """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
+    used: set[str] = set()
+    if not isinstance(found, BranchDiagram):
+        return used
+    for each in found.transitions:
+        branch, x = found.branches[each.branch], each.parameter * along.scale
+        up = scale(UNITS[quantity], branch.system)
+        start = float(getattr(branch, quantity)[each.point]) * up
+        end = start
+        if each.reached is not None:
+            other = found.branches[each.reached]
+            away = np.where(other.stable, np.abs(other.parameter - each.parameter), np.inf)
+            end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+            if each.reached is None:
+                ax.plot(x, sign * start, marker="x", markersize=7.0, color=VERMILION, linestyle="none", zorder=6)
+            else:
+                arrow = {"arrowstyle": "->", "color": VERMILION, "linewidth": 1.1, "shrinkA": 3.0, "shrinkB": 1.0}
+                ax.annotate("", (x, sign * end), (x, sign * start), arrowprops=arrow, zorder=6)
+            used.add(ENDS if each.reached is None else LEADS)
     return used
 
 
@@ -339,6 +366,11 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
         marker, size = LOSS
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
         handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
+        if words in used:
+            handles.append(
+                Line2D([], [], linestyle="none", marker=marker, color=VERMILION, markersize=8.0, label=words)
+            )
     for way, look in SWEPT.items():
         if way in used:
             handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))

@@ -21,7 +21,7 @@ HEIGHT = 0.7  # of a strip, of the distance to the next
 
 def contacts_of(motion: Trajectory) -> range:
     """Numbers of the contacts, from 1."""
-    return range(1, 2 + len(motion.system.machine.contacts))
+    return range(1, 1 + len(motion.system.machine.contact_states))
 
 
 def colour_of(contact: int, count: int) -> Any:
@@ -45,7 +45,7 @@ def draw_all(motion: Trajectory, names: list[str], label: str, start: float, ax:
 
 def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
     """Which way every contact slides, or that it sticks, over time in drive periods: a strip for each."""
-    period, contacts = motion.period, contacts_of(motion)
+    period, contacts, used = motion.period, contacts_of(motion), set()
     for contact in contacts:
         if contact > 1 and motion.system.contact_kinds[contact - 1] == "smooth":
             continue  # a smooth law, of which nobody notes the side
@@ -53,11 +53,12 @@ def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
             low, high = max(phase.start, start) / period, min(phase.end, motion.end) / period
             if high > low:
                 place = contact - 0.5 * HEIGHT, HEIGHT
+                used.add(phase.side)
                 ax.broken_barh([(low, high - low)], place, facecolors=MODES[phase.side][1], linewidth=0)
     ax.set(xlim=(start / period, motion.end / period), ylim=(contacts[-1] + 0.6, 0.4))
     ax.set(yticks=list(contacts), ylabel="contact", xlabel=LABELS["periods"])
     ax.grid(visible=False, axis="y")
-    handles = [Patch(color=colour, label=word) for word, colour in MODES.values()]
+    handles = [Patch(color=colour, label=word) for side, (word, colour) in MODES.items() if side in used]
     legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
 
 

@@ -7,11 +7,12 @@ from matplotlib.lines import Line2D
 
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.plotting.branches import law_title, parameter_label
+from vibrocap.plotting.branches import LINE, fixed_parameters, law_title, parameter_label
 from vibrocap.plotting.colours import BLUE, VERMILION
 from vibrocap.plotting.labels import scale, with_unit
-from vibrocap.plotting.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
+WIDTH = 6.2  # inches
 INKS = {"up": BLUE, "down": VERMILION}
 SHIFT = 0.25  # of the step of the parameter, by which the two ways stand apart
 
@@ -21,8 +22,10 @@ def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> F
 
     state: by default that of the machine which varies most there
     """
-    fig, axes = figure(1, 1, size=(6.2, 4.2))
+    setting = fixed_parameters([found], WIDTH)
+    fig, axes = figure(1, 1, size=(WIDTH, 4.2 + LINE * (setting.count("\n") + 1)))
     with style():
+        small_setting(fig, setting)
         _draw(axes[0, 0], found, state or _widest(found))
         fig.legend(handles=_handles(found), loc="outside lower center", ncols=2)
     return fig

@@ -12,11 +12,12 @@ from matplotlib.lines import Line2D
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPointKind
 from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.plotting.branches import LINES, parameter_label
+from vibrocap.plotting.branches import LINE, LINES, fixed_parameters, parameter_label
 from vibrocap.plotting.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.labels import scale, with_unit
-from vibrocap.plotting.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
+WIDTH = 5.6  # inches
 MARKS: dict[EquilibriumPointKind, tuple[str, float]] = {
     EquilibriumPointKind.HOPF: ("s", 6.0),
     EquilibriumPointKind.FOLD: ("o", 7.0),
@@ -32,8 +33,11 @@ def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), 
     cycles: branches of cycles over the same parameter, drawn by the least and the largest value of the state
     state: by default the first that is neither cyclic nor a rate, such as the position of a block on a belt
     """
-    fig, axes = figure(2, 1, size=(5.6, 5.4), sharex="col", height_ratios=[3.0, 2.0])
+    setting = fixed_parameters([found], WIDTH)
+    size = (WIDTH, 5.4 + LINE * (setting.count("\n") + 1))
+    fig, axes = figure(2, 1, size=size, sharex="col", height_ratios=[3.0, 2.0])
     with style():
+        small_setting(fig, setting)
         used = _draw_states(axes[0, 0], found, cycles, state or _first_state(found))
         used |= _draw_eigenvalues(axes[1, 0], found)
         axes[0, 0].set_title(f"steady sliding, {found.system.friction.name} law", pad=8)
@@ -61,8 +65,8 @@ def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Ax
 def _first_state(found: EquilibriumBranch) -> str:
     """The state that is drawn unless another is asked for."""
     machine = found.system.machine
-    names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_state)]
-    return names[0] if names else machine.contact_state
+    names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_states[0])]
+    return names[0] if names else machine.contact_states[0]
 
 
 def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], state: str) -> set[str]:

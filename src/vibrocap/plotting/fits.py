@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,13 +15,25 @@ from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
-from vibrocap.plotting.labels import law_words, percent
-from vibrocap.plotting.style import blank_figure, decimated, footnote, given_axes, heading, legend, style, unit_of
+from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
+from vibrocap.plotting.page import page
+from vibrocap.plotting.style import (
+    blank_figure,
+    decimated,
+    footnote,
+    given_axes,
+    heading,
+    legend,
+    letters,
+    style,
+    unit_of,
+)
 
-MOST_RECORDS = 6  # of one sheet
+MOST_RECORDS, MOST_IN_COLUMN = 6, 3  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
 MOST_POINTS = 6000  # of a line
 BINS = 60
+PRINTED = 1.6  # inches: the height of a row of panels on a page
 NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
 WIDEST = 10.0  # of a parameter's value: what is shown of an interval
 MEASURED = {"color": GREY, "linewidth": 1.6, "label": "measured"}
@@ -35,14 +48,16 @@ def fit_figure(fit: Fit) -> Figure:
     """A row for each record, force over time, displacement and velocity; below, the intervals of the parameters."""
     shown = _chosen(fit.records)
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
-    heights = (2.15 * len(shown) + 0.25, 0.9 + 0.24 * len(searched))
-    fig = blank_figure((11.0, sum(heights) + 0.5))
+    method = fit.options.get("method", "")
+    steady = method.startswith("steady")  # samples at rest are left out: no loops
+    # the load point's velocity through a spring is made of noise, and its loops tell nothing
+    loops = 0 if steady else 1 if method.endswith("spring") else 2
+    stacked = page().narrow and loops > 0
+    heights = (_row_height(1 + stacked) * len(shown) + 0.25, _forest_height(searched))
+    fig = blank_figure((page().width_or(11.0), sum(heights) + 0.5))
     with style():
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
-        steady = fit.options.get("method", "").startswith("steady")  # samples at rest are left out: no loops
-        # the load point's velocity through a spring is made of noise, and its loops tell nothing
-        widths = (1,) if steady else (2, 1) if fit.options.get("method", "").endswith("spring") else (2, 1, 1)
-        rows = top.subplots(len(shown), len(widths), squeeze=False, width_ratios=widths)
+        rows = _rows(top, len(shown), loops, stacked)
         for axes, record in zip(rows, shown, strict=True):
             if steady:
                 _curve(axes[0], record, fit.units)
@@ -50,7 +65,7 @@ def fit_figure(fit: Fit) -> Figure:
                 _history(axes, record, fit.units)
         top.align_ylabels()
         handles = {h.get_label(): h for axes in rows for h in axes[0].get_lines()}
-        top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
+        top.legend(handles=list(handles.values()), loc=_beside_heading(), ncols=3, frameon=False)
         _forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
         error = f"error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard deviation{held}"
@@ -61,10 +76,10 @@ def fit_figure(fit: Fit) -> Figure:
 
 def residual_figure(fit: Fit) -> Figure:
     """A row for each record: error over time, against velocity, and its distribution beside the normal one."""
-    shown = _chosen(fit.records)
-    fig = blank_figure((11.0, 2.1 * len(shown) + 0.7))
+    shown, stacked = _chosen(fit.records), page().narrow
+    fig = blank_figure((page().width_or(11.0), _row_height(1 + stacked) * len(shown) + 0.7))
     with style():
-        rows = fig.subplots(len(shown), 3, squeeze=False, width_ratios=(2, 1, 1))
+        rows = _rows(fig, len(shown), 2, stacked)
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
             scale, error_label = _labelled(error, "error", fit.units.force)
@@ -93,10 +108,40 @@ def residual_figure(fit: Fit) -> Figure:
     return fig
 
 
+def _rows(fig: Any, count: int, narrow: int, stacked: bool) -> list[list[Axes]]:
+    """The axes of so many records: of each one that is wide, and the narrow ones beside it, or below it.
+
+    stacked: whether they stand below, as in a column
+    """
+    if stacked:
+        grid = fig.add_gridspec(2 * count, narrow)
+        places = [[grid[2 * k, :], *(grid[2 * k + 1, i] for i in range(narrow))] for k in range(count)]
+    else:
+        grid = fig.add_gridspec(count, 1 + narrow, width_ratios=(2,) + (1,) * narrow)
+        places = [[grid[k, i] for i in range(1 + narrow)] for k in range(count)]
+    return [[fig.add_subplot(each) for each in row] for row in places]
+
+
+def _row_height(rows: int) -> float:
+    """The height of the panels of a record that stand in so many rows, in inches."""
+    return 2.15 if page().width is None else PRINTED * rows
+
+
+def _beside_heading() -> Any:
+    """Where a legend stands: beside the heading, in a column, where the heading takes all the room, below."""
+    return "outside lower left" if page().narrow else "outside upper right"
+
+
+def _forest_height(parameters: list[FittedParameter]) -> float:
+    """The height of the intervals of parameters, in inches; in a column the words of each stand above it."""
+    lines = max((_words(p).count("\n") + 1 for p in parameters), default=1)
+    return 0.9 + len(parameters) * (0.22 + 0.12 * lines if page().narrow else 0.24)
+
+
 def comparison_figure(comparison: Comparison) -> Figure:
     """Laws from the best down: the error where they were not fitted, and where they were."""
     laws = [each for each in comparison.laws if each.fit.ok]
-    fig = blank_figure((7.0, 1.3 + 0.34 * len(laws)))
+    fig = blank_figure((page().width_or(7.0), 1.3 + 0.34 * len(laws)))
     with style():
         ax = fig.subplots()
         places = np.arange(len(laws))[::-1]
@@ -107,12 +152,12 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
         ax.set(xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None))
         ax.set_ylim(-0.6, len(laws) - 0.4)
-        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
         footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
     return fig
 
 
-def _history(axes: np.ndarray, record: RecordResult, units: MeasuredUnits) -> None:
+def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> None:
     """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
     scale, prefix = unit_of(record.measured)
     wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
@@ -130,7 +175,7 @@ def _history(axes: np.ndarray, record: RecordResult, units: MeasuredUnits) -> No
     for ax, (x, factor, label) in zip(axes[1:], columns, strict=False):
         for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
             ax.plot(x[at] / factor, force[at] / scale, **look)
-        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{units.force})")
+        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{whole(units.force)})")
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
@@ -205,23 +250,35 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
             face = colour if firm else "white"
             ax.plot(0.0, place, "o" if firm else "s", color=colour, markersize=4, markerfacecolor=face)
         else:
-            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
-        text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
-        note = "" if firm else f"  {p.verdict}"
-        words = text.replace("-", "\N{MINUS SIGN}") + note
-        ax.text(1.02, place, words, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
+            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=letters(8), color=colour)
+        look: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": letters(8), "color": "#222222"}
+        x, y, upright = (0.01, place + 0.2, "bottom") if page().narrow else (1.02, place, "center")
+        ax.text(x, y, _words(p), va=upright, linespacing=1.1, **look)
     ax.axvline(0.0, color="#999999", linewidth=0.7)
     ax.set_xscale("symlog", linthresh=linear, linscale=0.6)
     powers = [linear]
     while powers[-1] * 9.99 < widest:
         powers.append(powers[-1] * 10.0)
+    powers = powers[:: -(-len(powers) // 3)] if page().narrow else powers
     ticks = [-power for power in powers[::-1]] + [0.0] + powers
     ax.set_xticks(ticks, [f"{tick:+g}".replace("-", "\N{MINUS SIGN}") if tick else "0" for tick in ticks])
     ax.minorticks_off()
     ax.set_yticks(range(len(parameters))[::-1], [p.name.replace("_", " ") for p in parameters])
-    ax.set(xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4))
+    if page().narrow:
+        ax.set_yticklabels([])
+        ax.grid(visible=False, axis="y")
+    ax.set(xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4 + 0.3 * page().narrow))
     ax.set_xlabel("95 % interval about the fitted value (%)")
     ax.set_title("Parameters: green and filled where the data determine them")
+
+
+def _words(p: FittedParameter) -> str:
+    """Value, interval and verdict of a parameter, in a column with its name, in lines that fit there."""
+    text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
+    words = text.replace("-", "\N{MINUS SIGN}") + ("" if p.determined else f"  {p.verdict}")
+    if page().narrow:
+        return filled(f"{p.name.replace('_', ' ')}: {words}", round(LETTERS_PER_INCH * page().width_or(0.0)))
+    return words
 
 
 def _has_size(p: FittedParameter) -> bool:
@@ -244,10 +301,11 @@ def _end(value: float) -> str:
 
 def _chosen(records: tuple[RecordResult, ...]) -> list[RecordResult]:
     """The records of a sheet: where they are too many, the first fitted and the first held-out ones."""
-    if len(records) <= MOST_RECORDS:
+    most = MOST_IN_COLUMN if page().narrow else MOST_RECORDS
+    if len(records) <= most:
         return list(records)
-    held = [each for each in records if each.held_out][: MOST_RECORDS // 2]
-    return [each for each in records if not each.held_out][: MOST_RECORDS - len(held)] + held
+    held = [each for each in records if each.held_out][: most // 2]
+    return [each for each in records if not each.held_out][: most - len(held)] + held
 
 
 def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
@@ -296,7 +354,7 @@ def _part(record: RecordResult, stretch: slice) -> str:
 def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
     """The factor of the unit that suits the values, and the label of their axis."""
     factor, prefix = unit_of(values)
-    return factor, f"{name} ({prefix}{unit})"
+    return factor, f"{name} ({prefix}{whole(unit)})"
 
 
 def _even_choice(count: int, most: int) -> np.ndarray:
@@ -310,12 +368,13 @@ def match_figure(match: Match) -> Figure:
     columns = [(match.velocity, "velocity")]
     if driven:
         columns = [(match.time, "time"), *columns]
-    fig = blank_figure((9.5 if driven else 6.0, 4.6))
+    stacked = driven and page().narrow
+    fig = blank_figure((page().width_or(9.5 if driven else 6.0), 3.4 * (1 + stacked) if page().width else 4.6))
     with style():
-        axes = fig.subplots(
-            2, len(columns), squeeze=False, sharex="col", height_ratios=(2, 1), width_ratios=(2, 1) if driven else None
-        )
-        for (upper, lower), (x, label) in zip(axes.T, columns, strict=True):
+        shape: dict[str, Any] = {"width_ratios": (2, 1)} if driven and not stacked else {}
+        parts = fig.subfigures(*((2, 1) if stacked else (1, len(columns))), squeeze=False, **shape).ravel()
+        for part, (x, label) in zip(parts, columns, strict=True):
+            upper, lower = part.subplots(2, 1, sharex=True, height_ratios=(2, 1))
             upper.plot(x, match.target, label=f"{match.to.name}, the target", **TARGET)
             upper.plot(x, match.matched, label=f"{match.law.name}, matched", **MATCHED)
             lower.plot(x, match.matched - match.target, **DIFFERENCE)
@@ -324,15 +383,12 @@ def match_figure(match: Match) -> Figure:
             lower.set(xlabel=label, ylabel="matched less target")
             if not driven and np.min(x) > 0 and np.max(x) > 30 * np.min(x):
                 lower.set_xscale("log")
-        fig.align_ylabels()
-        if driven:  # beside the title, for loops leave no room within
-            lines = axes[0, 0].get_lines()
-            fig.legend(handles=lines, loc="outside upper right", ncols=2, frameon=False, fontsize=8.5)
-        else:
-            axes[0, 0].legend(frameon=False, fontsize=8.5)
-        for ax in axes[1]:
-            if ax.get_xscale() == "linear":
-                ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
+            else:
+                lower.xaxis.set_major_locator(MaxNLocator(6 if part is parts[0] else 4))
+            part.align_ylabels()
+        # above, for loops leave no room within
+        lines = parts[0].axes[0].get_lines()
+        (parts[-1] if page().narrow else fig).legend(handles=lines, loc=_beside_heading(), ncols=2, frameon=False)
         heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
         footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
     return fig

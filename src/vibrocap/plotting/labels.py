@@ -7,12 +7,15 @@ from typing import Any
 from vibrocap.case.case import Case
 from vibrocap.case.sections import kind_path
 from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.machines.machine import Imposed
+from vibrocap.physics.numbering import name_and_number
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import NUMBER
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
-from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in_si
+from vibrocap.physics.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
+from vibrocap.plotting.style import LABELS
 
 LETTERS_PER_INCH = 14.5  # of the type of a title, roughly
 EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
@@ -35,10 +38,19 @@ def part_items(record: Any, digits: int = 4, without: str = "") -> list[str]:
     for info in parameter_table(record):
         value = getattr(record, info.name)
         if value is not None and info.name != without:
-            shown = value if isinstance(value, str) else f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
-            items.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{shown},")
+            items.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{value_text(value, digits)},")
     items[-1] = items[-1].rstrip(",:")
     return items
+
+
+def value_text(value: Any, digits: int = 4) -> str:
+    """A value as it stands in a title: a word, a number, or of a table how many they are, from where to where."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (tuple, list)):
+        ends = f"{value_text(min(value), digits)} to {value_text(max(value), digits)}"
+        return whole(f"{len(value)} values from {ends}")
+    return f"{float(value):.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
 def filled(text: str, letters: int, indent: str = "") -> str:
@@ -81,13 +93,48 @@ def law_words(name: str) -> str:
     return words[0].upper() + words[1:]
 
 
+def quantity_label(name: str, system: System) -> str:
+    """A quantity of a motion in words with its symbol, its name where there are none."""
+    machine = system.machine
+    label = LABELS.get(name, name.replace("_", " "))
+    if name == "position" and machine.cyclic is None:
+        label = "position $x$"
+    if len(machine.contact_states) > 1:
+        stem, number = name_and_number(name)
+        known = {
+            "position": "position $x_{}$",
+            "velocity": "velocity $v_{}$",
+            "sliding_velocity": "sliding velocity $v_{}$",
+            "contact_velocity": "sliding velocity $v_{}$",
+            "friction": "friction $R_{}$",
+            "displacement": "gap $z_{}$",
+        }
+        label = known[stem].format(number) if stem in known else label
+    elif name == "contact_velocity" and isinstance(machine, Imposed):
+        label = LABELS["velocity"]
+    elif name == "contact_velocity" and machine.contact_states[0] == "sliding_velocity":
+        label = LABELS["sliding_velocity"]
+    elif name == "drive" and isinstance(machine, Imposed):
+        label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
+    return label
+
+
 IN_SI = "In SI units."
 
 
 def with_unit(label: str, name: str, system: System) -> str:
     """A label with the SI unit of a quantity, of a system that knows its scales."""
-    unit = system.result_units.unit(name)
-    return label if unit == "1" else f"{label} [{unit}]"
+    return label + bracketed(system.result_units.unit(name))
+
+
+def bracketed(unit: str) -> str:
+    """A unit as it stands behind what has it, in one piece: " [N m s/rad]"; nothing where there is none."""
+    return "" if unit == "1" else f" [{whole(unit)}]"
+
+
+def whole(words: str) -> str:
+    """Words between which no line is broken, such as a number and its unit."""
+    return words.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def scale(name: str, system: System) -> float:
@@ -102,7 +149,7 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     """
     lines = []
     for name, part in system.parts.items():
-        numbers = _quantities(name, part, system, {without}, {}, all_of_it=True)
+        numbers = _quantities(name, part, system, {without}, {})
         if name == "machine" and system.units is not None:
             numbers += _scales(system.units)
         text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
@@ -117,12 +164,12 @@ def _scales(scales: Scales) -> list[str]:
         unit = unit_name(info.dimension or NUMBER)
         stem = info.name.removesuffix(suffix(unit)).replace("_", " ")
         number = f"{getattr(scales, info.name):.4g}"
-        found.append(f"{stem}{EQUALS}{number}\N{NO-BREAK SPACE}{unit}")
+        found.append(whole(f"{stem}{EQUALS}{number} {unit}"))
     return found
 
 
 def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
-    """The kinds of the parts of a case in SI, and the quantities with a unit that a study left as they are.
+    """The kinds of the parts of a case in SI, and what a study left as it is.
 
     varied: paths that vary. fixed: values of paths at which a picture is fixed
     """
@@ -137,22 +184,30 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
             kinds.append(kind if name == "machine" else f"{kind} {name}")
         if kind == part.name:
             numbers += _quantities(name, part, system, varied | plain, fixed)
+        if name == "machine" and kind == part.name and system.units is not None:
+            numbers += _scales(system.units)
+    states = state_keys(system.si.states)
+    starts = written(case.initial, states, system.si, exactly=False) or {}
+    numbers += [whole(f"initial {each}") for each in _worded("initial", starts, states, varied | plain, fixed)]
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def _quantities(
-    name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str], all_of_it: bool = False
-) -> list[str]:
-    """The quantities of a part with a unit, in words; all_of_it: those without a unit as well, but for zeros."""
+def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
     keys = parameter_keys(type(part), system.si.effort)
+    return _worded(name, written_in_si(part, system.si, exactly=False) or {}, keys, varied, fixed)
+
+
+def _worded(
+    name: str, values: Mapping[str, Any], keys: Mapping[str, Key], varied: set[str], fixed: Mapping[str, str]
+) -> list[str]:
+    """Values of a part by keys in words, those that are not zero."""
     found = []
-    for key, value in (written_in_si(part, system.si, exactly=False) or {}).items():
+    for key, value in values.items():
         each = keys.get(key)
-        if all_of_it and (each is None or not each.has_unit) and f"{name}.{key}" not in varied and value:
-            number = value if isinstance(value, str) else f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
-            found.append(f"{key.replace('_', ' ')}{EQUALS}{number}")
-        if each is not None and each.has_unit and f"{name}.{each.name}" not in varied and value:
-            number = float(fixed.get(f"{name}.{key}", value))
-            words = f"{each.stem.replace('_', ' ')}{EQUALS}{number:.4g} {each.unit}"
-            found.append(words.replace("-", "\N{MINUS SIGN}"))
+        if not value or f"{name}.{key}" in varied or (each is not None and f"{name}.{each.name}" in varied):
+            continue
+        stem, unit = (key, "") if each is None else (each.stem, each.unit.removeprefix("1"))
+        words = f"{stem.replace('_', ' ')}{EQUALS}{fixed.get(f'{name}.{key}', value_text(value))} {unit}"
+        found.append(whole(words.strip()))
     return found

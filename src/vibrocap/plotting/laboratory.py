@@ -23,6 +23,8 @@ from vibrocap.plotting.style import (
     given_axes,
     legend,
     legend_below,
+    letters,
+    logarithmic,
     setting,
     style,
 )
@@ -218,11 +220,15 @@ def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) ->
     given = [in_si(each) for each in ([reports] if isinstance(reports, Regularisation) else reports)]
     if not given:
         raise ValueError("reports should hold at least one regularisation, got none")
-    fig, axes = figure(1, 2, size=(9.2, 3.6))
+    rows = 2 if page().narrow else 1
+    fig, axes = figure(rows, 2 // rows, size=(page().width_or(9.2), _height(3.6, rows)))
     with style():
-        draw_errors(axes[0, 0], given)
-        draw_steps(axes[0, 1], given)
-        for ax in axes[0]:
+        errors, steps = axes.ravel()
+        draw_errors(errors, given)
+        draw_steps(steps, given)
+        for ax in (errors, steps):
+            for name in "xy":
+                logarithmic(ax, name)
             legend(ax)
     return fig
 
@@ -267,7 +273,7 @@ def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
     exact = reports[0].exact.steps
     ax.axhline(exact, color=GREEN, linewidth=2.0, label="exact contact, this package", zorder=1)
     ax.annotate(
-        f"{exact:,}", (reports[0].widths.max(), exact), (0, -4), textcoords="offset points", ha="right", va="top",
-        color=BLACK, fontsize=8,
+        f"{exact:,}", (reports[0].widths.max(), exact), (0, 3), textcoords="offset points", ha="right", va="bottom",
+        color=BLACK, fontsize=letters(8),
     )  # fmt: skip
     ax.set(title="Steps for the whole run", xlabel=_width_label(reports), ylabel="steps")

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.numbering import name_and_number, number_in, numbered
+from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
-from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
+from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     ANY_UNITS,
@@ -55,16 +55,16 @@ def motion_figure(motion: Trajectory) -> Figure:
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
     title = parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
-    loaded, several = system.machine.follows_load or hides_lift_off(motion), bool(system.machine.contacts)
-    rows = 4 + loaded + several
+    loaded, several = system.machine.follows_load or hides_lift_off(motion), len(system.machine.contact_states) > 1
+    rows, below = 4 + loaded + several, 1.2 * (len(_planes(motion)) + 1)
     if page().width is None:
         height = 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)
     else:
-        height = PRINTED * (rows + 3 * 1.2 * narrow)
+        height = PRINTED * (rows + below * narrow)
     fig = blank_figure((width, height))
     with style():
         if narrow:
-            left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, 3 * 1.2))[:, 0]
+            left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
             left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
         axes = left.subplots(rows, 1)
@@ -83,18 +83,17 @@ def motion_figure(motion: Trajectory) -> Figure:
             axes[-2].set_xlabel("")
             axes[-2].tick_params(labelbottom=False)
         left.align_ylabels()
-        planes = right.subplots(3, 1)
-        draw_phase_plane(motion, *_inner_plane(motion), ax=planes[0])
-        draw_phase_plane(motion, "position", _body_velocity(motion), ax=planes[1])
+        shown = _planes(motion)
+        *planes, loop = right.subplots(len(shown) + 1, 1)
+        for ax, (what, x, y) in zip(planes, shown, strict=True):
+            draw_phase_plane(motion, x, y, ax=ax).set_title(what)
+            if ax is not planes[0] and (legend := ax.get_legend()):
+                legend.remove()  # as above
         if several:
-            draw_all_loops(motion, planes[2])
+            draw_all_loops(motion, loop)
         else:
-            draw_friction_loop(motion, ax=planes[2])
-        planes[2].set_title("Friction")
-        planes[0].set_title("Actuator" if isinstance(system.machine, Imposed) else _inner_name(motion))
-        planes[1].set_title(_body_name(motion))
-        if legend := planes[1].get_legend():
-            legend.remove()  # as above
+            draw_friction_loop(motion, ax=loop)
+        loop.set_title("Friction")
         right.align_ylabels()
         setting(fig, title)
         own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
@@ -173,7 +172,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
         if machine.follows_load:
             ax.plot(trace.time / period, load, **LAST)
         else:
-            given = float(motion.system.placed.load()) * scale("reaction", motion.system)
+            given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
             ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
             ax.plot(trace.time / period, load, **TRUE, label="true load")
             if np.min(load) < 0.0:
@@ -307,21 +306,29 @@ def _share_time(axes: Any) -> None:
 
 def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
-    start, contacts = _whole_run(axes[0], motion, "Travel of body 1"), contacts_of(motion)
+    what = "Place" if motion.system.machine.cyclic is None else "Travel"
+    start, contacts = _whole_run(axes[0], motion, f"{what} of body 1"), contacts_of(motion)
     gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
-    imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
-    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contacts
+    imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
+    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contact_states
     second = ["drive"] if imposed else gaps or [numbered("position", each) for each in contacts]
     words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
     draw_all(motion, second, words, start, axes[1])
-    draw_all(motion, bodies if imposed else [machine.contact_state, *bodies], "velocity $v_i$", start, axes[2])
+    draw_all(motion, bodies, "velocity $v_i$", start, axes[2])
     draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
     draw_modes(motion, start, axes[4])
     titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
     for ax, title in zip(axes[1:], titles, strict=True):
         ax.set(title=title)
     _share_time(axes[1:])
+
+
+def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
+    """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
+    inner, body = _inner_plane(motion), ("position", _body_velocity(motion))
+    title = "Actuator" if isinstance(motion.system.machine, Imposed) else _inner_name(motion)
+    return [(title, *inner)] + ([(_body_name(motion), *body)] if body != inner else [])
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:
@@ -336,18 +343,18 @@ def _inner_plane(motion: Trajectory) -> tuple[str, str]:
 def _held_row(motion: Trajectory) -> bool:
     """Whether it is one of a row of blocks that are held to their places, whose states stand block by block."""
     machine = motion.system.machine
-    return bool(machine.contacts) and machine.cyclic is None
+    return len(machine.contact_states) > 1 and machine.cyclic is None
 
 
 def _body_velocity(motion: Trajectory) -> str:
     """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
     machine = motion.system.machine
-    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_state
+    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_states[0]
 
 
 def _body_name(motion: Trajectory) -> str:
     """What slides."""
-    if motion.system.machine.contacts:
+    if len(motion.system.machine.contact_states) > 1:
         return "Body 1"
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
 
@@ -357,7 +364,7 @@ def _inner_name(motion: Trajectory) -> str:
     machine = motion.system.machine
     if _held_row(motion):
         return "Body 2"
-    if machine.contacts:
+    if len(machine.contact_states) > 1:
         return "Gap 1"
     if isinstance(machine, Imposed):
         return "Imposed motion"
@@ -367,24 +374,5 @@ def _inner_name(motion: Trajectory) -> str:
 
 
 def _label(motion: Trajectory, name: str) -> str:
-    """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
-    machine = motion.system.machine
-    label = LABELS.get(name, name.replace("_", " "))
-    if name == "position" and (machine.cyclic is None or machine.contacts):
-        label = "position $x$"
-    if machine.contacts:
-        stem, number = name_and_number(name)
-        known = {
-            "velocity": "velocity $v_{}$",
-            "contact_velocity": "sliding velocity $v_{}$",
-            "friction": "friction $R_{}$",
-            "displacement": "gap $z_{}$",
-        }
-        label = known[stem].format(number) if stem in known else label
-    elif name == "contact_velocity" and isinstance(machine, Imposed):
-        label = LABELS["velocity"]
-    elif name == "contact_velocity" and machine.contact_state == "sliding_velocity":
-        label = LABELS["sliding_velocity"]
-    elif name == "drive" and isinstance(machine, Imposed):
-        label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
-    return with_unit(label, name, motion.system)
+    """The axis label of a quantity, with its unit where that is known."""
+    return with_unit(quantity_label(name, motion.system), name, motion.system)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.design.front import ParetoFront
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.result.fit_result import Fit
@@ -18,6 +19,7 @@ from vibrocap.laboratory.test_sheet import TestSheet
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.closing.gradients import Gradients
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
@@ -30,6 +32,7 @@ from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
 from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.finishing import finished, save
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
+from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.laboratory import (
     draw_presliding,
     draw_steady_curve,
@@ -66,8 +69,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`,
-        `draw_bifurcation`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
@@ -99,6 +101,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
     if isinstance(result, BifurcationDiagram):
         _check(what, result.system.state_names)
         return draw_bifurcation(result, what, ax=ax, **options)
+    if isinstance(result, ParetoFront):
+        return draw_front(result, ax=ax, **options)
     if isinstance(result, Law):
         _check(what, ("steady", "presliding"))
         return (draw_presliding if what == "presliding" else draw_steady_curve)(result, ax=ax, **options)
@@ -121,9 +125,9 @@ def figure(
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        bifurcation diagram, a friction law, a sheet of its tests, a report on smoothing, a stick-slip record, a regime
-        diagram, a dataset of a study
-    path: a file to write it to as well (.png, .svg or .pdf)
+        bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on smoothing, a stick-slip
+        record, a regime diagram, a dataset of a study
+    path: a file to write it to as well (.png, .svg, .pdf or .tex)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
         and the panels of a motion stand one below the other where they have no room side by side; by default what suits
         a screen
@@ -134,9 +138,6 @@ def figure(
     """
     if isinstance(result, Orbit):
         result = result.motion()
-    if isinstance(result, SCREEN_ONLY) and (width is not None or not header):
-        what = type(result).__name__
-        raise ArgumentError("width", f"is not arranged for the sheet of a {what}; draw its panels by `plot`")
     with on_page(width, header):
         fig, settings = _sheet(result, options)
         if path is None:
@@ -166,6 +167,7 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     Match: match_figure,
     Basins: basin_figure,
     BifurcationDiagram: bifurcation_figure,
+    ParetoFront: front_figure,
     Law: law_figure,
     TestSheet: sheet_figure,
     Regularisation: regularisation_figure,
@@ -173,14 +175,14 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     RegimeDiagram: regime_figure,
 }
 
-SCREEN_ONLY = (Fit, Comparison, Match, Regularisation, StickSlip, RegimeDiagram)  # not arranged for a page
-
 
 def thumbnail(result: Any) -> str:
     """A small picture of a result for a page, as HTML that holds it; empty where there is nothing to draw."""
     if isinstance(result, Trajectory) and not len(result.piece_start):
         return ""
-    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint)):
+    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint, Gradients)):
+        return ""
+    if isinstance(result, Orbit) and result.failed:
         return ""
     if (isinstance(result, Branch) and not len(result)) or (isinstance(result, Fit) and not result.records):
         return ""

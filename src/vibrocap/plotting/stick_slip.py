@@ -9,13 +9,27 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
-from vibrocap.plotting.style import STICK_SHADE, blank_figure, decimated, footnote, heading, legend, style, unit_of
+from vibrocap.plotting.page import page
+from vibrocap.plotting.style import (
+    STICK_SHADE,
+    blank_figure,
+    decimated,
+    footnote,
+    heading,
+    legend,
+    legend_below,
+    letters,
+    logarithmic,
+    style,
+    unit_of,
+)
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
 DETAIL_PERIODS = 5  # in the detail beside the whole record
 MOST_BINS = 40
+PRINTED = 1.7  # inches: the height of a panel in a column
 CROWD = 80  # slips; more have smaller marks
 MOST_POINTS = 4000  # of a line: longer records are drawn by the extremes of as many stretches
 MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREEN), SLOW: ("D", ORANGE)}
@@ -23,13 +37,19 @@ MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREE
 
 def stick_slip_figure(found: StickSlip) -> Figure:
     """The whole record above; below a detail with its phases and levels, the slider's velocity there, the periods."""
-    fig = blank_figure((10.0, 7.4))
+    moves = found.velocity is not None
+    narrow_height = PRINTED * (4.0 + moves)
+    fig = blank_figure((page().width_or(10.0), narrow_height if page().narrow else page().width_or(10.0) * 0.74))
     with style():
-        top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
+        if page().narrow:
+            ratios = (1.6, 1.0 + moves, 1.4)
+            top, left, right = fig.subfigures(3, 1, squeeze=False, height_ratios=ratios)[:, 0]
+        else:
+            top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
+            left, right = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
         _whole(top.subplots(), found)
-        left, right = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
         window = _detail_window(found)
-        if found.velocity is None:
+        if not moves:
             _detail(left.subplots(), found, window)
         else:
             axes = left.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
@@ -46,7 +66,7 @@ def stick_slip_figure(found: StickSlip) -> Figure:
 
 def regime_figure(diagram: RegimeDiagram) -> Figure:
     """Records as marks over stiffness and pulling speed; form and colour are the regime, the number P/T0."""
-    fig = blank_figure((6.4, 4.6))
+    fig = blank_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow))
     with style():
         ax = fig.subplots()
         ax.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="pulling speed V (m/s)")
@@ -59,7 +79,9 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
                 )  # fmt: skip
         for k, v, ratio in zip(diagram.stiffness, diagram.pulling_speed, diagram.period_ratio, strict=True):
             if np.isfinite(ratio):
-                ax.annotate(f"{ratio:.3g}", (k, v), (7, 0), textcoords="offset points", va="center", fontsize=8)
+                ax.annotate(
+                    f"{ratio:.3g}", (k, v), (7, 0), textcoords="offset points", va="center", fontsize=letters(8)
+                )
         ax.margins(0.22)
         if np.isfinite(diagram.border):
             low, high = ax.get_xlim()
@@ -70,7 +92,9 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
                 label="a Coulomb block sticks half of the time",
             )  # fmt: skip
             ax.set(xlim=(low, high), ylim=(bottom, top))
-        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+        for name in "xy":
+            logarithmic(ax, name)
+        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
         footnote(fig, r"Beside each mark: period over $2\pi\sqrt{m/k}$, where the mass is known.")
     return fig
 
@@ -92,8 +116,11 @@ def _whole(ax: Axes, found: StickSlip) -> None:
     if window[1] - window[0] < 0.99 * (found.time[-1] - found.time[0]):
         ax.axvspan(*window, color=BLUE, alpha=0.10, linewidth=0, label="detail below")
     ax.set(xlabel="time (s)", ylabel=_force_label(found), title="The record")
-    if ax.get_legend_handles_labels()[0]:
+    handles = ax.get_legend_handles_labels()[0]
+    if handles and page().width is None:
         legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
+    elif handles:
+        legend_below(ax, handles, ncols=2 if page().narrow else 3)
 
 
 def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
@@ -140,10 +167,10 @@ def _periods(ax: Axes, found: StickSlip) -> None:
     for value, text, colour, dashes in lines:
         if value is not None:
             ax.axvline(value, color=colour, linestyle=dashes, linewidth=1.2, label=text.format(value))
-    ax.set(xlabel="period (s)", ylabel="number of periods", title="Periods", xlim=(0.0, None))
+    ax.set(xlabel="period (s)", ylabel="number of periods", title="Periods", xlim=(0.0, 1.05 * ax.get_xlim()[1]))
     ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8)
+    legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)
 
 
 def _levels(ax: Axes, found: StickSlip) -> None:
@@ -152,9 +179,10 @@ def _levels(ax: Axes, found: StickSlip) -> None:
         (found.kinetic_level, "kinetic level", BLUE, (0, (5, 2))),
         (found.slip_end_level.mean if found.slip_end_level else None, "level at slip end", GREEN, (0, (1, 1.5))),
     )
+    unit = "" if found.force_unit == "1" else " N"
     for value, name, colour, dashes in lines:
         if value is not None:
-            ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.1, label=f"{name} {value:.4g}")
+            ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.1, label=f"{name} {value:.4g}{unit}")
 
 
 def _shade(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:

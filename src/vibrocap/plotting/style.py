@@ -22,6 +22,9 @@ from matplotlib.transforms import ScaledTranslation
 from vibrocap.plotting.colours import BLUE
 from vibrocap.plotting.page import page
 
+# fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
+logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
+
 FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
 
 # The paper's arrangement: LuGre red and solid, exponential blue and dashed.
@@ -209,6 +212,11 @@ def legend_above(axes: Axes, **options: Any) -> None:
     axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
 
 
+def letters(points: float) -> float:
+    """The size of letters that are so large on a screen, in points; on a page at most those of its labels."""
+    return points if page().width is None else min(points, PAGE_STYLE["xtick.labelsize"])
+
+
 def heading(fig: Figure, text: str) -> None:
     """The title of a whole figure."""
     if page().header:
@@ -219,6 +227,12 @@ def setting(fig: Figure, text: str) -> None:
     """The parameters of what a figure shows, above it."""
     if page().header:
         fig.suptitle(text, fontsize=9.5 if page().width is None else HEAD, x=0.01, ha="left")
+
+
+def small_setting(fig: Figure, text: str) -> None:
+    """The same in small print, as of a diagram over one of the parameters."""
+    if page().header:
+        fig.suptitle(text, fontsize=8 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
 
 
 def logarithmic(ax: Axes, name: str) -> None:

@@ -272,7 +272,8 @@ def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled:
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):
     """The ensemble as an evaluator of points, what the dataset says of it, and the variables, as `sweep` has them."""
     from vibrocap.measures.during_run import resolved
-    from vibrocap.measures.ensemble import ALWAYS, ensemble
+    from vibrocap.measures.ensemble import ensemble
+    from vibrocap.measures.gathered import ALWAYS
     from vibrocap.studies.variables import study_attributes, variables
 
     defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}

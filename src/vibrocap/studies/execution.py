@@ -36,7 +36,7 @@ class Execution:
             with found.collected():
                 check_whole(name, 1 if getattr(self, name) is None else getattr(self, name), 1)
         if self.mixed and not self.resume:
-            found.add("mixed", "goes on with a stored study, for which resume has to be given, too")
+            found.add("mixed", "continues a stored study, for which resume has to be given, too")
         for name in ("resume", "workers", "scheduler"):
             if getattr(self, name) and self.out is None:
                 found.add(name, "needs a folder for the results, out")

@@ -94,7 +94,7 @@ def sweep(
     tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
         five seconds of work, 4096 runs at most
     threads: of this process, all cores by default
-    device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
+    device: "cpu", or "cuda": a GPU (extra `gpu`), whose results agree with the processor's to rounding
     workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`); scheduler: the address
         of a Dask cluster, whose workers see the folder too; both need `out`
     progress: True for a bar, or a function that is called now and then with the share done
@@ -286,7 +286,7 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
         except KeyboardInterrupt:
             stored = f"{total - len(store.pending())} of {total} tiles are stored in {out}"
             store.clean()
-            raise Stopped(f"Stopped: {stored}; go on with --resume (resume=True)") from None
+            raise Stopped(f"Stopped: {stored}; continue with --resume (resume=True)") from None
 
 
 def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.case.case import case_text
 from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.measures.gathered import ALWAYS
 from vibrocap.measures.of_measure import measure_unit
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
@@ -22,7 +23,6 @@ from vibrocap.studies.plan.study import Study
 
 TEXT = np.dtypes.StringDType()
 NOT_RUN = -1  # status of a run whose tile is not stored yet
-ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")  # of every run, asked for or not
 TITLE = "Study of vibro-driven capsules"
 
 

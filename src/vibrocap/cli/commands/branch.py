@@ -1,5 +1,6 @@
 """`vibrocap branch` and `vibrocap basins`: steady motions over a parameter, and which starts lead to which."""
 
+import dataclasses
 import math
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, wr
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.physics.conversion import INITIAL, quantity, quantity_in_si
+from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, units_of
 
@@ -28,7 +29,8 @@ def branch(
     """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
 
     The symmetric motion is followed, stable or not, and so are the branches that
-    leave it at pitchforks and flips. Folds, flips, pitchforks and changes of the
+    leave it at pitchforks and flips. Where stable motions end within the range, a
+    simulation shows what follows them, and that is followed too. Folds, flips, pitchforks and changes of the
     stick/slip word are located. If the case's own value is outside the range, the
     search begins at the nearer end.
 
@@ -47,7 +49,7 @@ def branch(
     settle_periods
         drive periods simulated to find the first motion, at most
     plot
-        FILE.png, .svg or .pdf: the mean velocity over the parameter, or the period if the machine cannot travel
+        FILE.png, .svg, .pdf or .tex: the mean velocity over the parameter, or the period if the machine cannot travel
     json
         print one JSON object in full precision instead of a table
     """
@@ -121,14 +123,15 @@ def basins(
     settle_periods
         drive periods that a motion has to settle
     plot
-        draw the plane: FILE.png, .svg or .pdf
+        draw the plane: FILE.png, .svg, .pdf or .tex
     json
         print one JSON object in full precision instead of a table
     """
     from vibrocap.orbits.attractors.basins import basins as basins_of
 
     given = read_source(case)
-    axes = dict(_axis(one, given.system) for each in plane for one in each.split(","))
+    asked = [_axis(one, given.system) for each in plane for one in each.split(",")]
+    axes = {along.plain.removeprefix(INITIAL): ends for along, ends in asked}
     writable_picture("--plot", plot)
     names = ("plane", "resolution", "phase", "settle_periods")
     with progress("Running the starts of the plane") as report, refusing(*names):
@@ -152,16 +155,16 @@ def basins(
         from vibrocap.plotting.basins import PRINT, basin_figure
         from vibrocap.plotting.finishing import save
 
-        save(basin_figure(found), plot, PRINT)
+        save(basin_figure(found, [along.path.removeprefix(INITIAL) for along, _ in asked]), plot, PRINT)
         if not json:
             Page().say(f"picture    {plot}")
     return OK
 
 
-def _axis(text: str, system: System) -> tuple[str, tuple[float, float] | None]:
+def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | None]:
     """NAME, or NAME=LEAST:LARGEST, which in SI carries the unit of the range: the state and its range without units."""
     if "=" not in text:
-        return text, None
+        return quantity_in_si(text if text == "phase" else INITIAL + text, system), None
     name, low, high = range_of(text, "--plane", "angle=-3:3")
     try:
         asked = quantity(INITIAL + name, system)
@@ -170,7 +173,7 @@ def _axis(text: str, system: System) -> tuple[str, tuple[float, float] | None]:
     best = quantity_in_si(asked.plain, system)
     if asked.scale == 1.0 and asked.unit == "1" and best.unit not in ("1", "rad"):
         raise Refusal(f"--plane {name}: has no unit in a case in SI; give {best.path.removeprefix(INITIAL)}")
-    return asked.plain.removeprefix(INITIAL), (low / asked.scale, high / asked.scale)
+    return asked, (low / asked.scale, high / asked.scale)
 
 
 def _diagram_record(found: Any) -> dict[str, Any]:
@@ -184,7 +187,9 @@ def _diagram_record(found: Any) -> dict[str, Any]:
         for each in found.branches
     ]
     joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
-    return {"over": found.over, "between": found.between, "branches": branches, "joins": joins}
+    transitions = [dataclasses.asdict(each) for each in found.transitions]
+    known = {"over": found.over, "between": found.between}
+    return known | {"branches": branches, "joins": joins, "transitions": transitions}
 
 
 def _diagram_units(found: Any) -> dict[str, Any]:

@@ -1,38 +1,147 @@
 """`vibrocap export`: a case as what other programs run."""
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.cli.options import Refusal, own_names, writable_folder
-from vibrocap.cli.terminal import OK, Page
+from vibrocap.cli.options import Refusal, needs, own_names, split, writable_file, writable_folder
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
 from vibrocap.io.motion_file import read_source
 
+if TYPE_CHECKING:
+    from vibrocap.case.case import Case
+    from vibrocap.exchange.mjcf import MujocoModel
+    from vibrocap.exchange.mujoco_motion import Ending
 
-def export(case: Path, /, *, to: Literal["c"] = "c", out: Path, name: str = "capsule") -> int:
-    """A case for other programs, with its exact contact: a library in C99 and a program that prints the motion.
+
+def export(
+    case: Path,
+    /,
+    *,
+    to: Literal["c", "fmu", "mjcf"] = "c",
+    input: Literal["drive"] | None = None,
+    out: Path,
+    name: str = "capsule",
+    kind: Literal["co-simulation", "model-exchange"] | None = None,
+    fmi: Literal["3.0", "2.0"] | None = None,
+    platforms: list[str] | None = None,
+    judge: bool = False,
+) -> int:
+    """A case for other programs: with its exact contact a library in C99 or an FMU, or the nearest MuJoCo model.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
+    With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
+    With --to mjcf a MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources
+        what to write: c for C sources, fmu for an FMU, mjcf for a MuJoCo model
+    input
+        what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        folder for NAME.c, NAME.h, main.c and README.txt; made where it is missing
+        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of an FMU FILE.fmu, of a MuJoCo
+        model FILE.xml
     name
-        of the library, with which all its names begin
+        of the library or of the model, with which all its names begin
+    kind
+        of an FMU: co-simulation (by default) is exact inside; model-exchange leaves the integration to the importer
+    fmi
+        version of an FMU: 3.0 by default
+    platforms
+        for which an FMU holds machine code, x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin,
+        all or none: by default this computer's, if a C compiler is found; for others zig is needed (package ziglang)
+    judge
+        run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
+    setup = read_source(case)
+    of_fmu = {"kind": kind, "fmi": fmi, "platforms": platforms}
+    if judge and to != "mjcf":
+        raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
+    if to == "fmu":
+        return _fmu(setup, out, input=input, name=name, **{each: value for each, value in of_fmu.items() if value})
+    if given := [each for each, value in of_fmu.items() if value]:
+        raise Refusal(*(f"--{each}: should be left out without --to fmu" for each in given))
+    if to == "mjcf":
+        if input is not None:
+            raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
+        return _mjcf(setup, out, judge)
+    return _c(setup, out, name, input)
+
+
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
+    """The C library."""
     from vibrocap.exchange.c_library import export_c
 
-    setup = read_source(case)
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = export_c(setup, out, name)
+        written = export_c(case, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
     return OK
+
+
+def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> int:
+    """The FMU."""
+    from vibrocap.exchange.fmu.binaries import BuildError
+    from vibrocap.exchange.fmu.fmu import export_fmu
+
+    writable_file("--out", out, (".fmu",))
+    try:
+        compiled = export_fmu(case, out, platforms=split(platforms) or None, **options)
+    except ArgumentError as error:
+        raise Refusal(f"--{error}") from None
+    except BuildError as error:
+        complain(str(error))
+        return INCOMPLETE
+    holds = f"machine code for {', '.join(compiled)}, and its sources" if compiled else "its sources"
+    Page().say(f"Written to {out}: an FMU with {holds}.")
+    if not compiled and platforms is None:
+        Page().say("No C compiler was found: its importer has to compile it.")
+    return OK
+
+
+def _mjcf(case: "Case", out: Path, judge: bool) -> int:
+    """The MuJoCo model, what it loses, and how far it ends from the exact motion."""
+    from vibrocap.exchange.mjcf import export_mjcf
+
+    writable_file("--out", out, (".xml",))
+    if judge:
+        needs("--judge", "mujoco")
+    try:
+        model = export_mjcf(case, out)
+    except ArgumentError as error:
+        raise Refusal(f"CASE: {error}") from None
+    page = Page()
+    page.say(f"Written to {out}; what MuJoCo cannot say of this case:")
+    for sentence in model.lost:
+        page.say(f"  {sentence}")
+    return _judged(page, case, model) if judge else OK
+
+
+def _judged(page: Page, case: "Case", model: "MujocoModel") -> int:
+    from vibrocap.exchange.mujoco_motion import judgement
+
+    with progress("Running MuJoCo"):
+        found = judgement(case, model)
+    length = 1.0 if case.system.units is None else case.system.si.factor_of("m")
+    unit = "" if case.system.units is None else "m"
+    rows = table(f"After {found.steps} steps of MuJoCo", "motion", "place", "off by", "drift")
+    rows.add_row("exact", *_said(found.exact_ending, found.exact_ending, length, unit))
+    rows.add_row("MuJoCo, the file as it is", *_said(found.as_written, found.exact_ending, length, unit))
+    rows.add_row("MuJoCo, friction rewritten at each step", *_said(found.rewritten, found.exact_ending, length, unit))
+    page.print(rows)
+    if found.exact.status.ok:
+        return OK
+    complain(f"The exact motion ended early ({found.exact.status.value}). {found.exact.status.advice}")
+    return INCOMPLETE
+
+
+def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:
+    off = "" if ending is exact else said(length * (ending.place - exact.place), unit, 3)
+    travel = "" if ending.drift is None else said(length * ending.drift, unit, 4)
+    return said(length * ending.place, unit, 6), off, travel

@@ -10,7 +10,9 @@ from rich.table import Table
 
 from vibrocap.arguments import suggestion
 from vibrocap.case.case import CaseError
+from vibrocap.citations.bibliography import references
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.completers import completing, law_names, law_parameters
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -57,6 +59,7 @@ def list_laws() -> int:
 @friction.command(help_epilogue=examples_of("friction show"))
 @taking_parts
 @taking_page
+@completing(name=law_names, set_=law_parameters)
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
 
@@ -67,7 +70,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     set_
         NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     plot
-        draw steady curve and presliding loops: FILE.png, .svg or .pdf
+        draw steady curve and presliding loops: FILE.png, .svg, .pdf or .tex
     """
     from rich.table import Table
 
@@ -92,7 +95,8 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     with progress(f"Looking for cycles of {name} that create energy"):
         passive = passivity(law)
         scales = stiffness_report(law)
-    page.say(f"\nsource     {law.source}")
+    said = [each.text for each in references(type(law).source, law.name)] or ["not recorded"]
+    page.say("\nsource     " + "\n           ".join(said))
     page.say(f"passivity  {passive.verdict}. {passive.condition}")
     page.say(f"stiffness  {scales.method}")
     creeps = "yes" if law.creeps else "no"
@@ -109,6 +113,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 @friction.command(name="test", help_epilogue=examples_of("friction test"))
 @taking_parts
 @taking_page
+@completing(name=law_names, set_=law_parameters)
 def canonical_tests(
     name: str,
     /,
@@ -140,7 +145,7 @@ def canonical_tests(
     speed
         speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
     plot
-        draw all tests on one sheet: FILE.png, .svg or .pdf
+        draw all tests on one sheet: FILE.png, .svg, .pdf or .tex
     json
         print the numbers as JSON, in full precision
     """
@@ -260,7 +265,7 @@ def limits(case: Path, /, *, json: bool = False) -> int:
 
     system = read_source(case).system
     try:
-        plain = frictional_limits(system.friction, float(system.placed.load()))
+        plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
     except (TypeError, ValueError) as error:
         raise CaseError([f"friction: {error}"], str(case)) from None
     found = in_si(plain, system)
@@ -287,7 +292,8 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
         notes.append("The load follows the motion; these are the limits at its mean.")
     if (environment := system.environment) is None:
         return notes
-    at_rest = environment.outside(system.placed, 0.0, (0.0,) * len(system.machine.states), 0).push_at_rest
+    states, still = ((0.0,) * len(names) for names in (system.machine.states, system.machine.contact_states))
+    (_, at_rest), *_ = environment.outside(system.placed, 0.0, states, still, still).pushes
     push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
     if push:
         words = (

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.case.case import CaseError
-from vibrocap.cli.commands.start import examples_folder
+from vibrocap.cli.example_files import examples_folder
 from vibrocap.cli.options import Refusal, split, writable_file
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import write_text
@@ -25,7 +25,7 @@ def lab(
 ) -> int:
     """The exact capsule in a browser page: drag a slider and the motion follows.
 
-    The page is one file that works from disk and asks nothing of any network: a colleague or a lecture can have it.
+    The page is one file that works from disk, without a network: give it to a colleague, or use it in a lecture.
 
     Parameters
     ----------

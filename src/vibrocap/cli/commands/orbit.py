@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.cli.gradients import gradients_of, print_gradients
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import in_both, json_text
@@ -33,6 +34,7 @@ def orbit(
     section: str | None = None,
     returns: int = 64,
     tolerance: float = 1e-12,
+    gradients: bool = False,
     json: bool = False,
 ) -> int:
     """The steady motion of a case: period, drift, stability, symmetry, mirror twin and word.
@@ -62,14 +64,20 @@ def orbit(
         most returns to the section in one cycle
     tolerance
         error per step, relative to the states' natural size
+    gradients
+        how mean velocity and cost of transport change with each parameter, exactly, and their elasticities
     json
         print one JSON object in full precision instead of a table
     """
     from vibrocap.orbits.attractors.classification import classify
+    from vibrocap.orbits.closing.gradients import check_gradients
     from vibrocap.orbits.closing.orbit import orbit as steady_motion
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
     given = read_source(case)
+    if gradients:
+        with refusing(system="--gradients"):
+            check_gradients(given.system)
     with (
         progress("Closing the steady motion"),
         refusing("response_period", "half", "settle_periods", "section", "returns", "tolerance"),
@@ -90,10 +98,18 @@ def orbit(
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
         what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
     record = whole_record(found, left, ways, what)
+    slopes, lacking = (None, "") if not gradients or found.failed else gradients_of(found)
+    if slopes is not None:
+        record["gradients"] = slopes.table()
     if json:
         print(json_text(record))
     else:
         _print_orbit(record, str(case))
+        if slopes is not None:
+            print_gradients(slopes)
+    if lacking:
+        complain(f"No gradients: {lacking}.")
+        return INCOMPLETE
     if found.status is OrbitStatus.CONVERGED:
         return OK
     what = {
@@ -167,12 +183,12 @@ def orbit_record(found: Any) -> dict[str, Any]:
         "status": found.status.value,
         "closed": closed,
         "residual": found.residual,
-        "period": found.period,
-        "response_period": found.response_period,
+        "period": found.period if closed else None,
+        "response_period": found.response_period if closed else None,
         "drift": found.drift,
-        "mean_velocity": found.mean_velocity if found.period else None,
+        "mean_velocity": found.mean_velocity,
         **({"winding": found.winding} if found.system.machine.turns else {}),
-        "returns": found.returns,
+        "returns": found.returns if closed else None,
         "stable": found.stable if known else None,
         "stability": _stability(found) if known else "not known",
         "multipliers": [

@@ -9,6 +9,7 @@ from cyclopts import App
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.completers import completing, data_sets
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.io.json_text import json_text
@@ -68,7 +69,7 @@ def stick_slip(
     minor
         slips smaller than this share of the mean slip are minor, and left out of period and slips
     plot
-        draw the record, or the diagram of regimes: FILE.png, .svg or .pdf
+        draw the record, or the diagram of regimes: FILE.png, .svg, .pdf or .tex
     json
         print one JSON object in full precision, a list of them for several records
     """
@@ -247,6 +248,7 @@ def list_data_sets() -> int:
 
 
 @datasets.command(help_epilogue=examples_of("datasets fetch"))
+@completing(name=data_sets)
 def fetch(name: str, /, *, to: Path | None = None) -> int:
     """Fetch the published files of a data set, and check them; what is there already is not fetched again.
 

@@ -14,6 +14,7 @@ from vibrocap.cli.options import (
     Settings,
     by_option,
     changes,
+    with_headings,
     writable_film,
     writable_picture,
     writable_table,
@@ -28,6 +29,7 @@ from vibrocap.quantities.opening import opened_in_si
 
 if TYPE_CHECKING:
     from vibrocap.measures.energy import EnergyBalance
+    from vibrocap.measures.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
 # kind of event: what happens
@@ -76,6 +78,7 @@ def simulate(
     out: Path | None = None,
     plot: Path | None = None,
     animate: Path | None = None,
+    unit_headings: bool = False,
     set_: Settings = None,
     initial: list[str] | None = None,
     periods: float | None = None,
@@ -92,9 +95,11 @@ def simulate(
     out
         export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
     plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
+        draw time histories, phase planes and the friction loop: FILE.png, .svg, .pdf or .tex
     animate
         make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+    unit_headings
+        of the columns of --out FILE.csv or .xlsx: name and unit, as in "position [m]"
     set_
         PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
     initial
@@ -110,6 +115,7 @@ def simulate(
     changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
     with refused.collected():
         writable_table("--out", out, "xarray")
+        with_headings(out, unit_headings, "--out")
     with refused.collected():
         writable_picture("--plot", plot)
     with refused.collected():
@@ -128,7 +134,7 @@ def simulate(
             raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
         record = motion_record(motion)
     if out is not None:
-        write_motion(motion, out, setup)
+        write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
         from vibrocap.plotting.finishing import save
@@ -171,6 +177,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     nothing = {"value": None, "window": None, "settled": False}
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
+    least = certificate["least_reaction"] if certificate else None  # of the motion as it was computed, without units
     balance = energy_balance(motion) if started else None
     absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
     works = {} if balance is None else {**dataclasses.asdict(balance), **balance.own}
@@ -182,9 +189,11 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": nothing if velocity is None else dataclasses.asdict(velocity),
+            "cost_of_transport": None if velocity is None else _cost_of_transport(motion, velocity),
             **turns,
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
+            "least_reaction": None if least is None else least * motion.system.result_units.factor("friction"),
             "energy": works or None,
             "certificate": certificate,
             "status": motion.status.value,
@@ -196,6 +205,8 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
         "state": {name: motion.unit_of(name) for name in motion.state},
         "time": motion.unit_of("end"),
         "drift": motion.unit_of("displacement"),
+        "cost_of_transport": "J/m",
+        "least_reaction": "N",
         "mean_velocity": {} if velocity is None else units_of(velocity),
         "energy": {} if balance is None else _units_of_works(balance, works),
     }
@@ -205,6 +216,20 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
 def _units_of_works(balance: "EnergyBalance", works: dict[str, Any]) -> dict[str, str]:
     units = units_of(balance)
     return {name: unit for name, unit in (units | units.pop("own", {})).items() if name in works}
+
+
+def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float | None:
+    """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
+    from vibrocap.measures.energy import energy_balance
+    from vibrocap.measures.response import response_class
+    from vibrocap.measures.windows import usual_window, whole_periods
+
+    plain = computed(motion)
+    if velocity.value == 0.0 or response_class(plain).symmetric:
+        return None
+    balance = opened_in_si(energy_balance)(motion, periods=usual_window(whole_periods(plain)))
+    start, end = balance.window
+    return balance.drive / abs(velocity.value * (end - start))
 
 
 def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
@@ -248,9 +273,17 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
         made.add_row("mean velocity", said(velocity["value"], speed), window)
+        if record["cost_of_transport"] is not None:
+            cost = said(record["cost_of_transport"], units.get("cost_of_transport", ""))
+            made.add_row("cost of transport", cost, "work of the drive per distance travelled, over the same periods")
         for name, turns in (record.get("winding") or {}).items():
             made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
+    if record["least_reaction"] is not None:
+        least = said(record["least_reaction"], units.get("least_reaction", ""))
+        made.add_row(
+            "least reaction", least, "of the ground in the whole run; below 0 the machine would have lifted off"
+        )
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
     elif motion.system.friction.kind != "set-valued":
@@ -278,8 +311,9 @@ def own_events(motion: "Trajectory") -> list[str]:
 
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
-    kinds = ("stick", "slip_forward", "slip_back", "reversal")
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in kinds)
+    from vibrocap.motion.trajectory import CONTACT_EVENTS
+
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in CONTACT_EVENTS)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:

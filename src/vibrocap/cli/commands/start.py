@@ -10,6 +10,7 @@ from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
+from vibrocap.cli.example_files import examples_folder, shows
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
@@ -17,7 +18,7 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import STATES
-from vibrocap.physics.units import Units, one_way, parameter_keys, state_keys, state_units
+from vibrocap.physics.units import UNDECLARED, Units, one_way, parameter_keys, state_keys, state_units, undeclared
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -236,23 +237,6 @@ def examples(*names: str, to: Path | None = None) -> int:
     return OK
 
 
-def examples_folder() -> Path:
-    """The example cases: in the package where it was installed from a wheel, else in the folder of the sources."""
-    package = Path(__file__).resolve().parents[2]
-    inside = package / "examples"
-    return inside if inside.is_dir() else package.parents[1] / "examples"
-
-
-def shows(path: Path) -> str:
-    """What an example shows: the first sentence of its head."""
-    words = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if not line.removeprefix("#").strip():
-            break
-        words.append(line.removeprefix("#").strip())
-    return " ".join(words).partition(". ")[0].rstrip(".:")
-
-
 def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = None, out: Path | None = None) -> int:
     """A case in the other form: in SI, or without units. Comments are not kept.
 
@@ -291,6 +275,9 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         infos = (info for info in parameter_table(record) if not isinstance(info.default, (float, type(None))))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
+    for name, part in setup.system.parts.items() if wanted == SI else ():
+        for each in undeclared(type(part)):
+            refused.add(f"{name}.{each}", UNDECLARED)
     if refused:
         raise Refusal(*refused)
     plain = dataclasses.replace(setup.system, units=None)  # the scales are kept beside; results stay without units

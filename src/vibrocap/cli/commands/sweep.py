@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
-from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
+from vibrocap.cli.options import Refusal, needs, pairs, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, notes, progress, table
 from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
@@ -32,6 +32,7 @@ def sweep(
     resume: bool = False,
     mixed: bool = False,
     export: Path | None = None,
+    unit_headings: bool = False,
     cases: Path | None = None,
     design: str | None = None,
     runs: int | None = None,
@@ -74,6 +75,8 @@ def sweep(
         with --resume, continue even if the study was started by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too
+    unit_headings
+        of the columns of --export FILE.csv or .xlsx: name and unit, as in "drift [m]"
     cases
         instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
     design
@@ -83,7 +86,7 @@ def sweep(
     seed
         seed of a design; the same seed gives the same runs [default: 0]
     adaptive
-        run points only where the word, the travel or the response period changes; writes to --export
+        run points only where the mode sequence, the travel or the response period changes; writes to --export
     periods
         drive periods of a run, at most; a whole number [default: the case's]
     window
@@ -99,7 +102,7 @@ def sweep(
     scheduler
         address of a Dask scheduler, whose workers see the folder --out too
     device
-        cpu, or cuda: an NVIDIA graphics card
+        cpu, or cuda: an NVIDIA GPU
     tile_runs
         runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
     yes
@@ -122,7 +125,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(out or found.dataset(), export)
+            write_study(out or found.dataset(), export, unit_headings=unit_headings)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
@@ -133,18 +136,23 @@ def sweep(
 
 
 def measures(case: Path | None = None, /) -> int:
-    """The measures that `vibrocap sweep --measure` takes, and what they mean.
+    """The measures that `vibrocap sweep --measure` takes, what they mean and their units in SI.
 
     Parameters
     ----------
     case
-        only those that the machine and the law of this case have [default: all]
+        only those that mean something for this case; without units for one that has none [default: all]
     """
     from vibrocap.measures.during_run import measure_table
+    from vibrocap.measures.standard import undefined_measures
 
-    made = table(None, "measure", "meaning", no_wrap=1)
-    for name, each in measure_table(None if case is None else read_source(case).system).items():
-        made.add_row(name, each.meaning)
+    system = None if case is None else read_source(case).system
+    with_units = system is None or system.units is not None
+    made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
+    without = () if system is None else undefined_measures(system)
+    for name, each in measure_table(system).items():
+        if name not in without:
+            made.add_row(name, *([each.si_unit.replace("1", "")] if with_units else []), each.meaning)
     page = Page()
     page.print(made)
     page.print("Of every run there are also status, settled, response_period, window_start and window_periods.")
@@ -167,7 +175,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
         raise Refusal(*(f"--out: {request.out} {complaint}" for complaint in error.complaints)) from None
     except Stopped as stopped:
         done = str(stopped).partition(";")[0]
-        raise KeyboardInterrupt(f"{done}. The same command with --resume goes on.") from None
+        raise KeyboardInterrupt(f"{done}. With --resume the same command continues.") from None
     return _outcome(completed)
 
 
@@ -296,7 +304,7 @@ def plot(
     measure
         the measure to draw, or status, settled, response_period [default: the first measure]
     out
-        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
+        FILE.png, .svg, .pdf or .tex [default: a .png beside the study, named after it and the measure]
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
@@ -312,7 +320,7 @@ def plot(
     if dead_band is not None and not 0.0 <= dead_band < float("inf"):
         complaints.append(f"--dead-band: should be a number >= 0, got {dead_band:g}")
     with complaints.collected():
-        writable_file("--out", out, PICTURES)
+        writable_picture("--out", out)
     from vibrocap.studies.dataset import open_study
 
     try:
@@ -324,7 +332,7 @@ def plot(
         complaints.add("--out", f"{str(path)!r} is there, and was not drawn by this command; name a picture")
     with complaints.collected():
         view = study_view(dataset, measure, fixed, dead_band)
-        writable_file("--out", path, PICTURES)
+        writable_picture("--out", path)
         if not complaints:
             from vibrocap.plotting.studies.maps import plot_view
 

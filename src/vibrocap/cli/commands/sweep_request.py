@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaint, Complaints
 from vibrocap.case.case import Case, CaseError
-from vibrocap.cli.options import by_option, needs, pairs, split, writable_folder, writable_table
+from vibrocap.cli.options import by_option, needs, pairs, split, with_headings, writable_folder, writable_table
 from vibrocap.io.case_table import CaseTable, read_cases
 from vibrocap.io.motion_file import read_source
 from vibrocap.studies.execution import Execution
@@ -26,6 +26,7 @@ class SweepRequest(Execution):
     over: list[str] | None
     measure: list[str] | None
     export: Path | None
+    unit_headings: bool
     cases: Path | None
     design: str | None
     runs: int | None
@@ -99,9 +100,11 @@ class SweepRequest(Execution):
             if self.out is not None:
                 writable_folder("--out", self.out)
                 if (self.out / "study.json").exists() and not self.resume:
-                    found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
+                    said = "holds a study already; continue with --resume, or name another folder"
+                    found.add("--out", f"{self.out} {said}")
         with found.collected():
             writable_table("--export", self.export)
+            with_headings(self.export, self.unit_headings, "--export")
         return found
 
     def _option_complaints(self) -> list[str]:

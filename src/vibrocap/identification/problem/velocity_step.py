@@ -51,7 +51,7 @@ def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
     least = places[int(np.argmin([square(at) for at in places]))]
     width = float(places[1] - places[0])
     options, ends = {"xatol": 1e-4 * width}, (least - width, least + width)
-    best = minimize_scalar(square, bounds=ends, method="bounded", options=options)
+    best: Any = minimize_scalar(square, bounds=ends, method="bounded", options=options)
     return float(best.x)
 
 

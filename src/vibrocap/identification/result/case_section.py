@@ -37,7 +37,7 @@ def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
         if info.dimension is None:
             raise ValueError(
                 f"{info.name}: has no known dimension, so that it cannot be converted; declare its role or its unit, "
-                f'as in parameter(..., unit="N s/m"), in {type(law).__name__}'
+                f'as in parameter(..., unit="N s/m"), unit="1" for a pure number, in {type(law).__name__}'
             )
         if info.dimension.coefficient and not known_load:
             raise ValueError(

@@ -1,10 +1,11 @@
 // Charts: pens that draw on a canvas or write SVG, and frames with axes.
 
 class CanvasPen {
-  constructor(canvas) {
-    const ratio = window.devicePixelRatio || 1, box = canvas.getBoundingClientRect();
-    this.width = Math.max(1, box.width);
-    this.height = Math.max(1, box.height);
+  // zoom: how many times larger everything is drawn, letters and lines too.
+  constructor(canvas, zoom = 1) {
+    const ratio = (window.devicePixelRatio || 1) * zoom, box = canvas.getBoundingClientRect();
+    this.width = Math.max(1, box.width / zoom);
+    this.height = Math.max(1, box.height / zoom);
     const [w, h] = [Math.round(this.width * ratio), Math.round(this.height * ratio)];
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
     this.context = canvas.getContext("2d");
@@ -54,6 +55,16 @@ class CanvasPen {
     context.fillStyle = fill;
     context.fillText(words, 0, 0);
     context.restore();
+  }
+
+  // What is drawn is turned about a point, with the clock.
+  turned(x, y, angle, draw) {
+    this.context.save();
+    this.context.translate(x, y);
+    this.context.rotate(angle);
+    this.context.translate(-x, -y);
+    draw();
+    this.context.restore();
   }
 
   within(x, y, w, h, draw) {
@@ -109,6 +120,12 @@ class SvgPen {
     this.parts.push(`<text x="${x}" y="${y + dy}" fill="${fill}" font-size="${size}" font-weight="${weight}" text-anchor="${anchor}"${turn}>${escaped(words)}</text>`);
   }
 
+  turned(x, y, angle, draw) {
+    this.parts.push(`<g transform="rotate(${(angle * 180) / Math.PI} ${x} ${y})">`);
+    draw();
+    this.parts.push("</g>");
+  }
+
   within(x, y, w, h, draw) {
     const name = `clip${this.clips++}`;
     this.parts.push(`<clipPath id="${name}"><rect x="${x}" y="${y}" width="${w}" height="${h}"/></clipPath><g clip-path="url(#${name})">`);
@@ -117,8 +134,12 @@ class SvgPen {
   }
 
   get svg() {
-    return `<svg xmlns="http://www.w3.org/2000/svg" width="${this.width}" height="${this.height}" font-family="system-ui, sans-serif">${this.parts.join("\n")}</svg>`;
+    return svgOf(this.width, this.height, this.parts.join("\n"));
   }
+}
+
+function svgOf(width, height, content) {
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" font-family="system-ui, sans-serif">${content}</svg>`;
 }
 
 function escaped(text) {

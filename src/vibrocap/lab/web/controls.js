@@ -5,6 +5,7 @@ const GREEK = {
   rho: "ρ", sigma: "σ", tau: "τ", phi: "φ", psi: "ψ", omega: "ω",
 };
 const STEPS = 1000; // of a slider
+const COMMON_WIDTHS = [0.1, 0.01, 0.001]; // of a smoothed contact
 
 // A symbol as HTML: Greek letters, what follows as an index.
 function symbolHtml(symbol) {
@@ -240,7 +241,19 @@ class Controls {
     else {
       say("Dashed. What both laws have is the same number for both.");
       for (const path of this.besideForm.parameters) if (path.startsWith("friction.") && !model.origin(path, this.besideForm, model.form)) set.append(this.row(path, true));
+      if (this.rows.has(`beside.${WIDTH}`)) set.append(this.widths());
     }
+  }
+
+  // Widths of smoothing that are in use, to be taken at a click.
+  widths() {
+    const line = element("p", { className: "line", textContent: "Often taken: " });
+    for (const width of COMMON_WIDTHS) {
+      const take = element("button", { type: "button", textContent: String(width) });
+      take.addEventListener("click", () => this.take(this.rows.get(`beside.${WIDTH}`), width, false));
+      line.append(take);
+    }
+    return line;
   }
 
   unitChooser() {

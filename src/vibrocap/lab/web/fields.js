@@ -214,8 +214,8 @@ class Fields {
   }
 
   // What is shown as a picture, and as a table.
-  svg(name) {
-    const theme = themeOf(document.body), pen = new SvgPen(900, 620), field = this.set[name];
+  svg(name, theme) {
+    const pen = new SvgPen(900, 620), field = this.set[name];
     pen.box(0, 0, 900, 620, theme.paper);
     if (field && name === "map") field.draw(pen, theme, this.shownAs(field));
     if (field && name === "strip") this.drawStrip(pen, theme);

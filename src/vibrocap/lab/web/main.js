@@ -1,5 +1,6 @@
 // The page at work: it asks the worker, draws what comes, and listens.
 
+const SCENE_HEIGHT = 250; // of the scene in the page; on a full screen all of it is larger
 const data = JSON.parse(document.getElementById("data").textContent);
 const $$ = (id) => document.getElementById(id);
 const workerUrl = URL.createObjectURL(new Blob([$$("worker").textContent], { type: "text/javascript" }));
@@ -150,23 +151,41 @@ class Lab {
   moment() {
     const { shown, theme } = this;
     if (!shown || !shown.count) return;
-    const { time } = this.clock, row = shown.at(time), state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
-    const position = state ? shown.of(row, state) : 0;
-    const [ahead, reach] = this.spread, camera = state ? this.camera(position, time) + ahead : 0;
-    const sides = shown.sides(row);
-    drawScene(new CanvasPen($$("scene")), theme, shown.form, {
-      sides, friction: shown.of(row, "friction"), load: shown.of(row, "load"),
-      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
-      camera, reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
-    });
-    const words = sides.map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", ");
+    const { time } = this.clock, row = shown.at(time), [words, clock] = this.words(row);
+    const zoom = document.fullscreenElement ? Math.max(1, innerHeight / SCENE_HEIGHT) : 1;
+    drawScene(new CanvasPen($$("scene"), zoom), theme, shown.form, this.now(row));
     if ($$("contact").textContent !== words) $$("contact").textContent = words;
     $$("contact").style.color = theme.side(row[1]);
-    $$("clock").textContent = `period ${(time / shown.period).toFixed(2)}   friction ${said(shown.of(row, "friction") * this.units.factor("friction"), 3)}`;
+    $$("clock").textContent = clock;
     for (const { above, drawing } of this.drawings) if (drawing) drawMark(new CanvasPen(above), theme, drawing, row);
     const share = Math.round((1000 * (time - shown.from)) / (shown.end - shown.from));
     if (document.activeElement !== $$("time") || this.clock.playing) $$("time").value = String(share);
     $$("time").setAttribute("aria-valuetext", `period ${(time / shown.period).toFixed(2)}, contact ${words}`);
+  }
+
+  // What the contacts do in a row, and the time, in words.
+  words(row) {
+    const { shown } = this, friction = said(shown.of(row, "friction") * this.units.factor("friction"), 3);
+    const slope = this.slope ? `   ground inclined by ${said((this.slope * 180) / Math.PI, 3)}°` : "";
+    return [
+      shown.sides(row).map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", "),
+      `period ${(row[0] / shown.period).toFixed(2)}   friction ${friction}${slope}`,
+    ];
+  }
+
+  // The slope of the ground in rad, uphill forward.
+  get slope() { return this.model.get("environment.inclination") ?? this.model.form.fixed["environment.inclination"] ?? 0; }
+
+  // What the scene shows of a row.
+  now(row) {
+    const { shown } = this, state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
+    const [ahead, reach] = this.spread, position = state ? shown.of(row, state) : 0;
+    return {
+      sides: shown.sides(row), friction: shown.of(row, "friction"), load: shown.of(row, "load"),
+      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
+      camera: state ? this.camera(position, row[0]) + ahead : 0, reach, origin: this.model.state.initial[state] ?? 0,
+      unit: this.units.factor("position"), slope: this.slope,
+    };
   }
 
   // Where the machine would be if it travelled evenly: the camera moves so.
@@ -250,6 +269,9 @@ class Lab {
     for (const button of document.querySelectorAll("nav button")) button.addEventListener("click", () => this.mode(button.dataset.mode));
     $$("play").addEventListener("click", () => this.play(!this.clock.playing));
     this.play(this.clock.playing);
+    $$("full").hidden = !document.fullscreenEnabled;
+    $$("full").addEventListener("click", () => document.querySelector(".scene").requestFullscreen());
+    $$("scene").addEventListener("click", () => { if (document.fullscreenElement) this.play(!this.clock.playing); });
     $$("before").addEventListener("click", () => this.step(-1));
     $$("after").addEventListener("click", () => this.step(1));
     $$("time").addEventListener("input", () => {
@@ -262,5 +284,6 @@ class Lab {
     addEventListener("resize", () => { this.draw(); this.fields.draw(); });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.draw(); this.fields.draw(); });
     listenToSharing(this);
+    addEventListener("beforeprint", () => putOnPaper(this));
   }
 }

@@ -1,5 +1,6 @@
 // The state of the lab: which parts, which numbers, how it runs; what may be set, and what is wrong with what is not.
 
+const WIDTH = "friction.smoothing_velocity"; // of a law that is smoothed
 const PARTS = ["machine", "friction", "drive"];
 const MOST_PERIODS = 2000;
 const NEEDED = "should be given; in SI it has no default";
@@ -11,8 +12,6 @@ const withGiven = (wrong, value) => (wrong.includes(", got ") ? wrong : `${wrong
 
 // The range of tolerances of a form's kernel, which belong to the order of its series (`numerics/run/motion.py`).
 const TOLERANCES = { 10: [1e-7, 1e-5], 12: [1e-11, 9.99e-8], 16: [1e-14, 9.99e-12] };
-
-const CHECKS = new WeakMap(); // of forms, whose records go to workers and hold no functions
 
 class Model {
   constructor(data) {
@@ -132,8 +131,7 @@ class Model {
 
   // The first rule between numbers that is broken, as the parts themselves have it: [field, what is wrong]; or null.
   broken(form, values) {
-    if (!CHECKS.has(form)) CHECKS.set(form, new Function("p", "f", `return ${form.rules}||null`));
-    return CHECKS.get(form)(form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
+    return RULES[form.number](form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
   }
 
   get(path) {
@@ -212,7 +210,10 @@ class Model {
   get names() {
     const { beside } = this.state;
     if (beside === "twin") return ["this motion", "its mirror twin"];
-    return beside === "kept" ? ["this motion", "the kept one"] : [wordy(this.form.friction), wordy(beside)];
+    if (beside === "kept") return ["this motion", "the kept one"];
+    const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
+    const named = (law, values) => wordy(law) + (values && WIDTH in values ? ` (width ${said(values[WIDTH])})` : "");
+    return [named(this.form.friction, this.state.values), named(beside, number >= 0 && this.valuesBeside(number))];
   }
 
   // The present case is kept beside, and what was kept is the present one.

@@ -1,35 +1,42 @@
 // The scene: the machine as its own description says, on ground with ticks, its contact in the colour of what it does.
 
+const BARE = 22; // on either side of an arrow, where no number of the ground stands
 const ARROW = 1.1, LOAD_ARROW = 0.3; // the longest arrows of friction and load, in lengths of the equations
 
-// now: { sides: of the contacts, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
+// now: { sides: of the contacts, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit, slope: of the ground, uphill forward }
 function drawScene(pen, theme, form, now) {
-  const low = -0.42, high = 1.95, scale = pen.height / (high - low), middle = pen.width / 2;
+  const [rise, level] = [Math.abs(Math.sin(now.slope)), Math.cos(now.slope)];
+  const low = -0.42 * level - rise, high = 1.95 * level + rise, scale = pen.height / (high - low), middle = pen.width / 2;
+  pen.turned(middle, pen.height + low * scale, -now.slope, () => drawGround(pen, theme, form, now, scale, middle, low));
+}
+
+// The ground and what is on it, as on level ground.
+function drawGround(pen, theme, form, now, scale, middle, low) {
   const along = Math.min(scale, (pen.width / 2 - scale) / now.reach); // a machine that goes far is seen from afar
   const px = (x) => middle + (x - now.camera) * along, py = (y) => pen.height - (y - low) * scale;
-  const half = pen.width / 2 / along;
-  pen.path([0, py(0), pen.width, py(0)], theme.axis, 1.5);
-  const unit = now.unit, each = ticks(0, 2 * half * unit, 11)[1] / unit, step = each / 5;
+  const seen = Math.hypot(pen.width / 2, pen.height), half = seen / along;
+  pen.path([middle - seen, py(0), middle + seen, py(0)], theme.axis, 1.5);
+  const contact = form.scene.findIndex((shape) => shape.kind === "contact"), edge = contact < 0 ? 0 : (form.scene[contact].size[0] * scale) / 2;
+  const x = contact < 0 ? NaN : px(now.shapes[contact][0]), load = x + 0.8 * edge, letterAt = x - Math.sign(-now.friction || 1) * 11;
+  const covered = (place) => Math.abs(place - load - 6) < BARE || Math.abs(place - letterAt) < BARE; // by the arrows of the forces
+  const unit = now.unit, each = ticks(0, (pen.width / along) * unit, 11)[1] / unit, step = each / 5;
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
-    const x = k * step, whole = Math.abs(x / each - Math.round(x / each)) < 1e-9;
-    pen.path([px(x), py(0), px(x), py(whole ? -0.1 : -0.05)], theme.axis, 1);
-    if (whole) pen.text(px(x), py(-0.13), said(x * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
+    const mark = k * step, whole = Math.abs(mark / each - Math.round(mark / each)) < 1e-9;
+    pen.path([px(mark), py(0), px(mark), py(whole ? -0.1 : -0.05)], theme.axis, 1);
+    if (whole && !covered(px(mark))) pen.text(px(mark), py(-0.13), said(mark * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
   }
   flag(pen, px(now.origin), py(0), theme);
   let contacts = 0;
   form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, shape.kind === "contact" ? now.sides[contacts++] : 0));
-  const contact = form.scene.findIndex((shape) => shape.kind === "contact");
   if (contact < 0) return;
-  const x = px(now.shapes[contact][0]), edge = (form.scene[contact].size[0] * scale) / 2;
   arrow(pen, theme, x, py(-0.3), -now.friction * now.perForce * scale, 0);
-  letter(pen, theme, x - Math.sign(-now.friction || 1) * 11, py(-0.3), "R");
-  arrow(pen, theme, x + 0.8 * edge, py(-0.02), 0, Math.max(0, now.load) * now.perLoad * scale);
-  letter(pen, theme, x + 0.8 * edge + 12, py(-0.2), "N");
+  letter(pen, theme, letterAt, py(-0.3), "R");
+  arrow(pen, theme, load, py(-0.02), 0, Math.max(0, now.load) * now.perLoad * scale);
+  letter(pen, theme, load + 12, py(-0.2), "N");
 }
 
-// Beside an arrow, on paper of its own: the numbers of the ground may stand there.
+// Beside an arrow.
 function letter(pen, theme, x, y, text) {
-  pen.box(x - 6, y - 8, 12, 16, theme.paper);
   pen.text(x, y, text, { fill: theme.ink, size: 12, align: "center", base: "middle" });
 }
 

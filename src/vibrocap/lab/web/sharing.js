@@ -2,7 +2,11 @@
 
 function listenToSharing(lab) {
   const { model } = lab;
-  $$("link").addEventListener("click", () => copied(lab, location.href.split("#")[0] + fragmentOf(model), "The link"));
+  $$("link").addEventListener("click", () => {
+    if (location.protocol !== "file:") copied(lab, addressOf(lab), "The link");
+    else if (model.lacking()) lab.notice(model.lacking(), true);
+    else copied(lab, asToml(model), `This page lies on your disk, where nobody else can follow a link. Send the file ${fileName()} itself; opened with ${fragmentOf(model)} behind its name it shows this motion. The case`);
+  });
   $$("copy").addEventListener("change", () => {
     const made = { toml: asToml, python: asPython, command: asCommand }[$$("copy").value];
     if (made && model.lacking()) lab.notice(model.lacking(), true);
@@ -32,6 +36,11 @@ function listenToSharing(lab) {
   });
   $$("check").addEventListener("click", () => checked(lab));
 }
+
+const fileName = () => decodeURIComponent(location.pathname.split("/").pop());
+
+// Where this motion is found: of a page on a disk the name of its file, which the reader may have elsewhere.
+const addressOf = (lab) => (location.protocol === "file:" ? fileName() : location.href.split("#")[0]) + fragmentOf(lab.model);
 
 // A text goes to the clipboard, and stands in the page where a browser does not let it.
 async function copied(lab, text, what) {
@@ -66,10 +75,10 @@ function asCsv(shown) {
   return `${lines.join("\n")}\n`;
 }
 
-// All panels in one picture, two side by side; or the map, or the strip.
-function pictureSvg(lab) {
-  if (lab.model.state.view !== "motion") return lab.fields.svg(lab.model.state.view);
-  const theme = themeOf(document.body), width = 620, height = 300, parts = [];
+// All panels in one picture, two side by side, each so wide and high; or the map, or the strip.
+function pictureSvg(lab, theme = themeOf(document.body), width = 620, height = 300) {
+  if (lab.model.state.view !== "motion") return lab.fields.svg(lab.model.state.view, theme);
+  const parts = [];
   const given = { shown: lab.shown, beside: lab.other, units: lab.units, names: lab.names };
   let x = 0, y = 0;
   for (const { panel } of lab.drawings) {
@@ -81,7 +90,7 @@ function pictureSvg(lab) {
     if (panel.wide || x) { x = 0; y += height; } else x = width;
   }
   const total = y + (x ? height : 0), back = `<rect width="${2 * width}" height="${total}" fill="${theme.paper}"/>`;
-  return `<svg xmlns="http://www.w3.org/2000/svg" width="${2 * width}" height="${total}" font-family="system-ui, sans-serif">${back}${parts.join("\n").replaceAll(/<(\/?)p\d+clipPath/g, "<$1clipPath").replaceAll(/ p\d+clip-path=/g, " clip-path=")}</svg>`;
+  return svgOf(2 * width, total, back + parts.join("\n").replaceAll(/<(\/?)p\d+clipPath/g, "<$1clipPath").replaceAll(/ p\d+clip-path=/g, " clip-path="));
 }
 
 async function savePng(lab) {

@@ -328,13 +328,17 @@ def integrands_source(
     return Integrands(text, summed, len(own_extremes))
 
 
-def instants_source(equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = ()) -> str:
-    """`observables`, `beginning` and `drive_table` of one lane, for a page.
+def instants_source(
+    equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = (), with_table: bool = True
+) -> str:
+    """`observables`, `beginning` and `drive_table` of one lane, for whoever looks at a motion as it runs.
 
     observed: may be recorded on a graph that begins with the nodes of the equations
     room: between which values some states may begin, on such a graph too
+    with_table: whether the segments of the drive are wanted, where it has corners
     """
-    table = () if equations.corners is None else equations.corners.numbers  # recorded on a graph of their own
+    corners = equations.corners if with_table else None
+    table = () if corners is None else corners.numbers  # recorded on a graph of their own
     begun = (*room, *equations.scales, equations.period, *(each.velocity for each in equations.contacts))
     found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):

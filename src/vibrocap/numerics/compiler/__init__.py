@@ -10,7 +10,7 @@ import functools
 import hashlib
 import pathlib
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from vibrocap.numerics.compiler import cache
 from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
@@ -80,15 +80,15 @@ def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tupl
     return webassembly.module(kernels)
 
 
-def c_source(text: str, entry: str, prefix: str) -> str:
+def c_source(text: str, entries: Sequence[str], prefix: str) -> str:
     """A kernel of one motion as C99 that computes as `literal_ir` does, to the last bit; see `c_text.py`.
 
-    prefix: a C identifier with which every name begins; the function that is called from outside is `PREFIX_ENTRY`
+    prefix: a C identifier with which every name begins, those of the entries too: `PREFIX_ENTRY`. All are static
     Raises Refused where the text is no kernel of one motion.
     """
     from vibrocap.numerics.compiler import c_text
 
-    return c_text.c_text(text, entry, prefix)
+    return c_text.c_text(text, entries, prefix)
 
 
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:

@@ -190,8 +190,8 @@ class Function:
         return name
 
     def _of_Choice(self, node: nodes.Choice) -> str:
-        condition, name = self.value(node.condition), self.place(node.kind)
-        for head, part in ((f"if ({condition}) {{", node.one), ("} else {", node.other)):
+        condition, name = _in_brackets(self.value(node.condition)), self.place(node.kind)
+        for head, part in ((f"if {condition} {{", node.one), ("} else {", node.other)):
             self.do(head)
             self.depth += 1
             self.do(f"{name} = {self.of_kind(part, node.kind)};")
@@ -272,7 +272,7 @@ class Function:
         self.do(f"{array}[{place}] = {self.of_kind(node.value, node.held.kind)};")
 
     def _do_If(self, node: nodes.If) -> None:
-        self.do(f"if ({self.value(node.condition)}) {{")
+        self.do(f"if {_in_brackets(self.value(node.condition))} {{")
         self._inner(node.body)
         if node.orelse:
             self.do("} else {")
@@ -305,3 +305,13 @@ class Function:
 
     def _do_Return(self, node: nodes.Return) -> None:
         self.do("return;" if node.value is None else f"return {self.of_kind(node.value, self.function.result)};")
+
+
+def _in_brackets(text: str) -> str:
+    """A condition in one pair of brackets: compilers warn of an equality in two, as if an assignment had been meant."""
+    depth = 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0:
+            return text if letter == ")" and place == len(text) - 1 else f"({text})"
+    return f"({text})"

@@ -5,6 +5,7 @@ math.h only floor, sqrt and fabs are called, which are exact everywhere. A compi
 (-ffast-math, registers of 80 bits) is refused by the text itself. Ints wrap around, as in the other targets.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.compiler.c_functions import Function
@@ -19,17 +20,19 @@ TYPES = {FLOAT: "double", INT: "int64_t", BOOL: "int", NOTHING: "void"}
 ARRAYS = {FLOATS: "double *restrict ", INTS: "int64_t *restrict "}
 
 
-def c_text(text: str, entry: str, prefix: str, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)) -> str:
-    """The C of a kernel; the function that is called from outside is `PREFIX_ENTRY`, all others are static.
+def c_text(
+    text: str, entries: Sequence[str], prefix: str, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)
+) -> str:
+    """The C of a kernel, all of whose functions are static; those that the caller is to call are `PREFIX_ENTRY`.
 
     prefix: of every name, a C identifier
     Raises Refused where the text is no kernel of one motion.
     """
     with uncollected():
-        function = Program(parsed(with_own_functions(text)), 0, LIBRARY).entry(entry, arguments)
-        written = Module(prefix)
-        name = written.written(function)
-    return written.text.replace(f"static {written.head(function, name)} {{", f"{written.head(function, name)} {{")
+        program, written = Program(parsed(with_own_functions(text)), 0, LIBRARY), Module(prefix)
+        for entry in entries:
+            written.written(program.entry(entry, arguments))
+    return written.text
 
 
 class Module:

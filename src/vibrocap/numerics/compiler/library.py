@@ -1,7 +1,9 @@
 """Machine code in this process: an object file is linked into memory, and its entry called with arrays."""
 
 import ctypes
+import functools
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -46,6 +48,10 @@ class Compiled:
         if len(arguments) != len(self._types):
             raise TypeError(f"a kernel takes {len(self._types)} arguments, not {len(arguments)}")
         return self._call(*map(_passed, arguments, self._types))
+
+    def bound_to(self, *arrays: np.ndarray) -> Callable[[int], int]:
+        """The same with its arrays given, which must live as long: a call then takes its last argument alone."""
+        return functools.partial(self._call, *map(_passed, arrays, self._types))
 
 
 def _passed(argument: Any, kind: np.dtype | None) -> int:

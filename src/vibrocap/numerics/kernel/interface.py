@@ -175,6 +175,44 @@ def take_evidence(floats, ints, lane, h) -> None:
     raise NotImplementedError
 
 
+# How a stepper passes to the instant that is asked for.
+
+
+def set_out(floats, ints, trace, length) -> None:
+    """The motion is to go on by a length."""
+    raise NotImplementedError
+
+
+def under_way(floats, ints) -> bool:
+    """Whether a further step is needed, of a motion that runs."""
+    raise NotImplementedError
+
+
+def come_in(floats, ints, trace, length) -> None:
+    """The last step is made: the clock stands at the instant, at an event before, or where the motion ended."""
+    raise NotImplementedError
+
+
+def keep_piece(floats, ints, trace, h) -> None:
+    """A step of length h was accepted; the lane stands at its start."""
+    raise NotImplementedError
+
+
+def keep_event(floats, ints, kind, contact, s) -> None:
+    """An event at time s after the lane's present time."""
+    raise NotImplementedError
+
+
+def show_instant(floats, ints, point) -> float:
+    """Put the step in place in which the clock stands, and its state there to `point`; the time since it began."""
+    raise NotImplementedError
+
+
+def side_shown(floats, ints, contact) -> float:
+    """Side of a contact (0: the first) at the clock."""
+    raise NotImplementedError
+
+
 # The loop over the lanes.
 
 

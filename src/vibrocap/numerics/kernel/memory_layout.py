@@ -55,6 +55,21 @@ INT_ENTRIES = (
     "SEGMENT_COUNT",  # of a table (of lane 0, for all lanes, like all below)
     "TABLE_START",  # place of the first table on the trace
     "TABLE_STRIDE",  # from the table of a run to that of the next; 0: one serves all runs
+    # of a stepper only
+    "BEGUN",  # 1: the motion has begun
+    "ENDED",  # status with which the motion has ended; RUNNING: it has not
+    "STOPPING",  # 1: it is to stop at the first event
+    "STOPPED",  # 1: it has
+    "NOTICED",  # events, but for grazes, at the instant at which the next step begins
+    "STEPS_PER_CALL",  # most of them
+    "NEW_INPUT",  # 1: an input has been set, which the next step takes
+    "PIECE_STIFF",  # STIFF of the step within which the clock stands
+    "LAST_KIND",  # of event
+    "LAST_CONTACT",  # 1 for the first, 0: of none
+    "COUNTED",  # [counts] how often events occurred, see `stepper/event_counts.py`
+    "WAITING_EVENTS",  # later than the clock
+    "WAITING_KIND",  # [waiting] of these
+    "WAITING_CONTACT",  # [waiting]
 )
 # Entries of `floats`, one number per lane each unless sized in `Layout`.
 FLOAT_ENTRIES = (
@@ -88,12 +103,35 @@ FLOAT_ENTRIES = (
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
+    # of a stepper only
+    "CLOCK",  # time since the motion began
+    "CLOCK_REST",  # what rounding leaves of it
+    "LENGTH",  # by which the motion is to go on
+    "INPUT",  # [coefficients] value, slope and curvature of an input that was set
+    "PIECE_CLOCK",  # start of the step within which the clock stands
+    "PIECE_TIME",  # the same as TIME
+    "PIECE_LENGTH",
+    "PIECE_SEGMENT",  # [coefficients + 2] numbers of the drive's segment in that step
+    "SHOWN_SIDE",  # [contacts] side at the clock
+    "LAST_TIME",  # of the last event
+    "WAITING_TIME",  # [waiting] of events that are later than the clock
     "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
 # A piece on the trace: period, time, length, side, method, then the coefficients of its series, then further sides.
 PIECE_HEAD = 5
+OF_STEPPER = (
+    *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
+    *("LAST_CONTACT", "WAITING_EVENTS", "CLOCK", "CLOCK_REST", "LENGTH", "PIECE_CLOCK", "PIECE_TIME", "PIECE_LENGTH"),
+    "LAST_TIME",
+)
+NOT_OF_STEPPER = (
+    *("PENDING", "PIECES", "PIECE_LIMIT", "PIECE_START", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT"),
+    *("RECORDED_EVENT_START", "RUN", "WINDOW", "WINDOW_START", "RESPONSE", "SINCE", "PERIOD_BUDGET"),
+    *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
+    *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
+)
 PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
@@ -161,6 +199,11 @@ class Layout:
     contacts: int = 1
     held: int = 0  # further contacts that can rest, each with two rows: the force that holds it, and its limit
     turns: int = 0  # coordinates that turn, of which a mark keeps a second number
+    counts: int = 0  # events that a stepper counts apart; 0: it is none
+    waiting: int = 0  # events of a stepper that may be later than its clock
+    implicit: bool = True  # whether there are implicit steps, which need work space
+    observed: int = 0  # observables that a stepper or a page shows
+    table: int = 0  # numbers of the table of its drive
 
     @property
     def measured(self) -> int:
@@ -200,6 +243,14 @@ class Layout:
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
+            **(dict.fromkeys(NOT_OF_STEPPER, 0) if self.counts else dict.fromkeys(OF_STEPPER, 0)),
+            "COUNTED": self.counts,
+            "WAITING_KIND": self.waiting,
+            "WAITING_CONTACT": self.waiting,
+            "WAITING_TIME": self.waiting,
+            "SHOWN_SIDE": self.contacts if self.counts else 0,
+            "INPUT": self.coefficients if self.counts else 0,
+            "PIECE_SEGMENT": self.coefficients + 2 if self.counts and self.coefficients else 0,
         }
 
     @property
@@ -218,16 +269,23 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
+        """Work space of the event search; or that of a point and of functions at points, or of a drive's table.
+
+        The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
+        """
         gathering = self.states + 8 * (self.measured + 8)
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
-        return max(40 * (self.order + 3), points, tangents, gathering, deciding)
+        search = self.order + 1 + 38 * (self.order + 2)
+        shown = self.states + max(self.observed, self.table)
+        return max(search, points, tangents, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:
         """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities."""
+        if not self.implicit:
+            return self.event_work_size
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
         implicit += 1 + 3 * self.shifts
@@ -280,6 +338,16 @@ class Layout:
             place += size * self.lanes
         return found
 
+    @property
+    def shown(self) -> int:
+        """Numbers that a stepper shows at the start of its trace: states, observables. Then follow table and backup."""
+        return self.states + self.observed
+
+    @property
+    def stepper_trace_size(self) -> int:
+        """Numbers on the trace of a stepper: what it shows, the table of its drive, a backup of what it carries."""
+        return self.shown + self.table + self.places["SERIES"] + self.whole_size
+
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
         """(floats, ints) with everything zero."""
         return _aligned_zeros(self.real_size, np.float64), _aligned_zeros(self.whole_size, np.int64)
@@ -305,6 +373,10 @@ class Layout:
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,
+            "SHOWN": 0,
+            "BACKUP": self.shown + self.table,
+            "WAITING": self.waiting,
+            "INT_COUNT": self.whole_size,
             **self.places,
         }
 

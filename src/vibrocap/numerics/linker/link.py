@@ -175,14 +175,14 @@ def _code(text: str) -> CodeType:
     return compile(text, "<kernel>", "exec")
 
 
-def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
-    """The entry of a linked kernel as machine code, kept on disk for the next process.
+def compiled_kernel(linked: str, literal: bool = False, entry: str = "") -> "Compiled":
+    """An entry of a linked kernel as machine code, kept on disk for the next process.
 
-    literal: computed as a browser does, see `compiler.literal_ir`
+    literal: computed as a browser does, see `compiler.literal_ir`; entry: by default the last of ENTRIES that it has
     """
     from vibrocap.numerics.compiler import compiled, is_kept  # only here, as it imports LLVM
 
-    entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+    entry = entry or next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
     if isinstance(linked, Linked) and not is_kept(linked, entry, short=True, literal=literal):
         linked.check()
     return compiled(linked, entry, short=True, literal=literal)

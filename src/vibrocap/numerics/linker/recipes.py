@@ -27,7 +27,9 @@ BRANCHES = Slot(
 )
 DECISION = Slot("decision of contacts", ("decide_together",), ("events.one_contact", "events.decision"))
 CORNERS = Slot(
-    "corners of the drive", ("begin_drive", "at_corner", "begin_drive_period"), ("events.no_corners", "events.corners")
+    "corners of the drive",
+    ("begin_drive", "at_corner", "begin_drive_period"),
+    ("events.no_corners", "events.corners", "stepper.held_input"),
 )
 TANGENT = Slot(
     "tangent",
@@ -35,7 +37,9 @@ TANGENT = Slot(
     ("events.no_tangents", "events.tangents"),
 )
 OBSERVER = Slot(
-    "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
+    "observer",
+    ("has_room", "on_piece", "on_event", "on_jump", "on_period"),
+    ("observe.record", "observe.window", "stepper.event_counts"),
 )
 LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
 POINT_OF_LAW = Slot(
@@ -43,9 +47,15 @@ POINT_OF_LAW = Slot(
 )
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
+PASSAGE = Slot(
+    "passage of a stepper",
+    ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
+    ("stepper.own_drive", "stepper.held_input"),
+)
 MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
 MEASURED = (*SHOWN, EVIDENCE)
+STEPPED = (*SHOWN, PASSAGE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +83,7 @@ LANE_PRIMITIVES = (
     *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
     *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
+INSTANT = Recipe("instant", ALONE, slots=())  # the equations at an instant, alone
 DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
 
 
@@ -91,6 +102,20 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
     own = motion_recipe(maybe_stiff, branches, corners, several)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
     return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
+
+
+def stepper_recipe(
+    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, held_input: bool = False
+) -> Recipe:
+    """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
+    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False)
+    passage = ("stepper.own_drive",)
+    if held_input:
+        before = tuple(each for each in before if each not in CORNERS.offers)
+        passage = ("stepper.held_input",)
+    point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
+    own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
+    return Recipe("take_step", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 
 def ensemble_recipe(

@@ -65,7 +65,8 @@ def browser_kernels(
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, integrands, "browser")
     text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
-    layout = dataclasses.replace(layout, order=series_order(tolerance))
+    table = 0 if equations.corners is None else len(equations.corners.numbers)
+    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), table=table)
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     corners, several = equations.corners is not None, equations.several
     recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several)

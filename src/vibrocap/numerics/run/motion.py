@@ -13,14 +13,13 @@ from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
+from vibrocap.numerics.kernel.stepper.take_step import NO_SPEED_AT_START, NOT_TOLD
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
 from vibrocap.resources import check_kept, check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
-NO_SPEED = 64.0 * 2.0**-52  # of a velocity's terms: rounding, as in `events.contact.jumped_to`
-NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
 PIECE_ROOM = 20_000
 
 FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
@@ -113,6 +112,7 @@ def sizes(equations: Any) -> dict[str, Any]:
         "coefficients": 0 if corners is None else corners.coefficients,
         "imposed": len(equations.imposed_velocities),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
+        "implicit": equations.maybe_stiff,
         "contacts": len(equations.contacts),
         "turns": len(equations.turns),
         "held": sum(each.sticks for each in equations.contacts[1:]),
@@ -305,6 +305,6 @@ def start_sides(equations: Any, time: Any, states: Any, parameters: Any) -> list
         none: Any = 0.0
         if not each.is_state:
             (scale,) = evaluate([equations.scales[each.state]], time, states, 1.0, parameters)
-            none = NO_SPEED * (np.abs(states[each.state]) + scale)
+            none = NO_SPEED_AT_START * (np.abs(states[each.state]) + scale)
         found.append(np.where(np.abs(velocity) <= none, 0.0, np.sign(velocity)))
     return found

@@ -133,7 +133,7 @@ def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, A
     middle = 0.5 * (begin + (marks[0] if marks else end))
     state = motion.states([middle])[:, 0]
     sides = tuple(float(side) for side in motion.piece_sides[motion.piece_at(np.array([middle]))[0]])
-    contacts = (motion.state_names.index(motion.system.machine.contact_state), *equations(motion.system).resting)
+    contacts = (motion.state_names.index(motion.system.machine.contact_states[0]), *equations(motion.system).resting)
     for place, side in zip(contacts, sides, strict=False):
         if side == 0.0:
             state[place] = 0.0

@@ -1,6 +1,7 @@
 """A steady motion: `Orbit`, and the two ways to it, `orbit` by simulation and `shoot` from a state near it."""
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from vibrocap.measures.sticking import spelled
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import MOST_RETURNS, autonomous_orbit
+from vibrocap.orbits.closing.gradients import Gradients, gradients
 from vibrocap.orbits.closing.periodic_solution import (
     CLOSE_TO_CIRCLE,
     OrbitStatus,
@@ -89,6 +91,15 @@ class Orbit(PeriodicSolution):
             return ""
         motion = self.motion()
         return spelled(motion, 0.0, motion.end)
+
+    def gradients(self, over: Iterable[str] | None = None, measures: Iterable[str] | str | None = None) -> Gradients:
+        """How measures of the motion change with parameters, exactly: slopes with units, and elasticities.
+
+        over: paths such as "machine.mass_ratio", of a system in SI also "drive.frequency_Hz"; None: all numbers
+        measures: mean_velocity (unless told otherwise), drift, cost_of_transport, drive_work and other works
+        Raises ValueError, see `gradients.gradients`.
+        """
+        return gradients(self, over, measures)
 
     def pushed_off(self, *, settle_periods: int = 2000) -> "tuple[Orbit, ...]":
         """The orbits that attract what is pushed off this unstable one, one way and the other, each once.

@@ -70,8 +70,9 @@ class PeriodicSolution(Result):
     residual: largest mismatch of the closing orbit over the natural size of each state
     symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
     derivative: of the map at the section, [states, states]
-    status: `OrbitStatus`; anything but CONVERGED means that the numbers above are not to be trusted: those of the last
-        try, or (NOT_CERTIFIED) of a motion whose certificate is refused
+    status: `OrbitStatus`; anything but CONVERGED means that the numbers above are not to be trusted: of a motion whose
+        multipliers are contradicted or whose certificate is refused, or (`failed`) of the last try, which has neither
+        drift nor winding, multipliers or symmetry
 
     Two are equal if all of this is.
     """
@@ -95,14 +96,21 @@ class PeriodicSolution(Result):
     def __post_init__(self):
         if not self.closes:
             object.__setattr__(self, "multipliers", np.empty(0, dtype=complex))
+        if self.failed:
+            for name, nothing in (("drift", None), ("symmetric", None), ("winding", {})):
+                object.__setattr__(self, name, nothing)
 
     @property
     def heading(self) -> str:
         what = f"steady motion of {self.response_period} drive period(s)" if self.response_period else "cycle"
+        what = "no closed steady motion" if self.failed else what
         return f"{what} of a {self.system.machine.name}, {self.system.friction.name} friction"
 
     @property
     def facts(self) -> dict[str, str]:
+        if self.failed:
+            tried = f", residual {self.residual:.1e} where it was tried" if np.isfinite(self.residual) else ""
+            return {"status": f"{self.status.value}{tried}"}
         largest = float(np.max(np.abs(self.multipliers), initial=0.0))
         stability = "stable" if self.stable else "unstable" if self.unstable else "neither stable nor unstable"
         found = {"period": f"period {self.said('period')}"}
@@ -117,6 +125,11 @@ class PeriodicSolution(Result):
         known = self.status is OrbitStatus.CONVERGED
         found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if known else "stability not known"
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
+
+    @property
+    def failed(self) -> bool:
+        """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
+        return self.status in (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED)
 
     @property
     def closes(self) -> bool:

@@ -9,12 +9,12 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
 from vibrocap.motion.equations import equations
 from vibrocap.motion.section import section_states
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Context, Declared
 
-KINDS = ("stick", "slip_forward", "slip_back", "reversal", "impact")
+KINDS = (*CONTACT_EVENTS, "impact")
 WAYS = {"up": 1, "down": -1}
 ARRIVED = 1e-6  # of the extents of the motion, within which a state is that of an earlier return
 RECURRENT = 0.03  # as near as a motion has to come for Newton's method, which decides, to be tried there

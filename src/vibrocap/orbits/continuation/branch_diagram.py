@@ -1,14 +1,17 @@
 """branches(...): a motion followed over a parameter together with all that branches off from it."""
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.section import whole_turns
+from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.orbit import Orbit, shoot
+from vibrocap.orbits.closing.orbit import orbit as steady_orbit
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
@@ -17,7 +20,7 @@ from vibrocap.physics.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
-from vibrocap.quantities.dimensional import said
+from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
@@ -25,6 +28,8 @@ AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
 MOST_BRANCHES = 40
 ONE_PLACE = 1e-5  # in natural sizes and shares of the range: two bifurcations so near are one
 ON_BRANCH = 1e-7  # the same of two orbits
+SEEN = 200  # drive periods in which a run that fails shows why
+BEYOND = 2e-3, 1e-2  # shares of the range beyond an end of stable motions; farther on where all is slow beside it
 ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
@@ -42,12 +47,30 @@ class Join:
     end: int
 
 
+@dataclasses.dataclass(frozen=True)
+class Transition(Dimensional):
+    """Where the stable motions of a branch end within the range, and where a simulation goes from there.
+
+    branch: index of the branch; point: its last stable point; parameter: where; why: the special point, or the end of
+    the branch, that ends them; reached: index of the branch on which a start at that point ends a little beyond, None
+    where it ends on no closed orbit; leads_to: the same in words, such as "a run that ends by lift-off"
+    """
+
+    branch: int
+    point: int
+    parameter: Parameter
+    why: str
+    reached: int | None
+    leads_to: str
+
+
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class BranchDiagram(Result):
     """Branches of steady motions over one parameter, and where they meet.
 
     Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
     unfollowed: (branch, special point) of bifurcations whose branch was not followed, being too deep or not found
+    transitions: where stable motions end within the range, and what follows them
     """
 
     system: System
@@ -56,6 +79,7 @@ class BranchDiagram(Result):
     branches: tuple[Branch, ...]
     joins: tuple[Join, ...]
     unfollowed: tuple[tuple[int, int], ...]
+    transitions: tuple[Transition, ...] = ()
 
     @property
     def heading(self) -> str:
@@ -83,6 +107,9 @@ class BranchDiagram(Result):
             lines.append(
                 f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, self.unit_of('over'))}"
             )
+        for each in self.transitions:
+            edge = f"{self.over} = {said(each.parameter, self.unit_of('over'))} ({each.why})"
+            lines.append(f"[{each.branch}] is stable up to {edge}; beyond it a simulation leads to {each.leads_to}")
         return "\n".join(lines)
 
 
@@ -105,8 +132,10 @@ def branches(
 
     The branch of symmetric orbits is followed first, where the system has the half-period symmetry; then the branches
     that leave at pitchforks and flips, and those that leave these, to a depth. The branch through the start is followed
-    too if it is not among them. Branches that are joined to none of these are not found: start from one of their
-    orbits. Of a system that nothing drives in time the branch of cycles through the start is the whole diagram.
+    too if it is not among them. Where stable motions end within the range, a simulation shows what follows them, and
+    the branch that it ends on is followed as well. Branches that are reached in none of these ways are not found: start
+    from one of their orbits. Of a system that nothing drives in time the branch of cycles through the start is the
+    whole diagram.
 
     progress: True for a bar, or a function that is called with the share of the branches known so far
     depth: generations after the first; other arguments as for `branch`
@@ -126,6 +155,8 @@ def branches(
         diagram.add(branch(system, over, between, orbit=begun, **options), 0)
         if begun.response_period:  # of cycles that nothing drives only their own branch is followed
             diagram.grow()
+    if begun.response_period:
+        diagram.go_over(settle_periods)
     return diagram.finished(system, over, between)
 
 
@@ -139,6 +170,7 @@ class _Growing:
         self.generation: list[int] = []
         self.joins: list[Join] = []
         self.tried: set[tuple[int, int]] = set()
+        self.transitions: list[Transition] = []
 
     def add(self, new: Branch, generation: int) -> int:
         self.branches.append(new)
@@ -172,6 +204,53 @@ class _Growing:
                 continue
             self._join(self.add(child, generation + 1))
 
+    def go_over(self, settle_periods: int) -> None:
+        """Follow what stable motions go over to where they end within the range, until that is nothing new."""
+        looked_at = 0
+        while looked_at < len(self.branches) < MOST_BRANCHES:
+            for edge in _stable_edges(self.branches[looked_at]):
+                self._go_over(looked_at, edge, settle_periods)
+            looked_at += 1
+
+    def _go_over(self, index: int, edge: "_Edge", settle_periods: int) -> None:
+        """Note where a simulation goes beyond an edge; nothing where a branch that begins there is followed already."""
+        branch_ = self.branches[index]
+        if self._joined(index, edge):
+            return
+        start = dict(zip(branch_.system.state_names, map(float, branch_.states[edge.point]), strict=True))
+
+        def beyond(value: float) -> Orbit:
+            system = branch_.system.with_parameters({branch_.over: value})
+            return steady_orbit(system, initial=start, settle_periods=settle_periods)
+
+        found = beyond(edge.beyond[0])
+        if found.status is OrbitStatus.NOT_SETTLED:
+            found = beyond(edge.beyond[-1])
+        reached = None
+        if found.closes and found.stable:
+            reached = next((i for i, each in enumerate(self.branches) if len(each) and _holds(each, found)), None)
+            if reached is None:
+                options = {"points": self.points, "step": self.step, "tolerance": branch_.closing_map.tolerance}
+                reached = self.add(branch(found.system, branch_.over, branch_.between, orbit=found, **options), 0)
+                self._join_loose_ends()
+                self.grow()
+        if reached != index and not self._joined(index, edge):
+            there = _without_orbit(found, start) if reached is None else f"[{reached}]"
+            self.transitions.append(Transition(index, edge.point, edge.parameter, edge.why, reached, there))
+
+    def _joined(self, index: int, edge: "_Edge") -> bool:
+        """Whether a branch that is followed begins or ends where the stable motions of another one do."""
+        at_special = any((join.parent, join.special) == (index, edge.special) for join in self.joins)
+        return at_special or any((join.child, join.end) == (index, edge.end) for join in self.joins)
+
+    def _join_loose_ends(self) -> None:
+        """Join what began or ended at a bifurcation of a branch that was not followed then."""
+        known = {(join.child, join.end) for join in self.joins}
+        for child, each in enumerate(self.branches):
+            for end in (0, -1):
+                if each.ends[end] in AT_PARENT and (child, end) not in known:
+                    self._join_end(child, end)
+
     def _known(self, child: Branch) -> bool:
         """Whether a branch is one of those followed already, or the mirror twin of one."""
         place = len(child) // 2
@@ -181,21 +260,76 @@ class _Growing:
 
     def _join(self, child: int) -> None:
         """Note where a branch begins and ends on others."""
-        new = self.branches[child]
-        for end, how in ((0, new.ends[0]), (-1, new.ends[1])):
-            if how not in AT_PARENT:
-                continue
-            for (i, j), special in self._special():
-                if i != child and _leaves(special) and _meets(self.branches[i], special, new, end):
-                    self.joins.append(Join(i, j, child, end))
+        for end in (0, -1):
+            if self.branches[child].ends[end] in AT_PARENT:
+                self._join_end(child, end)
+
+    def _join_end(self, child: int, end: int) -> None:
+        """Note on which special points of others an end of a branch is."""
+        for (i, j), special in self._special():
+            if i != child and _leaves(special) and _meets(self.branches[i], special, self.branches[child], end):
+                self.joins.append(Join(i, j, child, end))
 
     def finished(self, system: System, over: str, between: tuple[float, float]) -> BranchDiagram:
         """The record."""
         joined = {(join.parent, join.special) for join in self.joins}
         unfollowed = tuple(place for place, special in self._special() if _leaves(special) and place not in joined)
         low, high = between
-        found = tuple(self.branches), tuple(self.joins), unfollowed
+        found = tuple(self.branches), tuple(self.joins), unfollowed, tuple(self.transitions)
         return BranchDiagram(system, over, (float(low), float(high)), *found)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Edge:
+    """The end of a stable stretch within the range; beyond: values of the parameter a little farther on, at least one.
+
+    special: number of the special point there; end: 0 or -1 where it is an end of the branch
+    """
+
+    point: int
+    parameter: Parameter
+    beyond: tuple[float, ...]
+    why: str
+    special: int | None
+    end: int | None
+
+
+def _stable_edges(branch: Branch) -> Iterator[_Edge]:
+    """Where the stable stretches of a branch end within the range, as the parameter goes on."""
+    low, high = branch.between
+    for first, last, stable in branch.parts:
+        if not stable or first == last:
+            continue
+        for point, inner, before in ((first, first + 1, first - 1), (last, last - 1, last)):
+            going = float(np.sign(branch.parameter[point] - branch.parameter[inner]))
+            end = _end_at(branch, point)
+            near = [(i, each) for i, each in enumerate(branch.special_points) if each.after_point == before]
+            there = [i for i, each in near if each.stability != "kept"] + [i for i, _ in near]
+            special = None if end is not None or not there else there[0]
+            place = branch.special_points[special] if special is not None else None
+            why = branch.ends[end].value if end is not None else place.kind.value if place else "stability lost"
+            at = float(branch.parameter[point]) if place is None else place.parameter
+            steps = (at + going * share * (high - low) for share in BEYOND)
+            beyond = tuple(value for value in steps if low <= value <= high)
+            goes_on = end is not None and branch.ends[end] is BranchEnd.TOO_MANY_POINTS
+            if going and beyond and not goes_on:
+                yield _Edge(point, at, beyond, why, special, end)
+
+
+def _without_orbit(found: Orbit, start: Mapping[str, float]) -> str:
+    """What a start leads to that ends on no stable orbit, in words."""
+    if found.status is OrbitStatus.RUN_FAILED:
+        ended = simulate(found.system, initial=start, periods=SEEN).run_status
+        return "a run that ends early" if ended.ok else f"a run that ends by {ended.value}"
+    return "a motion that does not settle" if found.status is OrbitStatus.NOT_SETTLED else "no stable orbit"
+
+
+def _end_at(branch: Branch, point: int) -> int | None:
+    """0 or -1 where a point is an end of the branch; the last stable point may be the one before a bifurcation."""
+    for end, place in ((0, 0), (-1, len(branch) - 1)):
+        if abs(point - place) <= (1 if branch.ends[end] in AT_PARENT else 0):
+            return end
+    return None
 
 
 def _leaves(special: SpecialPoint) -> bool:

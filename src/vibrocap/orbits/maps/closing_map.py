@@ -210,7 +210,7 @@ class ClosingMap:
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state
-        if self.system.machine.coupled == "distances":
+        if self.system.machine.imposes_distances:
             whole = np.zeros((1, n, n))
             whole[0][:, self.unknowns] = ends[:m, n:].T / self.sizes[self.unknowns]
             map_.through_joint_turns(whole, state[None], rows[:1], budget, lengths[:1])

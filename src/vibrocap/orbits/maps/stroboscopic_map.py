@@ -207,7 +207,7 @@ class StroboscopicMap:
         ends = ended.state.reshape(runs, each, -1)
         finished = np.all(ended.finished.reshape(runs, each), axis=1)
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
-        if jacobian is not None and self.system.machine.coupled == "distances":
+        if jacobian is not None and self.system.machine.imposes_distances:
             self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
         return Images(ends[:, 0, :n], jacobian, finished, self.certified(ended[::each], parameters))
 

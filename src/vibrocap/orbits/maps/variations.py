@@ -1,4 +1,4 @@
-"""The variational equations of a system: how a small change of the start grows along a motion."""
+"""The variational equations of a system: how a small change of the start, or of a parameter, grows along a motion."""
 
 import copy
 import dataclasses
@@ -6,22 +6,60 @@ import functools
 from collections.abc import Sequence
 
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.expressions.graph import Expression, derivative, sensitivity
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
 # Not without limit: what decays fast along a motion that is smooth already would be followed by steps too long for it.
 LEEWAY = 100.0
 
 
+def carried(equations: Equations) -> tuple[str, ...]:
+    """The powers whose integrals `with_integrals` carries: of all channels of energy but the loss in impacts."""
+    names = enumerate(equations.integral_names)
+    return tuple(name for i, name in names if i != equations.impact and name != "impulse")
+
+
 @functools.lru_cache(maxsize=32)
-def variational_equations(equations: Equations) -> Equations:
-    """The equations of a motion together with one tangent: y' = f(t, y), delta' = (df/dy) delta.
+def with_integrals(equations: Equations) -> Equations:
+    """The same equations with the integrals of their powers as states behind those of the motion.
+
+    So a tangent tells how the works change. What an impact loses at an instant is no part of them.
+    """
+    graph, n, names = equations.graph, len(equations.rates), carried(equations)
+    kept = [equations.integral_names.index(name) for name in names]
+    integrals = tuple(graph.node("state", n + k) for k in range(len(kept)))
+    one = graph.constant(1.0)
+
+    def longer(states: Sequence[Expression]) -> tuple[Expression, ...]:
+        return (*states, *integrals)
+
+    return dataclasses.replace(
+        equations,
+        state_names=(*equations.state_names, *(f"{name}_integral" for name in names)),
+        rates=(*equations.rates, *(equations.integrals[i] for i in kept)),
+        scales=(*equations.scales, *(one for _ in kept)),
+        symmetry=(*equations.symmetry, *(1 for _ in kept)),
+        contacts=tuple(each.moved(lambda value: value, longer) for each in equations.contacts),
+        after_switch=tuple(map(longer, equations.after_switch)),
+        base=n + len(kept),
+        true_load=None,  # nothing is measured
+        normal_momentum=None,
+    )
+
+
+@functools.lru_cache(maxsize=32)
+def variational_equations(equations: Equations, directed: bool = False) -> Equations:
+    """The equations of a motion together with one tangent: y' = f(t, y, p), delta' = (df/dy) delta + (df/dp) dp.
 
     The states of the tangent follow those of the motion. Exact derivatives of the recorded equations; the kernel
     carries the tangent through events by saltation (`kernel/events/tangents.py`).
+
+    directed: whether a direction dp in the parameters belongs to the tangent; it stands behind the parameter vector, as
+        long as that. Of a drive with corners one segment holds then, whose numbers are parameters like all others.
     """
     graph = copy.deepcopy(equations.graph)
-    n = len(equations.rates)
+    n, own = len(equations.rates), len(equations.parameter_paths)
+    given = range(own) if directed else range(0)
     tangent = tuple(graph.node("state", n + i) for i in range(n))
 
     def moved(expression: Expression) -> Expression:
@@ -33,6 +71,9 @@ def variational_equations(equations: Equations) -> Equations:
         if expression is not None:
             for i in range(n):
                 total = total + derivative(moved(expression), i) * tangent[i]
+            for j in given:
+                by = sensitivity(moved(expression), graph.node("parameter", j).index)
+                total = total + by * graph.node("parameter", own + j)
         return total
 
     def both(states: Sequence[Expression]) -> tuple[Expression, ...]:
@@ -46,6 +87,8 @@ def variational_equations(equations: Equations) -> Equations:
     return dataclasses.replace(
         equations,
         graph=graph,
+        parameter_paths=(*equations.parameter_paths, *(f"{equations.parameter_paths[j]} direction" for j in given)),
+        corners=None if directed else equations.corners,
         state_names=(*equations.state_names, *(f"{name}_tangent" for name in equations.state_names)),
         rates=both(equations.rates),
         integrals=tuple(map(moved, equations.integrals)),

@@ -219,7 +219,7 @@ def start_of_motion(runs: Runs, tolerance: float) -> Finding:
     motion = runs.first_set("exponential")
     first = motion.events[0]
     held = float(abs(motion.at([first.time], "holding_force")[0]))
-    limit = motion.system.friction.holding_limit(motion.system.machine.load())
+    limit = motion.system.friction.holding_limit(motion.system.machine.loads()[0])
     early = float(np.max(np.abs(runs.first_set("lugre").at(np.linspace(0, first.time, 200), "velocity"))))
     sticks = first.kind.startswith("slip") and first.time > 0 and abs(held - limit) <= tolerance
     return Finding(

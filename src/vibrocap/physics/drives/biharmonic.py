@@ -19,6 +19,7 @@ class Biharmonic(Wave):
     )
 
     name: ClassVar[str] = "biharmonic"
+    source: ClassVar[str] = "vibrocap"
 
     def value(self, t):
         """h cos(omega t) + h2 cos(2 omega t + psi)."""

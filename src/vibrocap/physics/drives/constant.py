@@ -16,6 +16,7 @@ class Constant(Drive):
     duration: Positive = parameter(1.0, "T", "length of what is counted as a period", "duration")
 
     name: ClassVar[str] = "constant"
+    source: ClassVar[str] = "vibrocap"
 
     def value(self, t):
         """F."""

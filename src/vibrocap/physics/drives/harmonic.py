@@ -15,6 +15,7 @@ class Harmonic(Wave):
     )
 
     name: ClassVar[str] = "harmonic"
+    source: ClassVar[str] = "liu2019"
 
     def value(self, t):
         """h cos(omega t)."""

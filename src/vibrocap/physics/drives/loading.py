@@ -19,6 +19,7 @@ class Loading(Wave):
     frequency: Positive = parameter(1.0, "omega", "frequency of the oscillation; a period is 2 pi over it", "frequency")
 
     name: ClassVar[str] = "loading"
+    source: ClassVar[str] = "canudas1995"
 
     def value(self, t):
         """F + q t + h cos(omega t), for the time t since the start of the period."""

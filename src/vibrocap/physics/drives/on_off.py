@@ -29,6 +29,7 @@ class OnOff(Wave, Piecewise):
     phase: Phase = parameter(0.0, "phi", "share of the period at which it is switched on, less than 1", "share")
 
     name: ClassVar[str] = "on-off"
+    source: ClassVar[str] = "vibrocap"
 
     def segments(self) -> tuple[Segment, ...]:
         """On for what lasts over the end of a period, off, on, off: of the first and the last one has no length."""

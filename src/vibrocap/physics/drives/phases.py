@@ -39,6 +39,7 @@ class Phases(Piecewise):
     duration_7: NonNegative = parameter(0.0, "t7", "length of phase 7", "duration")
 
     name: ClassVar[str] = "phases"
+    source: ClassVar[str] = "fang2011; huda2015"
 
     @model_validator(mode="after")
     def _some_phase(self):

@@ -34,6 +34,7 @@ class PulseWidth(PiecewiseWave):
     pulses: Annotated[Any, BeforeValidator(_whole)] = parameter(6, "n", "cells in a period", "convention")
 
     name: ClassVar[str] = "pulse-width"
+    source: ClassVar[str] = "holmes2003"
     shape_parameters: ClassVar = ("pulses",)
 
     def segments(self) -> tuple[Segment, ...]:

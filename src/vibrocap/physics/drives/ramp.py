@@ -17,6 +17,7 @@ class Ramp(Drive):
     duration: Positive = parameter(1.0, "T", "length of the ramp, the period", "duration")
 
     name: ClassVar[str] = "ramp"
+    source: ClassVar[str] = "canudas1995"
 
     def value(self, t):
         """F + q t, for the time t since the start of the period."""

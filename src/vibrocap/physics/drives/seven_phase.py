@@ -32,6 +32,7 @@ class SevenPhase(Piecewise):
     rest: NonNegative = parameter(0.5, "t7", "time at rest", "duration")
 
     name: ClassVar[str] = "seven-phase"
+    source: ClassVar[str] = "huda2015"
 
     @model_validator(mode="after")
     def _told_apart(self):

@@ -19,6 +19,7 @@ class Square(PiecewiseWave):
     duty: WithinOne = parameter(0.5, "d", "share of the period at the first level", "share")
 
     name: ClassVar[str] = "square"
+    source: ClassVar[str] = "vibrocap"
 
     def segments(self) -> tuple[Segment, ...]:
         """1, then -1."""

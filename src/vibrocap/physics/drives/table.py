@@ -58,6 +58,7 @@ class DriveTable(Piecewise):
     stretch: Positive = parameter(1.0, "s", "factor of the times", "convention")
 
     name: ClassVar[str] = "table"
+    source: ClassVar[str] = "vibrocap"
 
     @model_validator(mode="after")
     def _closes(self):

@@ -27,6 +27,7 @@ class ThreePhase(Piecewise):
     )
 
     name: ClassVar[str] = "three-phase"
+    source: ClassVar[str] = "chernousko2002"
 
     def _speeds(self) -> tuple:
         """(u1, u3)."""

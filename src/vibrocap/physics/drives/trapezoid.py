@@ -33,6 +33,7 @@ class Trapezoid(PiecewiseWave):
     fall: WithinOne = parameter(0.125, "f", "share of the period in which it falls", "share")
 
     name: ClassVar[str] = "trapezoid"
+    source: ClassVar[str] = "vibrocap"
 
     @model_validator(mode="after")
     def _within_a_period(self):

@@ -20,6 +20,7 @@ class Triangle(PiecewiseWave):
     rise: WithinOne = parameter(0.5, "r", "share of the period in which it rises", "share")
 
     name: ClassVar[str] = "triangle"
+    source: ClassVar[str] = "chernousko2002"
 
     def segments(self) -> tuple[Segment, ...]:
         """-1 + 2 x/r, then 1 - 2 x/(1 - r)."""

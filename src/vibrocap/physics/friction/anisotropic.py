@@ -37,6 +37,7 @@ def anisotropic(law: type[Law]) -> Any:
         back_ratio: Positive = parameter(1.5, "k_back", "load that counts in sliding back, over the load", "back ratio")
 
         special_cases: ClassVar = {law.name: {"forward_ratio": 1.0, "back_ratio": 1.0}}
+        source: ClassVar[str] = f"{law.source}; zimmermann2009"
 
         def _ratio(self, side):
             """k of a side; their mean at rest (side 0)."""

@@ -52,6 +52,7 @@ def backlash(law: type[Law]) -> Any:
         switched: ClassVar = (*law.switched, "engaged")
         internal_symmetry: ClassVar = (*signs, -1, -1)
         special_cases: ClassVar = {law.name: {"gap": 0.0}}
+        source: ClassVar[str] = f"{law.source}; nordin2002"
 
         def force(self, velocity, internal, side, load):
             """Friction force R and rates of the law while engaged; none, and the rates of its rest, while free."""

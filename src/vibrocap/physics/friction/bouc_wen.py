@@ -60,11 +60,7 @@ class BoucWen(Law):
     internal: ClassVar = ("bristle", "bristle_sign")
     switched: ClassVar = ("bristle_sign",)
     shape_parameters: ClassVar = ("knee_exponent",)
-    source: ClassVar[str] = (
-        "Y. K. Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics Division "
-        "102 (1976) 249-263; M. Constantinou, A. Mokha, A. Reinhorn, Teflon bearings in base isolation II: modeling, "
-        "Journal of Structural Engineering 116 (1990) 455-474"
-    )
+    source: ClassVar[str] = "bouc1967; wen1976; constantinou1990"
     creeps: ClassVar[bool] = True
 
     _bounded = bounded

@@ -22,9 +22,7 @@ class Coulomb(Curve):
     static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
 
     name: ClassVar[str] = "coulomb"
-    source: ClassVar[str] = (
-        "C. A. Coulomb, Theorie des machines simples, Memoires de Mathematique et de Physique 10 (1785) 161-332"
-    )
+    source: ClassVar[str] = "coulomb1785"
 
     _levels = levels_in_order
 

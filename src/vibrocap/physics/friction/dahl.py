@@ -32,10 +32,7 @@ class Dahl(Law):
     kind: ClassVar = "kinked"
     internal: ClassVar = ("bristle",)
     shape_parameters: ClassVar = ("shape_exponent",)
-    source: ClassVar[str] = (
-        "P. R. Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968); "
-        "Solid friction damping of mechanical vibrations, AIAA Journal 14 (1976) 1675-1682"
-    )
+    source: ClassVar[str] = "dahl1968; dahl1976"
     creeps: ClassVar[bool] = True
 
     def steady_force(self, speed, load):

@@ -60,10 +60,7 @@ class ElastoPlastic(Law):
     switched: ClassVar = ("yielding", "flowing")
     internal_symmetry: ClassVar = (-1, 1, 1)
     shape_parameters: ClassVar = ("stribeck_exponent",)
-    source: ClassVar[str] = (
-        "P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, Single state elastoplastic friction models, "
-        "IEEE Transactions on Automatic Control 47 (2002) 787-792"
-    )
+    source: ClassVar[str] = "dupont2002"
 
     _levels = levels_in_order
 

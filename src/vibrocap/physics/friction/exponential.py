@@ -24,12 +24,7 @@ class Exponential(Curve):
     )
 
     name: ClassVar[str] = "exponential"
-    source: ClassVar[str] = (
-        "A. Tustin, The effects of backlash and of speed-dependent friction on the stability of closed-cycle control "
-        "systems, Journal of the Institution of Electrical Engineers 94 (1947) 143-151; B. Armstrong-Helouvry, "
-        "P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of "
-        "machines with friction, Automatica 30 (1994) 1083-1138"
-    )
+    source: ClassVar[str] = "tustin1947; armstrong1994"
 
     _levels = levels_in_order
 

@@ -24,10 +24,7 @@ class HyperbolicStribeck(Curve):
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "hyperbolic-stribeck"
-    source: ClassVar[str] = (
-        "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
-        "friction models, Nonlinear Dynamics 16 (1998) 41-54"
-    )
+    source: ClassVar[str] = "leine1998"
 
     _levels = levels_in_order
 

@@ -57,7 +57,7 @@ class Law(Part):
     internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
     shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
     state_units: SI units of internal states that no other law has, "N" for instance.
-    source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
+    creeps: whether it drifts under an oscillating force below breakaway.
     special_cases: simpler laws that this one is for some values: by the simpler law's name the values of own parameters
         that it has not, a number or the name of another own parameter whose value it takes. Parameters of the same name
         are the same. A fit starts from the best of each, too.
@@ -71,7 +71,6 @@ class Law(Part):
     internal_symmetry: ClassVar[tuple[int, ...] | None] = None
     shape_parameters: ClassVar[tuple[str, ...]] = ()
     state_units: ClassVar[Mapping[str, str]] = {}
-    source: ClassVar[str] = ""
     creeps: ClassVar[bool] = False
     special_cases: ClassVar[Mapping[str, Mapping[str, float | str]]] = {}
     wrappers: ClassVar[tuple[Callable, ...]] = ()

@@ -56,11 +56,7 @@ class LuGre(Law):
     kind: ClassVar = "kinked"
     internal: ClassVar = ("bristle",)
     shape_parameters: ClassVar = ("stribeck_exponent",)
-    source: ClassVar[str] = (
-        "C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction, "
-        "IEEE Transactions on Automatic Control 40 (1995) 419-425; H. Olsson, Control systems with friction, "
-        "Lund Institute of Technology 1996"
-    )
+    source: ClassVar[str] = "canudas1995; olsson1996"
     creeps: ClassVar[bool] = True
     special_cases: ClassVar = {
         "dahl": {"bristle_damping": 0.0, "viscous_damping": 0.0, "static_coefficient": "coulomb_coefficient"}

@@ -75,11 +75,7 @@ class MaxwellSlip(Law):
     switched: ClassVar = internal[ELEMENTS:]
     internal_symmetry: ClassVar = (*(-1,) * ELEMENTS, *(1,) * ELEMENTS)
     shape_parameters: ClassVar = ("stribeck_exponent",)
-    source: ClassVar[str] = (
-        "V. Lampaert, F. Al-Bender, J. Swevers, A generalized Maxwell-slip friction model appropriate for control "
-        "purposes, IEEE PhysCon, St. Petersburg 2003, 1170-1177; F. Al-Bender, V. Lampaert, J. Swevers, The "
-        "generalized Maxwell-slip model, IEEE Transactions on Automatic Control 50 (2005) 1883-1887"
-    )
+    source: ClassVar[str] = "lampaert2003; albender2005"
 
     _levels = levels_in_order
     _shares = shares_within_one

@@ -28,12 +28,7 @@ class RateAndState(Law):
     kind: ClassVar = "kinked"
     internal: ClassVar = ("log_age",)
     internal_symmetry: ClassVar = (1,)
-    source: ClassVar[str] = (
-        "J. H. Dieterich, Modeling of rock friction, Journal of Geophysical Research 84 (1979) 2161-2168; A. Ruina, "
-        "Slip instability and state variable friction laws, Journal of Geophysical Research 88 (1983) 10359-10370; "
-        "N. Lapusta, J. R. Rice, Y. Ben-Zion, G. Zheng, Elastodynamic analysis for slow tectonic loading, Journal of "
-        "Geophysical Research 105 (2000) 23765-23789"
-    )
+    source: ClassVar[str] = "dieterich1979; ruina1983; lapusta2000"
     creeps: ClassVar[bool] = True
 
     @model_validator(mode="after")

@@ -32,6 +32,7 @@ def smoothed(law: type[Law]) -> type[Law]:
 
         kind: ClassVar = "kinked"  # |v| in the steady curve
         special_cases: ClassVar = {}
+        source: ClassVar[str] = f"{law.source}; andersson2007; leine1998"
         creeps: ClassVar[bool] = True
 
         def _smoothed_sign(self, speed):

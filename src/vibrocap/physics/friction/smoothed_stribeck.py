@@ -77,10 +77,7 @@ class SmoothedTanh(SmoothedStribeck):
     """
 
     name: ClassVar[str] = "smoothed-tanh"
-    source: ClassVar[str] = (
-        "S. Andersson, A. Soderberg, S. Bjorklund, Friction models for sliding dry, boundary and mixed lubricated "
-        "contacts, Tribology International 40 (2007) 580-587"
-    )
+    source: ClassVar[str] = "andersson2007"
 
     def _sign(self, velocity):
         """S, the smoothed sgn(v)."""
@@ -104,10 +101,7 @@ class SmoothedArctan(SmoothedStribeck):
     """
 
     name: ClassVar[str] = "smoothed-arctan"
-    source: ClassVar[str] = (
-        "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
-        "friction models, Nonlinear Dynamics 16 (1998) 41-54"
-    )
+    source: ClassVar[str] = "leine1998"
 
     def _sign(self, velocity):
         """S, the smoothed sgn(v)."""

@@ -36,10 +36,7 @@ class Stribeck(Curve):
 
     name: ClassVar[str] = "stribeck"
     shape_parameters: ClassVar = ("stribeck_exponent",)
-    source: ClassVar[str] = (
-        "L. C. Bo, D. Pavelescu, The friction-speed relation and its influence on the critical velocity of stick-slip "
-        "motion, Wear 82 (1982) 277-289; B. Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991"
-    )
+    source: ClassVar[str] = "bo1982; armstrong1991"
 
     _levels = levels_in_order
 

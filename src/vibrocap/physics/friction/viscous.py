@@ -40,6 +40,7 @@ def viscous(law: type[Law]) -> Any:
         )
 
         special_cases: ClassVar = {law.name: {"linear_viscosity": 0.0, "quadratic_viscosity": 0.0}}
+        source: ClassVar[str] = f"{law.source}; armstrong1994"
 
         def _viscous(self, speed):
             """c_1 + c_2 |v|, over which the velocity is multiplied."""

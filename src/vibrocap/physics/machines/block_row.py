@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape
+from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive, Shape
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.numbering import numbered
 
@@ -28,7 +28,7 @@ class BlockRow(Row):
     """Blocks 1, 2, ... in a row on a belt of the speed v_b, with springs and dampers to a wall and to each other.
 
     One block of it is the `Oscillator`; more are the models of chattering brakes and of earthquakes (Burridge and
-    Knopoff 1967; Galvanetto and Bishop 1994; Pascal 2012). x_i is how far block i is from where no spring is stretched,
+    Knopoff 1967; Galvanetto and Bishop 1994; Pascal 2008). x_i is how far block i is from where no spring is stretched,
     v_i its velocity over the belt, which is exactly zero while it sticks, and friction R_i acts on it:
 
         x_i' = v_i + v_b,     m_i v_i' = a_i drive - k_i x_i - c_i x_i' + F_i - F_(i-1) - R_i
@@ -42,10 +42,10 @@ class BlockRow(Row):
     """
 
     called: ClassVar = ("block", "row")
+    source: ClassVar[str] = "burridge1967; galvanetto1994; pascal2008"
     summary: ClassVar = "blocks in a row on a belt, on springs to a wall and to each other."
     cyclic: ClassVar = None
     place: ClassVar = "position"
-    contact_state: ClassVar = "sliding_velocity"
     channels: ClassVar = ("drive", "damper", "belt")
     belt_speed: Any
     row_parameters: ClassVar = (
@@ -67,12 +67,12 @@ class BlockRow(Row):
 
     @classmethod
     def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
-        """The states, block by block, and those that are sliding velocities."""
+        """The states, block by block."""
         each = [(numbered("position", i), numbered("sliding_velocity", i)) for i in range(1, bodies + 1)]
         return {
             "states": tuple(itertools.chain.from_iterable(each)),
+            "contact_states": tuple(velocity for _, velocity in each),
             "symmetry": (-1,) * (2 * bodies),
-            "contacts": tuple(velocity for _, velocity in each[1:]),
             "_loads": some_block_rubs,
         }
 
@@ -101,11 +101,7 @@ class BlockRow(Row):
 
     def masses(self):
         """m_1, m_2, ..."""
-        return dict(zip((self.contact_state, *self.contacts), self._all("mass", self.bodies), strict=True))
-
-    def contact_velocity(self, t, y):
-        """v_1."""
-        return y[1]
+        return dict(zip(self.contact_states, self._all("mass", self.bodies), strict=True))
 
     def _velocities(self, y) -> tuple:
         """x_1', x_2', ..., over the ground."""
@@ -141,17 +137,12 @@ class BlockRow(Row):
             found = found + force
         return found
 
-    def holding_force(self, t, y, drive):
-        """R_1 that keeps v_1' = 0."""
-        return self._pushes(y, drive)[0]
+    def contacts(self, t, y, drive):
+        """v_i, and R_i that keeps v_i' = 0."""
+        return tuple(map(Contact, y[1::2], self._pushes(y, drive)))
 
-    def further_holding_forces(self, t, y, drive) -> tuple:
-        """R_i that keeps v_i' = 0."""
-        return tuple(self._pushes(y, drive)[1:])
-
-    def rates(self, t, y, drive, force, *others):
+    def rates(self, t, y, drive, frictions):
         """y' = (x_1', v_1', x_2', v_2', ...)."""
-        frictions = (force, *others, *((0.0,) * (self.bodies - 1 - len(others))))
         each = zip(self._pushes(y, drive), frictions, self._all("mass", self.bodies), strict=True)
         accelerations = [(push - friction) / mass for push, friction, mass in each]
         return tuple(itertools.chain.from_iterable(zip(self._velocities(y), accelerations, strict=True)))
@@ -165,7 +156,7 @@ class BlockRow(Row):
             found = found + 0.5 * stiffness * way * way
         return found
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power of the drive, sum of a_i drive x_i', of all dampers, and of the belt, -v_b times all friction."""
         driven = damped = belt = 0.0
         own = (self._all(name, self.bodies) for name in ("actuation", "damping"))
@@ -173,9 +164,21 @@ class BlockRow(Row):
             driven, damped = driven + actuation * (drive * velocity), damped - damping * velocity * velocity
         for damping, (_, rate) in zip(self._all("coupling_damping", self.bodies - 1), self._gaps(y), strict=True):
             damped = damped - damping * rate * rate
-        for friction in (force, *others):
+        for friction in frictions:
             belt = belt - self.belt_speed * friction
         return driven, damped, belt
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Blocks on their wall springs, with a link in every gap."""
+        names = ("mass", "stiffness", "damping", "actuation")
+        own = zip(y[::2], self._velocities(y), *(self._all(name, self.bodies) for name in names), strict=True)
+        bodies = (
+            Body(f"body {i + 1}", mass, "slide", place, rate, "", stiffness, damping, actuation, i)
+            for i, (place, rate, mass, stiffness, damping, actuation) in enumerate(own)
+        )
+        gaps = zip(*(self._all(f"coupling_{name}", self.bodies - 1) for name in ("stiffness", "damping")), strict=True)
+        links = (Link(f"body {i}", f"body {i + 1}", *each) for i, each in enumerate(gaps, start=1))
+        return Mechanism(tuple(bodies), tuple(links))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """Blocks in a row, with the springs between them, under wall springs that hang from where each is at rest."""

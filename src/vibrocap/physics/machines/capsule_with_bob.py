@@ -3,7 +3,18 @@
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import Machine, Positive, Scales, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import (
+    Body,
+    Contact,
+    Machine,
+    Mechanism,
+    Positive,
+    Scales,
+    cos,
+    parameter,
+    parameters,
+    sin,
+)
 from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2
 
 LOADS = ("weight", "dynamic")
@@ -51,7 +62,7 @@ class CapsuleWithBob(Machine):
 
     states: ClassVar = ("angle", "angle_rate", "position", "velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
+    contact_states: ClassVar = ("velocity",)
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "torque"
@@ -64,9 +75,10 @@ class CapsuleWithBob(Machine):
         """Whether normal_load is "dynamic"."""
         return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
 
-    def load(self):
+    def loads(self):
         """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
-        return self._towards_ground(self.mass_ratio + 1.0) if isinstance(self.normal_load, str) else self.normal_load
+        word = isinstance(self.normal_load, str)
+        return (self._towards_ground(self.mass_ratio + 1.0) if word else self.normal_load,)
 
     def masses(self):
         """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
@@ -80,7 +92,7 @@ class CapsuleWithBob(Machine):
         """B."""
         return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
 
-    def reaction(self, t, y, drive):
+    def _reaction(self, y, drive):
         """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
         inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
         own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
@@ -89,10 +101,6 @@ class CapsuleWithBob(Machine):
     def vertical_momentum(self, t, y):
         """(cos(theta))' = -sin(theta) theta', of the bob."""
         return -(sin(y[0]) * y[1])
-
-    def contact_velocity(self, t, y):
-        """X'."""
-        return y[3]
 
     def _torque(self, y, drive):
         """P, all torques on the pendulum but the capsule's inertia."""
@@ -105,21 +113,25 @@ class CapsuleWithBob(Machine):
         """A torque, less that of the spring at the pivot where there is one."""
         return torque
 
-    def holding_force(self, t, y, drive):
+    def _held(self, y, drive):
         """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
         return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
+
+    def contacts(self, t, y, drive):
+        """X', what holds the capsule, and the load that the bob makes."""
+        return (Contact(y[3], self._held(y, drive), reaction=self._reaction(y, drive)),)
 
     def accelerations(self, t, y, drive, force):
         """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
 
         y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
         """
-        capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
+        capsule = (self._held(y, drive) - force) / self._inertia(y)
         return self._torque(y, drive) + cos(y[0]) * capsule, capsule
 
-    def rates(self, t, y, drive, force) -> tuple:
+    def rates(self, t, y, drive, frictions) -> tuple:
         """y' = (theta', theta'', X', X'')."""
-        pendulum, capsule = self.accelerations(t, y, drive, force)
+        pendulum, capsule = self.accelerations(t, y, drive, frictions[0])
         return y[1], pendulum, y[3], capsule
 
     def energy(self, t, y):
@@ -140,6 +152,11 @@ class CapsuleWithBob(Machine):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
         return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
 
-    def powers(self, t, y, drive, force, *others) -> tuple:
+    def _with_bob(self, y, bob, stiffness=0.0) -> Mechanism:
+        """Capsule and bob, which stands under this name in the scene."""
+        turning = Body(bob, 1.0, "hinge", y[0], y[1], "capsule", stiffness, self.damping, actuation=1.0)
+        return Mechanism((Body("capsule", self.mass_ratio, place=y[2], rate=y[3], contact=0), turning))
+
+    def powers(self, t, y, drive, frictions) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]

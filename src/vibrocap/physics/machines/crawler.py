@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive
+from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.numbering import numbered
 
 
 class Crawler(Row):
@@ -25,8 +26,8 @@ class Crawler(Row):
     """
 
     called: ClassVar = ("body", "crawler")
+    source: ClassVar[str] = "zimmermann2009"
     summary: ClassVar = "bodies in a row, all of them rubbing."
-    contact_state: ClassVar = "velocity"
     row_parameters: ClassVar = (
         Numbered("mass", "body", Positive, Positive, 1.0, "m", "mass of body {}", "mass"),
         Numbered("stiffness", "gap", Positive, NonNegative, 1.0, "k", "spring in gap {}", "stiffness"),
@@ -40,7 +41,8 @@ class Crawler(Row):
         """The states, of which the first gap and the first two bodies have the names that other machines give them."""
         inner = (*(f"displacement_{i}" for i in range(2, bodies)), *(f"velocity_{i}" for i in range(3, bodies + 1)))
         states = ("displacement", "velocity_2", "position", "velocity", *inner)
-        return {"states": states, "symmetry": (-1,) * len(states)}
+        contacts = tuple(numbered("velocity", i) for i in range(1, bodies + 1))
+        return {"states": states, "contact_states": contacts, "symmetry": (-1,) * len(states)}
 
     def scales(self, time=1.0):
         """Opening and speed that a force of the size of all loads makes, as of an `Oscillator`."""
@@ -55,11 +57,7 @@ class Crawler(Row):
 
     def masses(self):
         """m_1, m_2, ..."""
-        return dict(zip((self.contact_state, *self.contacts), self._all("mass", self.bodies), strict=True))
-
-    def contact_velocity(self, t, y):
-        """v_1."""
-        return y[3]
+        return dict(zip(self.contact_states, self._all("mass", self.bodies), strict=True))
 
     def _velocities(self, y) -> tuple:
         return y[3], y[1], *y[4 + self.bodies - 2 :]
@@ -81,17 +79,12 @@ class Crawler(Row):
         weights = (mass * self.gravity[1] for mass in self._all("mass", self.bodies)[1:])
         return [found[0], *(push - weight for push, weight in zip(found[1:], weights, strict=True))]
 
-    def holding_force(self, t, y, drive):
-        """R_1 that keeps v_1' = 0."""
-        return self._pushes(y, drive)[0]
+    def contacts(self, t, y, drive):
+        """v_i, and R_i that keeps v_i' = 0."""
+        return tuple(map(Contact, self._velocities(y), self._pushes(y, drive)))
 
-    def further_holding_forces(self, t, y, drive) -> tuple:
-        """R_i that keeps v_i' = 0."""
-        return tuple(self._pushes(y, drive)[1:])
-
-    def rates(self, t, y, drive, force, *others):
+    def rates(self, t, y, drive, frictions):
         """y' = (z_1', v_2', X', v_1', z_2', ..., v_3', ...)."""
-        frictions = (force, *others, *((0.0,) * (self.bodies - 1 - len(others))))
         masses = self._all("mass", self.bodies)
         each = zip(self._pushes(y, drive), frictions, masses, strict=True)
         accelerations = [(push - friction) / mass for push, friction, mass in each]
@@ -107,13 +100,25 @@ class Crawler(Row):
             found = found + 0.5 * stiffness * z * z
         return found
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power of the drive, the sum of a_i drive z_i', and of the dampers, -c_i z_i'^2."""
         driven = damped = 0.0
         shares = (self._all(name, self.bodies - 1) for name in ("actuation", "damping"))
         for (_, rate), actuation, damping in zip(self._gaps(y), *shares, strict=True):
             driven, damped = driven + actuation * (drive * rate), damped - damping * rate * rate
         return driven, damped
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Bodies on the ground, with a link in every gap."""
+        place, bodies, links = y[2], [], []
+        for i, (mass, rate) in enumerate(zip(self._all("mass", self.bodies), self._velocities(y), strict=True)):
+            bodies.append(Body(f"body {i + 1}", mass, place=place, rate=rate, contact=i))
+            if i < self.bodies - 1:
+                place = place + self._gaps(y)[i][0]
+        own = (self._all(name, self.bodies - 1) for name in ("stiffness", "damping", "actuation"))
+        for i, (stiffness, damping, actuation) in enumerate(zip(*own, strict=True), start=1):
+            links.append(Link(f"body {i}", f"body {i + 1}", stiffness, damping, actuation))
+        return Mechanism(tuple(bodies), tuple(links))
 
     def scene(self, t, y):
         """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""

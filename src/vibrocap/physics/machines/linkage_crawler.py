@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from vibrocap.physics.machines.machine import (
-    Coupling,
+    Contact,
     Machine,
     NonNegative,
     Positive,
@@ -61,11 +61,10 @@ class LinkageCrawler(Machine):
     stance: Stance = parameter(1.2, "w_0", "distance of the bodies at which the spring is not stretched", "distance")
 
     name: ClassVar[str] = "linkage-crawler"
+    source: ClassVar[str] = "vibrocap"
     states: ClassVar = ("displacement", "velocity_2", "position", "velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
-    contacts: ClassVar = ("velocity_2",)
-    coupled: ClassVar = "motion"
+    contact_states: ClassVar = ("velocity", "velocity_2")
     symmetry: ClassVar = (1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     bound_kinds: ClassVar = ("stop_reached", "stop_reached")
@@ -86,13 +85,9 @@ class LinkageCrawler(Machine):
         """Half of what the rods may open until they lie flat; else one."""
         return 1.0 - 0.5 * self.stance, 1.0, 1.0, 1.0
 
-    def load(self):
-        """What body 1 carries at rest."""
-        return (self.mass_ratio + 0.5) * self.gravity[0]
-
-    def further_loads(self) -> tuple:
-        """What body 2 carries at rest."""
-        return ((self.mass_ratio_2 + 0.5) * self.gravity[0],)
+    def loads(self):
+        """What each body carries at rest."""
+        return (self.mass_ratio + 0.5) * self.gravity[0], (self.mass_ratio_2 + 0.5) * self.gravity[0]
 
     def masses(self):
         """Of body 1, and of all else."""
@@ -130,23 +125,8 @@ class LinkageCrawler(Machine):
         along = self.gravity[1]
         return pull - 0.5 * along, -pull - (self.mass_ratio_2 + 0.5) * along
 
-    def _held(self, y, drive, others) -> tuple:
-        """What would hold each body against the friction at the other."""
-        own, other = self._pushes(y, drive)
-        inertia, shared, further = self._inertia(self._shape(y)[0])
-        first = own - shared / further * (other - others)
-        return first, other, inertia, shared, further, own
-
-    def contact_velocity(self, t, y):
-        """v_1."""
-        return y[3]
-
-    def holding_force(self, t, y, drive):
-        """R_1 that keeps v_1' = 0 where body 2 does not rub."""
-        return self._held(y, drive, 0.0)[0]
-
-    def coupling(self, t, y, drive) -> Coupling:
-        """a = M^-1 (pushes - R), and the loads above."""
+    def contacts(self, t, y, drive):
+        """v_i, a = M^-1 (pushes - R), and the loads above."""
         own, other = self._pushes(y, drive)
         slope, _, bend = self._shape(y)
         inertia, shared, further = self._inertia(slope)
@@ -157,24 +137,21 @@ class LinkageCrawler(Machine):
         lift = 0.5 * normal - 0.25 * bend * (rate * rate)
         steep = 1.0 / slope
         # N_i = weight + lift + (by_1, by_2) . a, of the mass on top with what holds it on a slope
-        loads, raised = [], []
         by = ((0.25 * (slope + steep), 0.25 * (steep - slope)), (0.25 * (slope - steep), -0.25 * (slope + steep)))
-        for side, mass, row in zip((1.0, -1.0), (self.mass_ratio, self.mass_ratio_2), by, strict=True):
-            own_load = mass * normal + lift + side * (0.5 * along) * steep
-            loads.append(own_load + row[0] * free[0] + row[1] * free[1])
-            raised.append(tuple(row[0] * response[0][k] + row[1] * response[1][k] for k in (0, 1)))
-        return Coupling(free, response, tuple(loads), tuple(raised))
+        found = []
+        for i, (side, mass, row) in enumerate(zip((1.0, -1.0), (self.mass_ratio, self.mass_ratio_2), by, strict=True)):
+            load = mass * normal + lift + side * (0.5 * along) * steep + row[0] * free[0] + row[1] * free[1]
+            raised = (-(row[0] * response[0][k] + row[1] * response[1][k]) for k in (0, 1))
+            reaction = (1.0, load, *raised)
+            found.append(Contact((y[3], y[1])[i], acceleration=free[i], response=response[i], reaction=reaction))
+        return tuple(found)
 
-    def reaction(self, t, y, drive):
-        """(1, n, s) of N_1 = n + s R_1, where body 2 does not rub."""
-        given = self.coupling(t, y, drive)
-        return 1.0, given.loads[0], -given.load_response[0][0]  # type: ignore[index]
-
-    def rates(self, t, y, drive, force, other_force=0.0):
+    def rates(self, t, y, drive, frictions):
         """y' = (z', v_2', X', v_1')."""
-        held, other, inertia, shared, further, own = self._held(y, drive, other_force)
+        (own, other), (force, other_force) = self._pushes(y, drive), frictions
+        inertia, shared, further = self._inertia(self._shape(y)[0])
         over = 1.0 / (inertia * further - shared * shared)
-        first = (held - force) * (further * over)
+        first = (own - shared / further * (other - other_force) - force) * (further * over)
         second = (other - shared / inertia * (own - force) - other_force) * (inertia * over)
         return y[1] - y[3], second, y[3], first
 
@@ -189,7 +166,7 @@ class LinkageCrawler(Machine):
         """p = lambda_1 v_1 + lambda_2 v_2 + (v_1 + v_2)/2; its rate is minus the sum of the friction forces."""
         return (self.mass_ratio + 0.5) * y[3] + (self.mass_ratio_2 + 0.5) * y[1]
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power of the drive, drive z', and of the damper, -nu z'^2."""
         rate = y[1] - y[3]
         return drive * rate, -self.damping * rate * rate

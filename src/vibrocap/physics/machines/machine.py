@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.elementary import cos, sin, sqrt
+from vibrocap.physics.mechanism import Body, Link, Mechanism
+from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.scales import FreeScales, Scales, SIScales
@@ -15,10 +17,13 @@ from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "IMPACT",
-    "Coupling",
+    "Body",
+    "Contact",
     "Imposed",
     "ImposedDisplacement",
+    "Link",
     "Machine",
+    "Mechanism",
     "NonNegative",
     "Number",
     "Positive",
@@ -44,45 +49,72 @@ def rebounds(speed):
 
 
 @dataclasses.dataclass(frozen=True)
-class Coupling:
-    """How the contacts of a machine act on one another at one instant, the first contact first.
+class Contact:
+    """One contact of a machine at one instant: how fast it slides, what would hold it, what the ground carries there.
 
-    Contact accelerations a and normal loads N, linear in all friction forces R, as mechanics makes them:
+    velocity: sliding velocity v. holding_force: friction force that would keep it at rest, of a contact on a body of
+    its own, whose acceleration depends on no other friction. acceleration, response: in the place of that, of contacts
+    that act on one another, the acceleration without friction and what each friction force R_j takes off it:
 
-        a = free - response R,     N = loads - load_response R
+        a = acceleration - (response_1 R_1 + response_2 R_2 + ...)
 
-    response: rows; symmetric, and positive definite but where distances are imposed. load_response: rows, None where
-    the loads are constants
+    reaction: normal reaction N of the ground as the motion makes it, (b, n, s_1, s_2, ...) with b positive of
+
+        b N = n + s_1 R_1 + s_2 R_2 + ...
+
+    It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it says what a
+    true one would be. None: the machine does not say.
     """
 
-    free: tuple
-    response: tuple[tuple, ...]
-    loads: tuple = ()
-    load_response: tuple[tuple, ...] | None = None
+    velocity: Any
+    holding_force: Any = None
+    acceleration: Any = None
+    response: tuple = ()
+    reaction: tuple | None = None
+
+
+# What machines once said of their contacts, under what stands in the place of it.
+BEFORE = {
+    "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity": (
+        "contact_state",
+    ),
+    "write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact` for each contact": (
+        *("contacts", "contact_velocity", "holding_force", "further_velocities", "further_holding_forces"),
+    ),
+    "write `loads(self)`, a tuple of the load on each contact, or leave it out where the parameters normal_load, "
+    "normal_load_2 and so on are the loads": ("load", "further_loads"),
+    "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)": ("reaction",),
+    "give each `Contact` its `acceleration` and its `response`": ("coupled", "coupling"),
+}
+
+
+def _arguments(function: Any) -> tuple[str, ...]:
+    """Names of the arguments of a function; of what is none, none."""
+    code = getattr(function, "__code__", None)
+    return () if code is None else code.co_varnames[: code.co_argcount]
 
 
 class Machine(Part):
-    """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
+    """What every machine offers, as scalar functions of time, mechanical state y, drive and friction forces.
+
+    Its contacts stand in one order everywhere, from one to as many as there are: in `contact_states`, `loads`,
+    `contacts` and in the friction forces that `rates` and the others are given, a tuple.
 
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
     for a machine that is held to its place. turns: states on which everything depends with a period, such as the angle
     of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
     travelled.
-    contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
-    half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
-    holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
-    starts with all of them at 0, and with the branch that its other states ask for.
+    contact_states: of each contact, the state that moves one to one with its sliding velocity. Where distances between
+    contacts are imposed, they share one state, which stands there for each of them.
+    symmetry: sign of each state under the half-period symmetry. switched: those of the states that are whole numbers:
+    they say which branch of the equations holds (a stop touched or not), have the rate 0.0 and change only where a
+    guard of `switches` falls to zero; a run starts with all of them at 0, and with the branch that its other states ask
+    for.
     switch_events: the name of what happens at each guard, "impact" for instance. strikes_ground: those of them at which
     the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states
     that stay as they are while a switched state is not 0, by the name of that state. bound_kinds: what is reached at
     each of `bounds`.
-    contacts: of a machine with several contacts, the sliding velocities of the others, in order: names of states, but
-    where distances are imposed.
-    coupled: "" where each contact is on a body of its own, so that how fast it is slowed down depends on no friction
-    but its own; else `coupling` says what each friction force does to all contacts, and `rates` and `powers` take all
-    of them. "motion": the velocities of the contacts are independent. "distances": those between them are imposed, so
-    that all share one coordinate, the `contact_state`, and `further_velocities` are functions of it and of time.
-    place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    place: the state whose rate is the velocity of the first contact plus `ground_speed`; None: `cyclic`.
     effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
     that it imposes.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
@@ -96,14 +128,12 @@ class Machine(Part):
     states: ClassVar[tuple[str, ...]]
     cyclic: ClassVar[str | None]
     turns: ClassVar[Mapping[str, float]] = {}
-    contact_state: ClassVar[str]
+    contact_states: ClassVar[tuple[str, ...]]
     symmetry: ClassVar[tuple[int, ...]]
     switched: ClassVar[tuple[str, ...]] = ()
     switch_events: ClassVar[tuple[str, ...]] = ()
     strikes_ground: ClassVar[tuple[str, ...]] = ()
     locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    contacts: ClassVar[tuple[str, ...]] = ()
-    coupled: ClassVar[Literal["", "motion", "distances"]] = ""
     bound_kinds: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque", "displacement", "number"]] = "force"
@@ -113,7 +143,19 @@ class Machine(Part):
     si_load: ClassVar[str] = ""
     state_units: ClassVar[Mapping[str, str]] = {}
     gravity: ClassVar[Any] = None
-    normal_load: Any  # a number, or a word that the machine knows
+    normal_load: Any  # of the first contact: a number, or a word that the machine knows
+
+    def __init_subclass__(cls, **given: Any):
+        """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
+        super().__init_subclass__(**given)
+        own = {name: value for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
+        said = ((wanted, [name for name in names if name in own]) for wanted, names in BEFORE.items())
+        found = [f"{', '.join(names)}: {wanted}" for wanted, names in said if names]
+        functions = ("rates", "powers", "switches", "after_switch", "wall_force", "actuator")
+        if names := [name for name in functions if "force" in _arguments(own.get(name))]:
+            found.append(f"{', '.join(names)}: take the friction forces of all contacts as one tuple, `frictions`")
+        if found:
+            raise TypeError(f"{cls.__name__}: {'; '.join(found)}")
 
     @property
     def symmetric(self) -> bool:
@@ -132,7 +174,7 @@ class Machine(Part):
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
         return self
 
-    def actuator(self, t, y, force, *others) -> Mapping[str, Any]:
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
         return {}
 
@@ -145,7 +187,7 @@ class Machine(Part):
 
     def masses(self) -> Mapping[str, Any]:
         """Every mass on which gravity acts along the line, by the state that is its velocity, over the ground or
-        relative to the body at the contact; the mass of that body stands at `contact_state`.
+        relative to the body at the first contact; the mass of that body stands at its contact state.
 
         With these a machine whose masses all move along the line can stand on a slope; one with further contacts counts
         the weight of their bodies to the forces on them itself, by `gravity`. One whose masses also move
@@ -166,68 +208,48 @@ class Machine(Part):
         return copy
 
     @property
+    def imposes_distances(self) -> bool:
+        """Whether the distances between its contacts are imposed, so that they share one state."""
+        return len({*self.contact_states}) < len(self.contact_states)
+
+    @property
     def follows_load(self) -> bool:
-        """Whether the normal load of the contact is that of `reaction`, which the motion makes, and no constant."""
+        """Whether the load on each contact is its `reaction`, which the motion makes, and no constant."""
         return False
 
-    def load(self):
-        """Normal load of the contact, where it is constant."""
-        raise NotImplementedError
+    def loads(self) -> tuple:
+        """Normal load on each contact, where it is constant; of loads that follow the motion what they are at rest.
 
-    def reaction(self, t, y, drive) -> Any:
-        """Normal reaction N of the ground, which may depend on the friction force R: (b, n, s) with b N = n + s R.
-
-        b: positive. None for a machine that does not say what its motion does to the ground.
+        By default the parameters `normal_load`, `normal_load_2` and so on.
         """
-        return None
+        return tuple(getattr(self, numbered("normal_load", i + 1)) for i in range(len(self.contact_states)))
+
+    def contacts(self, t, y, drive) -> tuple[Contact, ...]:
+        """Its contacts, each as a `Contact`."""
+        raise NotImplementedError
 
     def vertical_momentum(self, t, y) -> Any:
-        """Momentum normal to the ground, whose rate is the reaction less its mean: N = load() + d/dt of it.
+        """Momentum normal to the ground, whose rate is the reaction of the one contact less its load at rest.
 
-        Given, it makes the load of a motion a short series. None: `reaction` alone is used.
+        Given, it makes the load of a motion a short series. None: the `reaction` of the contact alone is used.
         """
         return None
 
-    def contact_velocity(self, t, y):
-        """Sliding velocity of the contact."""
-        raise NotImplementedError
-
-    def holding_force(self, t, y, drive):
-        """Friction force that would keep a contact at rest at rest."""
-        raise NotImplementedError
-
-    def rates(self, t, y, drive, force):
-        """y', given the drive and the friction force. With force = holding_force the contact's acceleration is exactly
-        zero, which is how a stuck contact is integrated. A machine with further contacts takes their friction forces
-        after that of the first; where they are left out there is none.
+    def rates(self, t, y, drive, frictions) -> tuple:
+        """y', given the drive and the friction force at each contact. With its holding force as friction the
+        acceleration of a contact is exactly zero, which is how one at rest is integrated.
         """
         raise NotImplementedError
 
-    def further_loads(self) -> tuple:
-        """Normal load of each further contact, which is constant."""
-        return ()
-
-    def further_holding_forces(self, t, y, drive) -> tuple:
-        """Friction force that would keep each of the further contacts at rest, as `holding_force` the first."""
-        return ()
-
-    def further_velocities(self, t, y) -> tuple:
-        """Sliding velocity of each further contact."""
-        return tuple(y[self.states.index(name)] for name in self.contacts)
-
-    def coupling(self, t, y, drive) -> Any:
-        """The `Coupling` of its contacts; only of a machine that is `coupled`."""
-        raise NotImplementedError
-
-    def switches(self, t, y, drive, force, *others) -> tuple:
-        """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
+    def switches(self, t, y, drive, frictions) -> tuple:
+        """Guards of the branches of the equations, each positive while its branch lasts.
 
         Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
         first derivative that is not zero says whether the branch lasts.
         """
         return ()
 
-    def after_switch(self, which, t, y, drive, force, *others) -> tuple:
+    def after_switch(self, which, t, y, drive, frictions) -> tuple:
         """All states after guard number `which` of `switches` has fallen to zero.
 
         It may change velocities, too, if it keeps `momentum`, or if its name stands in `strikes_ground`. Energy that is
@@ -248,22 +270,28 @@ class Machine(Part):
         raise NotImplementedError
 
     def momentum(self, t, y):
-        """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less the friction force."""
+        """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less all friction."""
         raise NotImplementedError
 
     def outer_force(self, t, y, drive):
         """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
         return 0.0
 
-    def wall_force(self, t, y, drive, force):
+    def wall_force(self, t, y, drive, frictions):
         """Force of a wall on the ground that stops a body: as much as the other forces need, friction among them."""
         return 0.0
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v of each
-        contact. A machine with further contacts is given their friction forces after that of the first.
+        contact.
         """
         raise NotImplementedError
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Its bodies, joints and links, at a state, for programs of rigid bodies (`Mechanism`); None, the default,
+        where such a program has no parts for it: imposed motions, stops, bodies that move in a plane.
+        """
+        return None
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
@@ -299,7 +327,7 @@ class ImposedDisplacement(Imposed):
     mass_ratio: Any
     states: ClassVar = ("position", "centre_velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "centre_velocity"
+    contact_states: ClassVar = ("centre_velocity",)
     symmetry: ClassVar = (-1, -1)
     channels: ClassVar = ("drive", "damper")
     state_units: ClassVar = {"centre_velocity": "m/s"}
@@ -308,21 +336,17 @@ class ImposedDisplacement(Imposed):
         """(z', z''); that of the drive itself."""
         return self.imposed.slope(t), self.imposed.curvature(t)
 
-    def load(self):
-        """N."""
-        return self.normal_load
-
-    def contact_velocity(self, t, y):
+    def _velocity(self, t, y):
         """X' = p - mu z'."""
         return y[1] - self.displacement(t)[0] / (self.mass_ratio + 1.0)
 
-    def holding_force(self, t, y, drive):
-        """R that keeps X'' = 0: -z''."""
-        return -self.displacement(t)[1]
+    def contacts(self, t, y, drive):
+        """X', and R = -z'' that keeps X'' = 0."""
+        return (Contact(self._velocity(t, y), holding_force=-self.displacement(t)[1]),)
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (X', p')."""
-        return self.contact_velocity(t, y), -force / (self.mass_ratio + 1.0)
+        return self._velocity(t, y), -frictions[0] / (self.mass_ratio + 1.0)
 
     def energy(self, t, y):
         """H = (lambda + 1) p^2/2, of the common centre."""
@@ -332,6 +356,6 @@ class ImposedDisplacement(Imposed):
         """(lambda + 1) p; its rate is -R."""
         return (self.mass_ratio + 1.0) * y[1]
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """What of the power of the drive moves the common centre, -mu z' R; a damper is the drive's affair."""
-        return -(self.displacement(t)[0] * force) / (self.mass_ratio + 1.0), 0.0
+        return -(self.displacement(t)[0] * frictions[0]) / (self.mass_ratio + 1.0), 0.0

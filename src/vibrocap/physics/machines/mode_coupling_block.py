@@ -4,7 +4,16 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Contact,
+    Machine,
+    NonNegative,
+    Number,
+    Positive,
+    SIScales,
+    parameter,
+    parameters,
+)
 
 
 @parameters
@@ -37,10 +46,11 @@ class ModeCouplingBlock(Machine):
     normal_load: Positive = parameter(1.0, "N_0", "load on the contact where y = 0", "load")
 
     name: ClassVar[str] = "mode-coupling-block"
+    source: ClassVar[str] = "hoffmann2002"
     states: ClassVar = ("approach", "approach_rate", "position", "sliding_velocity")
     cyclic: ClassVar = None
     place: ClassVar = "position"
-    contact_state: ClassVar = "sliding_velocity"
+    contact_states: ClassVar = ("sliding_velocity",)
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper", "belt")
     si_scales: ClassVar = SIScales
@@ -70,31 +80,20 @@ class ModeCouplingBlock(Machine):
         """v_b."""
         return self.belt_speed
 
-    def load(self):
-        """N_0."""
-        return self.normal_load
-
-    def reaction(self, t, y, drive):
-        """N = N_0 + k3 y, whatever the friction."""
-        return 1.0, self.normal_load + self.contact_stiffness * y[0], 0.0
-
-    def contact_velocity(self, t, y):
-        """v = x' - v_b."""
-        return y[3]
+    def contacts(self, t, y, drive):
+        """v = x' - v_b, R that keeps v' = 0, and N = N_0 + k3 y, whatever the friction."""
+        load = self.normal_load + self.contact_stiffness * y[0]
+        return (Contact(y[3], self.outer_force(t, y, drive), reaction=(1.0, load, 0.0)),)
 
     def outer_force(self, t, y, drive):
         """drive - k11 x - k12 y - c x', with x' = v + v_b."""
         springs = self.sliding_stiffness * y[2] + self.coupling_stiffness * y[0]
         return drive - springs - self.damping * (y[3] + self.belt_speed)
 
-    def holding_force(self, t, y, drive):
-        """R that keeps v' = 0: all other forces along the belt."""
-        return self.outer_force(t, y, drive)
-
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (y', y'', x', v')."""
         pull = self.coupling_stiffness * y[2] + self.normal_stiffness * y[0] + self.damping * y[1]
-        sliding = (self.holding_force(t, y, drive) - force) / self.mass
+        sliding = (self.outer_force(t, y, drive) - frictions[0]) / self.mass
         return y[1], -pull / self.mass, y[3] + self.belt_speed, sliding
 
     def energy(self, t, y):
@@ -108,11 +107,11 @@ class ModeCouplingBlock(Machine):
         """p = m x'; p' = drive - k11 x - k12 y - c x' - R."""
         return self.mass * (y[3] + self.belt_speed)
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power of the drive, drive x', of both dampers, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[3] + self.belt_speed
         return (
             drive * velocity,
             -self.damping * (velocity * velocity + y[1] * y[1]),
-            -self.belt_speed * force,
+            -self.belt_speed * frictions[0],
         )

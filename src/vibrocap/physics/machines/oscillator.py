@@ -5,7 +5,10 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import (
+    Body,
+    Contact,
     Machine,
+    Mechanism,
     NonNegative,
     Number,
     Positive,
@@ -42,10 +45,11 @@ class Oscillator(Machine):
     )
 
     name: ClassVar[str] = "oscillator"
+    source: ClassVar[str] = "denhartog1931"
     states: ClassVar = ("position", "sliding_velocity")
     cyclic: ClassVar = None
     place: ClassVar = "position"
-    contact_state: ClassVar = "sliding_velocity"
+    contact_states: ClassVar = ("sliding_velocity",)
     symmetry: ClassVar = (-1, -1)
     channels: ClassVar = ("drive", "damper", "belt")
     si_scales: ClassVar = SIScales
@@ -82,29 +86,25 @@ class Oscillator(Machine):
         """v_b."""
         return self.belt_speed
 
-    def load(self):
-        """N."""
-        return self.normal_load
-
     def masses(self):
         """m."""
         return {"sliding_velocity": self.mass}
-
-    def contact_velocity(self, t, y):
-        """v."""
-        return y[1]
 
     def outer_force(self, t, y, drive):
         """drive - k x - c x', with x' = v + v_b."""
         return drive - self.stiffness * y[0] - self.damping * (y[1] + self.belt_speed)
 
-    def holding_force(self, t, y, drive):
+    def _held(self, t, y, drive):
         """R that keeps v' = 0: all other forces."""
         return self.outer_force(t, y, drive)
 
-    def rates(self, t, y, drive, force) -> tuple:
+    def contacts(self, t, y, drive):
+        """v, and what holds the block."""
+        return (Contact(y[1], self._held(t, y, drive)),)
+
+    def rates(self, t, y, drive, frictions) -> tuple:
         """y' = (x', v')."""
-        return y[1] + self.belt_speed, (self.holding_force(t, y, drive) - force) / self.mass
+        return y[1] + self.belt_speed, (self._held(t, y, drive) - frictions[0]) / self.mass
 
     def energy(self, t, y):
         """H = m x'^2/2 + k x^2/2."""
@@ -115,10 +115,15 @@ class Oscillator(Machine):
         """p = m x'; p' = drive - k x - c x' - R."""
         return self.mass * (y[1] + self.belt_speed)
 
-    def powers(self, t, y, drive, force, *others) -> tuple:
+    def powers(self, t, y, drive, frictions) -> tuple:
         """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[1] + self.belt_speed
-        return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * force
+        return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * frictions[0]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The block on its spring."""
+        joint = {"place": y[0], "rate": y[1] + self.belt_speed, "actuation": 1.0, "contact": 0}
+        return Mechanism((Body("block", self.mass, stiffness=self.stiffness, damping=self.damping, **joint),))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""

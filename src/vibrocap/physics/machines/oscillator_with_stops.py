@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, parameter, parameters, rebounds
+from vibrocap.physics.machines.machine import IMPACT, Machine, Positive, Shape, parameter, parameters, rebounds
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.machines.stops import (
     BackGap,
@@ -61,7 +61,9 @@ class OscillatorWithStops(Oscillator):
         None, "c_b", "damper of the stop behind; none where it is that of the one in front", "viscous damping"
     )
 
+    source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*Oscillator.states, "touching")
     symmetry: ClassVar = (-1, -1, -1)
     switched: ClassVar = ("touching",)
@@ -116,41 +118,43 @@ class OscillatorWithStops(Oscillator):
         own = super().outer_force(t, y, drive)
         return own if self._rigid else own - self._stops.force(y[0], y[1] + self.belt_speed, y[2])
 
-    def wall_force(self, t, y, drive, force):
+    def wall_force(self, t, y, drive, frictions):
         """-W of a rigid stop: what would else move the block."""
-        return (1.0 - self._free(y)) * (force - self.outer_force(t, y, drive)) if self._rigid else 0.0
+        return (1.0 - self._free(y)) * (frictions[0] - self.outer_force(t, y, drive)) if self._rigid else 0.0
 
-    def holding_force(self, t, y, drive):
+    def _held(self, t, y, drive):
         """R that keeps v' = 0: all other forces; none at a rigid stop, which takes them."""
         return self._free(y) * self.outer_force(t, y, drive)
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (x', v', 0); at a rigid stop v' = 0."""
-        return y[1] + self.belt_speed, (self.holding_force(t, y, drive) - self._free(y) * force) / self.mass, 0.0
+        return y[1] + self.belt_speed, (self._held(t, y, drive) - self._free(y) * frictions[0]) / self.mass, 0.0
 
     def energy(self, t, y):
         """H, with that of an elastic stop."""
         own = super().energy(t, y)
         return own if self._rigid else own + self._stops.energy(y[0], y[2])
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Powers of drive, damper, with that of an elastic stop, and belt; impacts take their energy at one instant."""
-        drives, damper, belt = super().powers(t, y, drive, force)
+        drives, damper, belt = super().powers(t, y, drive, frictions)
         taken = None if self._rigid else self._stops.damper_power(y[1] + self.belt_speed, y[2])
         return drives, damper if taken is None else damper + taken, belt, 0.0
 
-    def switches(self, t, y, drive, force, *others):
+    def switches(self, t, y, drive, frictions):
         """The block reaches the stop in front; it leaves, or the wall would have to pull; it reaches the one behind."""
         if not self._rigid:
             return self._stops.guards(y[0], y[2], self.gap, self.back_gap)
         free = self._free(y)
         reaches = 1.0 - free + free * (self.gap - y[0]) / self.gap
-        pressed = free + y[2] * (self.outer_force(t, y, drive) - force) / self.normal_load + (1.0 - free) * LEAST_PULL
+        pressed = (
+            free + y[2] * (self.outer_force(t, y, drive) - frictions[0]) / self.normal_load + (1.0 - free) * LEAST_PULL
+        )
         if self.back_gap is None:
             return reaches, pressed
         return reaches, pressed, 1.0 - free + free * (y[0] + self.back_gap) / self.back_gap
 
-    def after_switch(self, which, t, y, drive, force, *others):
+    def after_switch(self, which, t, y, drive, frictions):
         """It bounces, or stays at the wall; it leaves the wall, from rest. At an elastic stop nothing jumps."""
         if not self._rigid:
             return *y[:2], (1.0, 0.0, -1.0)[which]

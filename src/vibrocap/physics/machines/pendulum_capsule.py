@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.scene import capsule_with_pendulum
 
 
@@ -52,6 +52,7 @@ class PendulumCapsule(CapsuleWithBob):
     )
 
     name: ClassVar[str] = "pendulum-capsule"
+    source: ClassVar[str] = "liu2019"
     si_load: ClassVar = (
         '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
         "default, because the one without units, 1, is the weight of the pendulum alone"
@@ -64,6 +65,10 @@ class PendulumCapsule(CapsuleWithBob):
     def _with_spring(self, energy, y):
         """With rho theta^2/2."""
         return energy + 0.5 * self.stiffness * y[0] * y[0]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The bob on its hinge, with the spring, on the capsule."""
+        return self._with_bob(y, "bob", self.stiffness)
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""

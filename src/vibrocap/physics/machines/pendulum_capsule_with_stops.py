@@ -5,7 +5,17 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, cos, parameter, parameters, rebounds, sin
+from vibrocap.physics.machines.machine import (
+    IMPACT,
+    Machine,
+    Positive,
+    Shape,
+    cos,
+    parameter,
+    parameters,
+    rebounds,
+    sin,
+)
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.physics.machines.stops import EndOrRestitution
 
@@ -35,7 +45,9 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         None, "e", "coefficient of restitution of the stops, 0 to 1; none: a run ends there", "fraction"
     )
 
+    source: ClassVar[str] = "liu2019; brogliato2016"
     name: ClassVar[str] = "pendulum-capsule-with-stops"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*PendulumCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
@@ -70,14 +82,14 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         """B; lambda + 1 at a stop."""
         return self.mass_ratio + 1.0 - self._free(y) * (cos(y[0]) * cos(y[0]))
 
-    def reaction(self, t, y, drive):
+    def _reaction(self, y, drive):
         """That of the free pendulum, or the weight."""
-        inertia, own, slope = super().reaction(t, y, drive)
+        inertia, own, slope = super()._reaction(y, drive)
         free = self._free(y)
         weight = self._towards_ground(self.mass_ratio + 1.0)
         return inertia, free * own + (1.0 - free) * (inertia * weight), free * slope
 
-    def holding_force(self, t, y, drive):
+    def _held(self, y, drive):
         """R that keeps X'' = 0; none at a stop."""
         return self._free(y) * (cos(y[0]) * self._torque(y, drive)) - sin(y[0]) * (y[1] * y[1])
 
@@ -86,13 +98,13 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         pendulum, capsule = super().accelerations(t, y, drive, force)
         return self._free(y) * pendulum, capsule
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (theta', theta'', X', X'', 0)."""
-        return *super().rates(t, y, drive, force), 0.0
+        return *super().rates(t, y, drive, frictions), 0.0
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Powers of drive and damper; impacts take their energy at one instant."""
-        return *super().powers(t, y, drive, force), 0.0
+        return *super().powers(t, y, drive, frictions), 0.0
 
     def _ways(self, y):
         """Way to each stop, over the natural size of the angle."""
@@ -103,17 +115,17 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         """The stops, where a run ends at them."""
         return self._ways(y) if self.restitution is None else ()
 
-    def switches(self, t, y, drive, force, *others):
+    def switches(self, t, y, drive, frictions):
         """The pendulum reaches one stop; the stop would have to pull; it reaches the other one."""
         if self.restitution is None:
             return ()
         free, (front, back) = self._free(y), self._ways(y)
         resting = self._at_stop(y)
-        capsule = (self.holding_force(t, resting, drive) - force) / (self.mass_ratio + 1.0)
+        capsule = (self._held(resting, drive) - frictions[0]) / (self.mass_ratio + 1.0)
         pressed = free + y[4] * (self._torque(resting, drive) + cos(resting[0]) * capsule)
         return 1.0 - free + free * front, pressed, 1.0 - free + free * back
 
-    def after_switch(self, which, t, y, drive, force, *others):
+    def after_switch(self, which, t, y, drive, frictions):
         """It bounces, or stays at the stop; it leaves the stop, from rest."""
         if which == 1:
             return *self._at_stop(y)[:4], 0.0

@@ -63,6 +63,7 @@ class PendulumCrawler(ImposedDisplacement):
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 
     name: ClassVar[str] = "pendulum-crawler"
+    source: ClassVar[str] = "liu2019; chernousko2002"
     effort: ClassVar = "number"
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
@@ -83,10 +84,10 @@ class PendulumCrawler(ImposedDisplacement):
         rate = self.imposed.slope(t) / cosine
         return atan(sine / cosine), rate, (self.imposed.curvature(t) + sine * (rate * rate)) / cosine
 
-    def actuator(self, t, y, force, *others):
+    def actuator(self, t, y, frictions):
         """T and its power."""
         angle, rate, acceleration = self._angle(t)
-        capsule = (-self.displacement(t)[1] - force) / (self.mass_ratio + 1.0)
+        capsule = (-self.displacement(t)[1] - frictions[0]) / (self.mass_ratio + 1.0)
         torque = acceleration - cos(angle) * capsule - sin(angle) + self.stiffness * angle + self.damping * rate
         return {"actuator_torque": torque, "actuator_power": torque * rate}
 

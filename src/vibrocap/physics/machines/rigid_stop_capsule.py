@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, rebounds
+from vibrocap.physics.machines.machine import IMPACT, Machine, NonNegative, Shape, parameter, parameters, rebounds
 from vibrocap.physics.machines.stops import BackGap, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 
@@ -34,7 +34,9 @@ class RigidStopCapsule(TwoMassCapsule):
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
 
+    source: ClassVar[str] = "liu2013; brogliato2016"
     name: ClassVar[str] = "rigid-stop-capsule"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
@@ -67,18 +69,18 @@ class RigidStopCapsule(TwoMassCapsule):
             wall = wall - 0.5 * y[4] * (y[4] - 1.0) * self.back_gap
         return wall, 0.0, y[2], y[3] + y[1] / (self.mass_ratio + 1.0), y[4]
 
-    def holding_force(self, t, y, drive):
+    def _held(self, t, y, drive):
         """R that keeps X'' = 0: of a capsule together with its mass all forces from outside."""
         together = y[4] * y[4]
-        return (1.0 - together) * super().holding_force(t, y, drive) + together * self.outer_force(t, y, drive)
+        return (1.0 - together) * super()._held(t, y, drive) + together * self.outer_force(t, y, drive)
 
-    def _capsule_acceleration(self, t, y, drive, force):
+    def _capsule_acceleration(self, t, y, drive, frictions):
         """X'' = (holding force - R)/lambda, or over lambda + 1 together."""
-        return (self.holding_force(t, y, drive) - force) / (self.mass_ratio + y[4] * y[4])
+        return (self._held(t, y, drive) - frictions[0]) / (self.mass_ratio + y[4] * y[4])
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (z', z'', X', X'', 0); together z'' = 0."""
-        capsule = self._capsule_acceleration(t, y, drive, force)
+        capsule = self._capsule_acceleration(t, y, drive, frictions)
         free = 1.0 - y[4] * y[4]
         return y[1], free * (drive - self.pull(y) - capsule), y[3], capsule, 0.0
 
@@ -86,21 +88,23 @@ class RigidStopCapsule(TwoMassCapsule):
         """H, with the height of the mass in the capsule on a slope."""
         return super().energy(t, y) if self.gravity is None else super().energy(t, y) + self.gravity[1] * y[0]
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Powers of drive and damper; impacts take their energy at one instant."""
-        return *super().powers(t, y, drive, force), 0.0
+        return *super().powers(t, y, drive, frictions), 0.0
 
-    def switches(self, t, y, drive, force, *others):
+    def switches(self, t, y, drive, frictions):
         """The mass reaches the wall in front; the wall would have to pull; it reaches the one behind."""
         together = y[4] * y[4]
         free = 1.0 - together
         reaches = together + free * (self.gap - y[0]) / (1.0 + self.gap)
-        pressed = free + y[4] * (drive - self.pull(self._at_wall(y)) - self._capsule_acceleration(t, y, drive, force))
+        pressed = free + y[4] * (
+            drive - self.pull(self._at_wall(y)) - self._capsule_acceleration(t, y, drive, frictions)
+        )
         if self.back_gap is None:
             return reaches, pressed
         return reaches, pressed, together + free * (y[0] + self.back_gap) / (1.0 + self.back_gap)
 
-    def after_switch(self, which, t, y, drive, force, *others):
+    def after_switch(self, which, t, y, drive, frictions):
         """It bounces, or stays at the wall; it leaves the wall, from rest."""
         if which == 1:
             return *self._at_wall(y)[:4], 0.0

@@ -75,14 +75,6 @@ class Row(Machine):
             found = found + mass * velocity
         return found
 
-    def load(self):
-        """N of body 1."""
-        return self.normal_load
-
-    def further_loads(self) -> tuple:
-        """N_2, N_3, ..."""
-        return self._all("normal_load", self.bodies)[1:]
-
 
 @functools.cache
 def row_of(kind: type[Row], bodies: int) -> Any:
@@ -108,7 +100,6 @@ def row_of(kind: type[Row], bodies: int) -> Any:
         "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
         "name": "-".join(words),
         "bodies": bodies,
-        "contacts": tuple(numbered("velocity", i) for i in range(2, bodies + 1)),
         **kind.of_bodies(bodies),
     }
     return parameters(type(class_name, (kind,), space))

@@ -5,7 +5,17 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Body,
+    Contact,
+    Machine,
+    Mechanism,
+    NonNegative,
+    Positive,
+    Shape,
+    parameter,
+    parameters,
+)
 from vibrocap.physics.scene import capsule_with_mass
 
 ACTUATIONS = ("internal", "external")
@@ -55,9 +65,10 @@ class TwoMassCapsule(Machine):
     )
 
     name: ClassVar[str] = "two-mass-capsule"
+    source: ClassVar[str] = "chernousko2002; liu2013"
     states: ClassVar = ("displacement", "displacement_rate", "position", "velocity")
     cyclic: ClassVar = "position"
-    contact_state: ClassVar = "velocity"
+    contact_states: ClassVar = ("velocity",)
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     si_scales: ClassVar = InnerMassScales
@@ -72,29 +83,29 @@ class TwoMassCapsule(Machine):
         """The weight is lambda + 1 where force is counted in m g."""
         check_weight(self, scales)
 
-    def load(self):
+    def loads(self):
         """N, or the weight (lambda + 1) g_n."""
-        return weight_or_load(self)
+        return (weight_or_load(self),)
 
     def masses(self):
         """lambda and 1."""
         return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
 
-    def contact_velocity(self, t, y):
-        """X'."""
-        return y[3]
-
     def pull(self, y):
         """F, what pulls the mass back to its place in the capsule."""
         return self.stiffness * y[0] + self.damping * y[1]
 
-    def holding_force(self, t, y, drive):
+    def _held(self, t, y, drive):
         """R that keeps X'' = 0: what the mass and the drive do to the capsule."""
         return self.pull(y) if self._external else self.pull(y) - drive
 
-    def rates(self, t, y, drive, force) -> tuple:
+    def contacts(self, t, y, drive):
+        """X', and what holds the capsule."""
+        return (Contact(y[3], self._held(t, y, drive)),)
+
+    def rates(self, t, y, drive, frictions) -> tuple:
         """y' = (z', z'', X', X''), with X'' = (holding force - R)/lambda."""
-        capsule = (self.holding_force(t, y, drive) - force) / self.mass_ratio
+        capsule = (self._held(t, y, drive) - frictions[0]) / self.mass_ratio
         return y[1], drive - self.pull(y) - capsule, y[3], capsule
 
     def energy(self, t, y):
@@ -110,10 +121,17 @@ class TwoMassCapsule(Machine):
         """The drive, where it pulls from outside."""
         return drive if self._external else 0.0
 
-    def powers(self, t, y, drive, force, *others) -> tuple:
+    def powers(self, t, y, drive, frictions) -> tuple:
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The inner mass on its spring in the capsule; a drive from outside acts on both joints."""
+        outside = 1.0 if self._external else 0.0
+        capsule = Body("capsule", self.mass_ratio, place=y[2], rate=y[3], actuation=outside, contact=0)
+        joint = {"place": y[0], "rate": y[1], "carrier": "capsule", "actuation": 1.0}
+        return Mechanism((capsule, Body("inner mass", 1.0, stiffness=self.stiffness, damping=self.damping, **joint)))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, and in it the mass on its spring."""

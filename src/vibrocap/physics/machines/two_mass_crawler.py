@@ -39,6 +39,7 @@ class TwoMassCrawler(ImposedDisplacement):
     )
 
     name: ClassVar[str] = "two-mass-crawler"
+    source: ClassVar[str] = "chernousko2002"
     effort: ClassVar = "displacement"
     si_scales: ClassVar = InnerMassScales
     si_names: ClassVar = {"mass_ratio": "body_mass"}
@@ -48,18 +49,18 @@ class TwoMassCrawler(ImposedDisplacement):
         """The weight is lambda + 1 where force is counted in m g."""
         check_weight(self, scales)
 
-    def load(self):
+    def loads(self):
         """N, or the weight (lambda + 1) g_n."""
-        return weight_or_load(self)
+        return (weight_or_load(self),)
 
     def masses(self):
         """lambda + 1, of both; what moves between them is imposed."""
         return {"centre_velocity": self.mass_ratio + 1.0}
 
-    def actuator(self, t, y, force, *others):
+    def actuator(self, t, y, frictions):
         """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
         total = self.mass_ratio + 1.0
-        push = (self.mass_ratio * self.imposed.curvature(t) - force) / total
+        push = (self.mass_ratio * self.imposed.curvature(t) - frictions[0]) / total
         push = push if self.gravity is None else push + self.gravity[1]
         return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
 

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.machines.stops import BackGap, ElasticStops, StopDamping, StopStiffness, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
@@ -48,7 +48,9 @@ class VibroImpactCapsule(TwoMassCapsule):
         "external", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
     )
 
+    source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"
+    mechanism = Machine.mechanism  # stops have no part there
     states: ClassVar = (*TwoMassCapsule.states, "touching")
     symmetry: ClassVar = (-1, -1, -1, -1, -1)
     switched: ClassVar = ("touching",)
@@ -69,25 +71,25 @@ class VibroImpactCapsule(TwoMassCapsule):
         """F, of spring, damper and stop."""
         return super().pull(y) + self._stops.force(y[0], y[1], y[4])
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, frictions):
         """y' = (z', z'', X', X'', 0)."""
-        return *super().rates(t, y, drive, force), 0.0
+        return *super().rates(t, y, drive, frictions), 0.0
 
     def energy(self, t, y):
         """H, with beta (z - delta)^2/2 of the stop that is touched."""
         return super().energy(t, y) + self._stops.energy(y[0], y[4])
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """Power of the drive, and of the dampers, that of the stop that is touched with the other."""
-        drives, damper = super().powers(t, y, drive, force)
+        drives, damper = super().powers(t, y, drive, frictions)
         taken = self._stops.damper_power(y[1], y[4])
         return drives, damper if taken is None else damper + taken
 
-    def switches(self, t, y, drive, force, *others):
+    def switches(self, t, y, drive, frictions):
         """The mass reaches the stop in front; it leaves the stop; it reaches the one behind."""
         return self._stops.guards(y[0], y[4], 1.0 + self.gap, 1.0 if self.back_gap is None else 1.0 + self.back_gap)
 
-    def after_switch(self, which, t, y, drive, force, *others):
+    def after_switch(self, which, t, y, drive, frictions):
         """Another stop is touched, or none; nothing jumps."""
         return *y[:4], (1.0, 0.0, -1.0)[which]
 

@@ -1,9 +1,10 @@
 """Worms of two to twenty bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import Coupling, Imposed, Number, Positive
+from vibrocap.physics.machines.machine import Contact, Imposed, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.numbering import numbered
 
@@ -31,18 +32,22 @@ class Worm(Row, Imposed):
     """
 
     called: ClassVar = ("body", "worm")
+    source: ClassVar[str] = "chernousko2002; zimmermann2009b"
     summary: ClassVar = "bodies in a row at imposed distances, all of them rubbing."
-    contact_state: ClassVar = "centre_velocity"
     row_parameters: ClassVar = (
         Numbered("mass", "body", Positive, Positive, 1.0, "m", "mass of body {}", "mass"),
         Numbered("actuation", "gap", Number, Number, 1.0, "a", "share of the drive by which gap {} widens", "share"),
         Numbered("normal_load", "body", Positive, Positive, 1.0, "N", "load on the contact of body {}", "load"),
     )
     effort: ClassVar = "displacement"
-    coupled: ClassVar = "distances"
     state_units: ClassVar = {"centre_velocity": "m/s"}
     states: ClassVar = ("position", "centre_velocity")
     symmetry: ClassVar = (-1, -1)
+
+    @classmethod
+    def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
+        """The state that all contacts share."""
+        return {"contact_states": ("centre_velocity",) * bodies}
 
     def _mass(self):
         """M."""
@@ -68,26 +73,19 @@ class Worm(Row, Imposed):
         """M; what moves between the bodies is imposed."""
         return {"centre_velocity": self._mass()}
 
-    def contact_velocity(self, t, y):
-        """x_1'."""
-        return y[1] + self._shares()[0] * self.imposed.slope(t)
+    def _sliding(self, t, y) -> tuple:
+        """x_1', x_2', ..."""
+        return tuple(y[1] + share * self.imposed.slope(t) for share in self._shares())
 
-    def further_velocities(self, t, y) -> tuple:
-        """x_2', x_3', ..."""
-        return tuple(y[1] + share * self.imposed.slope(t) for share in self._shares()[1:])
+    def contacts(self, t, y, drive):
+        """x_i', and a_i = u_i z'' - (R_1 + R_2 + ...)/M."""
+        curvature, response = self.imposed.curvature(t), (1.0 / self._mass(),) * self.bodies
+        each = zip(self._sliding(t, y), self._shares(), strict=True)
+        return tuple(Contact(v, acceleration=share * curvature, response=response) for v, share in each)
 
-    def coupling(self, t, y, drive) -> Coupling:
-        """a_i = u_i z'' - (R_1 + R_2 + ...)/M."""
-        curvature, inverse = self.imposed.curvature(t), 1.0 / self._mass()
-        return Coupling(tuple(share * curvature for share in self._shares()), ((inverse,) * self.bodies,) * self.bodies)
-
-    def holding_force(self, t, y, drive):
-        """R_1 that keeps x_1'' = 0 where the others do not rub."""
-        return self._shares()[0] * self.imposed.curvature(t) * self._mass()
-
-    def rates(self, t, y, drive, force, *others):
+    def rates(self, t, y, drive, frictions):
         """y' = (x_1', p')."""
-        return self.contact_velocity(t, y), -_sum(force, others) / self._mass()
+        return self._sliding(t, y)[0], -_sum(frictions) / self._mass()
 
     def energy(self, t, y):
         """H = M p^2/2, of the common centre."""
@@ -97,19 +95,18 @@ class Worm(Row, Imposed):
         """M p; its rate is minus the sum of the friction forces."""
         return self._mass() * y[1]
 
-    def powers(self, t, y, drive, force, *others):
+    def powers(self, t, y, drive, frictions):
         """What of the power of the drive moves the common centre, z' times the sum of u_i R_i; no damper."""
         found = 0.0
-        for share, friction in zip(self._shares(), (force, *others), strict=False):
+        for share, friction in zip(self._shares(), frictions, strict=True):
             found = found + share * friction
         return found * self.imposed.slope(t), 0.0
 
-    def actuator(self, t, y, force, *others):
+    def actuator(self, t, y, frictions):
         """The push in each gap, m_1 x_1'' + R_1 and so on from behind, taken with the other sign; power of all."""
         curvature, slope, found, power = self.imposed.curvature(t), self.imposed.slope(t), {}, 0.0
         behind = 0.0 if self.gravity is None else self._mass() * self.gravity[1]  # all weight is given with body 1
-        frictions = (force, *others, *((0.0,) * (self.bodies - 1 - len(others))))
-        centre = -_sum(force, others) / self._mass()
+        centre = -_sum(frictions) / self._mass()
         bodies = zip(self._all("mass", self.bodies - 1), self._shares(), frictions, strict=False)
         for i, (mass, share, friction) in enumerate(bodies, start=1):
             behind = behind - (mass * (centre + share * curvature) + friction)
@@ -127,11 +124,10 @@ class Worm(Row, Imposed):
         return row_of_bodies(places, "rod")
 
 
-def _sum(force, others):
+def _sum(frictions):
     """Of all friction forces."""
-    for other in others:
-        force = force + other
-    return force
+    first, *others = frictions
+    return sum(others, start=first)
 
 
 def worm(bodies: int) -> Any:

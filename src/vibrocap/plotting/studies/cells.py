@@ -90,7 +90,7 @@ def cell_labels(view: View) -> dict[Cell, str]:
         statuses.update(panel.status[kinds == Cell.FAILED].tolist())
     symbol = {"mean_velocity": "|⟨X′⟩|"}.get(view.measure, "|ΔX|")
     words = {
-        Cell.NO_TRAVEL: f"no travel, {symbol} ≤ {view.dead_band:g}",
+        Cell.NO_TRAVEL: f"no travel, {symbol} ≤ {view.band}",
         Cell.INFINITE: "infinite: no travel" if view.measure == "cost_of_transport" else "infinite",
         Cell.NO_VALUE: missing_label(view.meaning),
         Cell.FAILED: "failed: " + ", ".join(f"{status_label(code)} {n:,}" for code, n in statuses.most_common()),
@@ -188,7 +188,7 @@ def limits(view: View) -> tuple[float, float, bool, bool, bool]:
     low, high = -_trimmed(-base), _trimmed(base)
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    logarithmic = low > 0.0 and high > DECADES * low
+    logarithmic = bool((values > 0.0).all()) and high > DECADES * low
     if logarithmic:
         high = min(high, MOST_DECADES * low)
     return low, high, bool((values < low).any()), bool((values > high).any()), logarithmic

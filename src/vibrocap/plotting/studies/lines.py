@@ -62,10 +62,12 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
         mark = Line2D([], [], linestyle="none", marker="o", markersize=3, markerfacecolor="white", color="#444444")
         mark.set_label(text)
         handles.append(mark)
-    if view.kind == "signed":
+    if words := cell_labels(view).get(Cell.NO_TRAVEL):
         band = ax.axhspan(-view.dead_band, view.dead_band, color=GREY, linewidth=0.8, zorder=0)
-        band.set_label(cell_labels(view).get(Cell.NO_TRAVEL, f"no travel: at most {view.dead_band:g}"))
+        band.set_label(words)
         handles.append(band)
+    elif view.kind == "signed":
+        ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     if ticks:
         ax.set_yticks(range(len(ticks)), ticks)
         ax.set_ylim(-0.6, len(ticks) - 0.4)

@@ -16,12 +16,12 @@ from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.labels import EQUALS, case_in_si, percent, symbol_text
+from vibrocap.plotting.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
 from vibrocap.studies.refinement import even_in_logarithm
+from vibrocap.studies.store.zarr_form import ALWAYS
 
 MOST_PANELS = 6
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
-ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
@@ -137,7 +137,12 @@ class View:
     def label(self) -> str:
         """The measure with its symbol and unit."""
         words = (self.measure.replace("_", " "), SYMBOLS.get(self.measure, ""))
-        return " ".join(word for word in (*words, "" if self.unit == "1" else f"[{self.unit}]") if word)
+        return " ".join(word for word in words if word) + bracketed(self.unit)
+
+    @property
+    def band(self) -> str:
+        """Up to where a size is no travel, with its unit."""
+        return whole(f"{self.dead_band:g} {'' if self.unit == '1' else self.unit}".strip())
 
 
 def study_view(
@@ -315,11 +320,14 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
         meaning = meaning.replace(plain, nice)
     words = [meaning, symbol_text(str(attributes.get("symbol", "")))]
     unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
-    return "  ".join(word for word in (*words, "" if unit == "1" else f"[{unit}]") if word)
+    return "  ".join(word for word in words if word) + bracketed(unit)
 
 
 def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
-    """The case in brief: the kinds of its parts, and the parameters that the study left as they are."""
+    """The case in brief: the kinds of its parts, and the parameters that the study left as they are.
+
+    Of the environment these are those that are not as usual: a slope, a drag, a force.
+    """
     try:
         case = case_from_text(str(dataset.attrs["case"]))
     except (KeyError, CaseError):
@@ -337,15 +345,14 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
         for info in parameter_table(record) if kind == record.name else ():
             path = f"{part}.{info.name}"
             value = fixed.get(path, getattr(record, info.name))
-            usual = part.startswith(("friction", "environment")) or info.name == "normal_load"  # named if unusual
-            left_out = value is None or (usual and value == info.default)
+            left_out = value is None or (part == "environment" and value == info.default)
             if path not in varied and not left_out:
                 numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
     for name, start in case.initial.items():
-        value = float(fixed.get(f"initial.{name}", start))
-        if value and f"initial.{name}" not in varied:
+        value = value_text(fixed.get(f"initial.{name}", start))
+        if value != value_text(0.0) and f"initial.{name}" not in varied:
             symbol = symbol_text(STATES[name][0]) if name in STATES else name
-            numbers.append(f"{symbol}(0){EQUALS}{value_text(value)}")
+            numbers.append(f"{symbol}(0){EQUALS}{value}")
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
@@ -360,11 +367,6 @@ def runs_label(dataset: Any) -> str:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
     in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
     return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
-
-
-def value_text(value: Any) -> str:
-    """A value as it stands in a title."""
-    return value if isinstance(value, str) else f"{float(value):.4g}".replace("-", "\N{MINUS SIGN}")
 
 
 def panel_title(path: str, value: float | str) -> str:

@@ -10,8 +10,8 @@ from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import LOAD_WATCH, known_measure
 from vibrocap.measures.windows import usual_window
+from vibrocap.motion.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import CaseList, Column, case_list
@@ -72,7 +72,7 @@ def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure
     machine = system.machine
     names = {each if isinstance(each, str) else each.name for each in measures}
     follows = machine.follows_load and "machine.normal_load" not in plan.paths
-    if type(machine).reaction is Machine.reaction or follows or names & {LOAD_WATCH, "least_reaction"}:
+    if "reaction" not in equations(system).observables or follows or names & {LOAD_WATCH, "least_reaction"}:
         return tuple(measures)
     return (*measures, LOAD_WATCH)
 

@@ -29,7 +29,7 @@ def with_varied_parts(system: System, paths: Iterable[str]) -> System:
     own, as yet that of the first, and an environment is one of nothing. Its motions are the same."""
     left_out: dict[str, Any] = {}
     for part in {str(path).partition(".")[0] for path in paths} - {*system.parts}:
-        if 2 <= number_in(part, "friction") <= 1 + len(system.machine.contacts):
+        if 2 <= number_in(part, "friction") <= len(system.machine.contact_states):
             left_out[part] = system.friction
         elif part == "environment":
             left_out[part] = Environment()

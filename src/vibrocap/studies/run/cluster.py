@@ -111,14 +111,14 @@ class Cluster:
         except KilledWorker as error:
             raise StoreError(
                 f"{store.path}: {error.task}: every worker that took it died; has a worker enough memory? What is "
-                "stored is kept, --resume (resume=True) goes on"
+                "stored is kept, --resume (resume=True) continues"
             ) from None
         except ImportError as error:
             raise CaseError([f"a worker lacks what it needs: {error}; install vibrocap there"], "the cluster") from None
         except _Gone:
             raise StoreError(
                 f"{store.path}: the scheduler at {self._address} is gone. What is stored is kept; when there is a "
-                "scheduler again, go on with --resume (resume=True)"
+                "scheduler again, continue with --resume (resume=True)"
             ) from None
 
     def _room(self, running: int) -> int:

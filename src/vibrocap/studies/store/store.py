@@ -194,7 +194,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             _begin(path, study, tile)
             return Opened(Store(path, study, tile, lock), lock)
         if not resume:
-            raise CaseError(["holds a study already; go on with --resume, or give another folder"], str(path))
+            raise CaseError(["holds a study already; continue with --resume, or give another folder"], str(path))
         record = read_record(path)
         if record["format"] != FORMAT:
             reason = "which can be read but not gone on with: begin anew"

@@ -41,7 +41,7 @@ def kept(folder: Path) -> Iterator[None]:
             raise StoreError(
                 f"{folder}: was removed or changed by others while the study ran: {reason}"
                 f"{f' ({error.filename})' if error.filename else ''}. What was stored there may be lost; --resume "
-                "(resume=True) looks at what is left and goes on"
+                "(resume=True) looks at what is left and continues"
             ) from error
         raise StoreError(
             f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, go on with "

@@ -16,9 +16,11 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
     without,
 )
 from vibrocap.identification.inference.diagnosis.patterns import (
+    constant,
     direction,
     drift,
     inertia,
+    odd_in_velocity,
     position,
     presliding,
     restoring,
@@ -88,8 +90,28 @@ def diagnosis(
         told = [single, *(each for each in again if each.kind in known)]
     if coarse is None:  # errors of the motion go with everything that the force goes with
         found += told
+    if not any(each.kind in WITH_CONSTANT for each in found):
+        found += _offset(records, slopes)
     counts = tuple(each.counts for each in records)
     return Diagnosis(tuple(found), np.concatenate([one[each] for one, each in zip(rest, counts, strict=True)]), counts)
+
+
+def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
+    """A constant in the force, where errors of the motion hide other patterns: these are no reason for one.
+
+    They blur an odd law to another odd one, whatever the motion. So the constant has to be there beside means over
+    bins of the speed, times the direction; and it counts from the share that matters on, whatever else there is.
+    """
+    some = sampled(records)
+    error, absorbed, cuts = _counted(some, [each.error for each in some], slopes)
+    total = float(error @ error)
+    odd = basis_of(np.concatenate([absorbed, odd_in_velocity(some)], axis=1))
+    left, pattern = without(error, odd), constant(some)
+    _, rest = explained(left, odd, pattern)
+    share = float(left @ left - rest @ rest) / max(total, 1e-300)
+    if share < SHARE or probability(left, odd, pattern, rest, cuts) >= FALSE_ALARMS / (len(MAKERS) + 3):
+        return []
+    return [_named("direction", 0.0, share, pattern, error, absorbed, some)]
 
 
 def _patterns(
@@ -132,7 +154,7 @@ def _found(
 ) -> tuple[list[Cause], list[Columns]]:
     """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
-    chance = FALSE_ALARMS / (len(fixed) + 2)
+    chance = FALSE_ALARMS / (len(fixed) + 3)
     total, found, columns = float(error @ error), [], []
     noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
@@ -183,6 +205,7 @@ MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
     "presliding": presliding,
 }
 POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
+WITH_CONSTANT = ("direction", "restoring", "drift")
 BROAD = ("speed", "position", "presliding", "drift", "restoring")
 
 

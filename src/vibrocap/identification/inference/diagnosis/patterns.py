@@ -51,6 +51,16 @@ def direction(records: Sequence[RecordErrors]) -> Pattern:
     return Pattern(np.stack([ones, over_units(records, [each.side for each in records])], axis=1))
 
 
+def constant(records: Sequence[RecordErrors]) -> Pattern:
+    """An offset of the force sensor: a constant."""
+    return Pattern(over_units(records, [np.ones_like(each.time) for each in records])[:, None])
+
+
+def odd_in_velocity(records: Sequence[RecordErrors]) -> np.ndarray:
+    """Means [n, bins] over bins of the speed, times the direction: any odd function of the velocity."""
+    return _bins(np.abs(together(records, "velocity"))).columns * together(records, "side")[:, None]
+
+
 def speed(records: Sequence[RecordErrors]) -> Pattern:
     """Another curve over the velocity: means over bins of it."""
     return _bins(together(records, "velocity"))

@@ -102,8 +102,7 @@ function isOdd({ coefficients, rounding }, table) {
 
 // Whether a motion has a mirror twin: its mirror image, half a period later, is a motion. begun: what it began with
 function isMirrored(form, { parameters, drive }) {
-  form._mirrored ??= new Function("p", "odd", `return ${form.mirrored};`);
-  return form._mirrored(parameters, () => isOdd(form.corners, drive.table));
+  return MIRRORED[form.number](parameters, () => isOdd(form.corners, drive.table));
 }
 
 // One motion, of which everything is kept: what `recorded_run` does.
@@ -221,15 +220,8 @@ function measured(form, result, begun, threshold) {
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: alike && result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: readerOf(form)(result, begun.period, threshold, alike),
+    values: READERS[form.number](result, begun.period, threshold, alike),
   };
-}
-
-// Measures by name of a result r, drive period T, threshold h, and m, whether there is a mirror twin: each as the
-// package takes it.
-function readerOf(form) {
-  form._reader ??= new Function("r", "T", "h", "m", `return { ${form.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
-  return form._reader;
 }
 
 const LETTERS = ["", "F", "S", "B"];

@@ -105,7 +105,7 @@ def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoi
     middle = 0.5 * (first + last_mark) + (period if first + last_mark < 0.0 else 0.0)
     moved = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
     if float(motion.at(middle, "side")[0]) == 0.0:
-        moved[motion.state_names.index(system.machine.contact_state)] = 0.0
+        moved[motion.state_names.index(system.machine.contact_states[0])] = 0.0
     return _section_at(closure, last, moved)
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,11 @@ class Goal:
     size: bool
 
     @property
+    def travels(self) -> bool:
+        """Whether the measure says how far or how fast the machine travels, with a direction."""
+        return self.measure in SIGNED
+
+    @property
     def measures(self) -> tuple[str, ...]:
         """All measures that have to be known."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
@@ -63,6 +68,28 @@ class Goal:
         """What is to be made as large as possible, of a value of the measure or an array of them."""
         sized = np.abs(value) if self.size else np.asarray(value)
         return sized if self.maximise else -sized
+
+    def over_samples(
+        self, found: Mapping[str, np.ndarray], finished: np.ndarray, chosen: Callable[[np.ndarray], np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Measures [..., samples] of one design under uncertainty as one value each, [...].
+
+        Of the goal it is what `chosen` makes of the merits; a run that failed counts as no travel, and leaves no value
+        of another measure. Of a constraint it is the value of the sample that comes nearest to violating it.
+        """
+        reduced = {}
+        for each in self.constraints:
+            values = np.where(finished, found[each.measure], np.nan)
+            margins = np.where(np.isnan(values), -np.inf, each.margin(values))
+            nearest = np.argmin(margins, axis=-1)[..., None]
+            reduced[each.measure] = np.take_along_axis(values, nearest, axis=-1)[..., 0]
+        values = np.where(finished, found[self.measure], 0.0 if self.travels else np.nan)
+        way = np.ones(values.shape[:-1])
+        if self.size:
+            way = np.where(np.sum(values, axis=-1) < 0.0, -1.0, 1.0)
+        sign = way if self.maximise else -way
+        reduced[self.measure] = sign * chosen(sign[..., None] * values)
+        return reduced
 
     def costs(self, found: Mapping[str, np.ndarray], settled: np.ndarray, failed: np.ndarray) -> np.ndarray:
         """What a search makes as small as possible, an array like those given.
@@ -83,17 +110,23 @@ class Goal:
 
 
 def goal_of(
-    system: System, objective: Any, sense: Any, subject_to: Any, complaints: Complaints
+    system: System,
+    objective: Any,
+    sense: Any,
+    subject_to: Any,
+    complaints: Complaints,
+    fields: tuple[str, str] = ("objective", "sense"),
 ) -> tuple[Goal, tuple[str | Measure, ...]]:
     """(the goal that the arguments of `optimise` describe, the measures to ask for); complaints are added.
 
+    fields: what the objective and its sense are called in complaints
     Limits of constraints are in SI where the results of the system are.
     """
     nothing = Goal("mean_velocity", True, (), False)
     given = [subject_to] if isinstance(subject_to, str) else list(subject_to or ())
     split = [_split(text, complaints) for text in given]
     asked: list[str | Measure] = []
-    for field, name in [("objective", objective), *(("subject_to", each[0]) for each in split if each)]:
+    for field, name in [(fields[0], objective), *(("subject_to", each[0]) for each in split if each)]:
         try:
             measures, _ = resolved([name], system)
         except ValueError as error:
@@ -105,7 +138,7 @@ def goal_of(
         asked.append(name)
     if sense is not None:
         with complaints.collected():
-            check_one_of("sense", sense, SENSES)
+            check_one_of(fields[1], sense, SENSES)
     if complaints:
         return nothing, ()
     constraints = tuple(_scaled(system, *each) for each in split if each)

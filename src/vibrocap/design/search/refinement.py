@@ -6,10 +6,12 @@ be followed until its slopes vanish, or something that can be named is in the wa
 
 import dataclasses
 import functools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from vibrocap.design.population import Problem
+from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory
@@ -25,17 +27,24 @@ ALLOWED = 1e-9  # by which a constraint may be violated, relative to its limit: 
 
 @dataclasses.dataclass(frozen=True)
 class Refined:
-    """A design with its closed orbit.
+    """A design with its closed orbits.
 
-    shares: [variables]; solution: the periodic solution; found: the measures by name; margins: of the constraints,
+    shares: [variables]; solutions: the periodic solution of the design itself, then one for each sample of what is
+    uncertain, None where none closes or none is stable; found: the measures by name; margins: of the constraints,
     relative to their limits, and last of stability; merit: what is made as large as possible
     """
 
     shares: np.ndarray
-    solution: PeriodicSolution
+    solutions: tuple[PeriodicSolution | None, ...]
     found: dict[str, float]
     margins: np.ndarray
     merit: float
+
+    @property
+    def solution(self) -> PeriodicSolution:
+        """The periodic solution of the design itself."""
+        assert self.solutions[0] is not None
+        return self.solutions[0]
 
     @property
     def allowed(self) -> bool:
@@ -56,15 +65,17 @@ class Refined:
 
 
 class ClosedDesigns:
-    """Designs near one whose orbit is known, each with its own orbit, closed from that of the best so far."""
+    """Designs near one whose orbit is known, each with its own orbits, closed from those of the best so far."""
 
-    def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray, margin: float):
-        """margin: by which the largest multiplier has to be less than 1."""
-        self.problem, self.margin = problem, margin
+    def __init__(self, problem: Problem, solution: PeriodicSolution, shares: np.ndarray):
+        self.problem = problem
         self.map_ = StroboscopicMap(solution.system, TOLERANCE)
-        self.near = solution
+        many = 1 if problem.samples is None else 1 + len(problem.samples)
+        self.near: tuple[PeriodicSolution | None, ...] = (solution,) * many
         self.known: dict[bytes, Refined | None] = {}
         self.best: Refined | None = self.at(shares)
+        if self.best is not None:
+            self.near = self.best.solutions
 
     def at(self, shares: np.ndarray) -> Refined | None:
         """The design at some shares; None where no orbit closes, or its motion did not go to its end."""
@@ -75,12 +86,39 @@ class ClosedDesigns:
         return self.known[key]
 
     def _closed(self, shares: np.ndarray) -> Refined | None:
-        goal = self.problem.goal
+        goal, samples = self.problem.goal, self.problem.samples
+        variants = self.problem.variants(self.problem.space.design(shares))
+        each = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
+        if each[0] is None:
+            return None
+        solution, found = each[0]
+        solutions = [None if one is None else one[0] for one in each]
+        if samples is not None:
+            kept = np.array([one is not None and self._room(one[0]) >= 0.0 for one in each[1:]])
+            solutions = [solution, *(one if keep else None for one, keep in zip(solutions[1:], kept, strict=True))]
+            every = {name: np.array([np.nan if one is None else one[1][name] for one in each[1:]]) for name in found}
+            found = found | {name: float(x) for name, x in goal.over_samples(every, kept, samples.chosen).items()}
+        margins = [one.margin(found[one.measure]) / max(abs(one.limit), 1e-3) for one in goal.constraints]
+        margins.append(min(self._room(one) for one in solutions if one is not None))
+        merit = float(goal.merit(found[goal.measure]))
+        if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
+            return None
+        return Refined(shares, tuple(solutions), found, np.array(margins), merit)
+
+    def _room(self, solution: PeriodicSolution) -> float:
+        """By how much the largest multiplier is below its limit."""
+        return 1.0 - self.problem.margin - float(np.max(np.abs(solution.multipliers), initial=0.0))
+
+    def _steady(
+        self, values: Mapping[str, Any], near: PeriodicSolution | None
+    ) -> tuple[PeriodicSolution, dict[str, float]] | None:
+        """(the orbit of one system, closed from one near it, and its measures); None where there is none."""
         try:
-            system = self.problem.of(self.problem.space.design(shares))
+            system = self.problem.of(values)
         except ValueError:  # a part refuses it
             return None
-        state, periods = state_vector(system, self.near.state), self.near.response_period
+        assert near is not None
+        state, periods = state_vector(system, near.state), near.response_period
         solution = closed(self.map_.of(system), state, periods)
         if not solution.closes:
             return None
@@ -90,13 +128,7 @@ class ClosedDesigns:
         found = measured(motion, list(self.problem.measures), window=periods)
         if "mean_velocity" in found and solution.mean_velocity is not None:
             found["mean_velocity"] = solution.mean_velocity
-        margins = [each.margin(found[each.measure]) / max(abs(each.limit), 1e-3) for each in goal.constraints]
-        largest = float(np.max(np.abs(solution.multipliers), initial=0.0))
-        margins.append(1.0 - self.margin - largest)
-        merit = float(goal.merit(found[goal.measure]))
-        if not np.isfinite(merit) or not np.all(np.isfinite(margins)):
-            return None
-        return Refined(shares, solution, found, np.array(margins), merit)
+        return solution, found
 
     def refine(self, evaluations: int) -> None:
         """Make the best design better, by a trust region of quadratic models (COBYQA, Ragonneau and Zhang 2024).
@@ -115,7 +147,7 @@ class ClosedDesigns:
             shares[moving] = x
             found = self.at(shares)
             if found is not None and found.allowed and self.best is not None and found.merit > self.best.merit:
-                self.best, self.near = found, found.solution
+                self.best, self.near = found, found.solutions
             return found
 
         def cost(x: np.ndarray) -> float:

@@ -7,33 +7,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.sections import is_kind
-from vibrocap.design.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, names
-from vibrocap.design.variables import DesignSpace
+from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, names
+from vibrocap.design.search.problem import Problem
 from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
-from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied
 
 REFUSED = -2  # status of a design that a part refuses, so that it was not run
-
-
-@dataclasses.dataclass(frozen=True)
-class Problem:
-    """What is looked for, and how its runs are made."""
-
-    system: System
-    space: DesignSpace
-    goal: Goal
-    measures: tuple[str | Measure, ...]
-    starts: tuple[Mapping[str, float], ...]
-    periods: int
-    settle: float
-    tolerance: float
-    threads: int | None = None
-
-    def of(self, design: Mapping[str, Any]) -> System:
-        """The system of a design."""
-        return varied(self.system, design)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,17 +23,22 @@ class Population:
     shares: [designs, variables], see `DesignSpace`
     status: [designs, starts] index into list(Status), or REFUSED; settled: [designs, starts]
     found: values of the measures by name, [designs, starts], NaN where the run failed
-    cost: [designs, starts] what the search makes small
+    costs: [goals, designs, starts] what a search makes small
     """
 
     shares: np.ndarray
     status: np.ndarray
     settled: np.ndarray
     found: dict[str, np.ndarray]
-    cost: np.ndarray
+    costs: np.ndarray
 
     def __len__(self) -> int:
         return len(self.shares)
+
+    @property
+    def cost(self) -> np.ndarray:
+        """[designs, starts] of the first goal."""
+        return self.costs[0]
 
     @property
     def best_start(self) -> np.ndarray:
@@ -87,8 +72,8 @@ def population_of(problem: Problem, arrays: Mapping[str, np.ndarray]) -> Populat
     """A population from the arrays of a store, or of `evaluated`."""
     found = {name: arrays[name] for name in names(problem.measures)}
     status, settled = arrays["status"], arrays["settled"]
-    cost = problem.goal.costs(found, settled, status != FINISHED)
-    return Population(arrays["shares"], status, settled, found, cost)
+    costs = np.stack([goal.costs(found, settled, status != FINISHED) for goal in problem.goals])
+    return Population(arrays["shares"], status, settled, found, costs)
 
 
 def together(problem: Problem, populations: list[Population]) -> Population:
@@ -141,16 +126,33 @@ def _by_kind(values: Mapping[str, np.ndarray], designs: int) -> list[tuple[dict[
 
 
 def _run(problem: Problem, system: System, values: Mapping[str, np.ndarray], members: np.ndarray) -> dict[str, Any]:
-    """Results of some designs from all starts, [designs * starts] by name."""
+    """Results of some designs from all starts, [designs * starts] by name; of samples, what counts of them."""
     over = {path: np.repeat(column[members], len(problem.starts)) for path, column in values.items()}
     for state in dict.fromkeys(name for start in problem.starts for name in start):
         over[INITIAL + state] = np.tile([start.get(state, 0.0) for start in problem.starts], len(members))
-    return ensemble(
+    runs, samples = len(members) * len(problem.starts), problem.samples
+    over = over or {INITIAL + system.state_names[0]: np.zeros(runs)}
+    found = ensemble(
         system,
-        over or {INITIAL + system.state_names[0]: np.zeros(len(members) * len(problem.starts))},
+        over if samples is None else samples.spread(over, runs),
         measures=problem.measures,
         periods=problem.periods,
         settle=problem.settle,
         tolerance=problem.tolerance,
         threads=problem.threads,
     )
+    return found if samples is None else _over_samples(problem, found, runs)
+
+
+def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:
+    """What counts of the samples [runs * samples] of each run.
+
+    A run is finished where one sample is; it has settled where all have that are finished.
+    """
+    each = {name: column.reshape(runs, -1) for name, column in found.items()}
+    finished = each["status"] == FINISHED
+    first = np.argmax(finished, axis=1)
+    reduced = {"status": each["status"][np.arange(runs), first], "settled": np.all(each["settled"] | ~finished, axis=1)}
+    for goal in problem.goals:
+        reduced |= goal.over_samples(each, finished, problem.samples.chosen)  # type: ignore[union-attr]
+    return reduced

@@ -5,13 +5,14 @@ nothing. Differential evolution (Storn and Price 1997) compares designs only, so
 one place, so it is begun again with other points until the evaluations are used up.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.design.goal import INFEASIBLE
-from vibrocap.design.population import Population, Problem, evaluated, population_of, together
-from vibrocap.design.search_store import SearchStore
+from vibrocap.design.search.goal import INFEASIBLE
+from vibrocap.design.search.population import Population, evaluated, population_of, together
+from vibrocap.design.search.problem import Problem
+from vibrocap.design.search.search_store import SearchStore
 
 MEMBERS = 16  # of a population for each variable
 LEAST, MOST = 32, 256  # members of a population
@@ -19,13 +20,49 @@ CONVERGED = 1e-10  # spread of the costs of a population, relative, at which it 
 IDLE = 40  # generations without a better design after which it is begun again
 
 
-class _Spent(Exception):
-    """All evaluations are used up."""
-
-
 def members_of(variables: int) -> int:
     """Designs of a population: a power of two, which suits Sobol points."""
     return int(min(MOST, max(LEAST, 2 ** np.ceil(np.log2(MEMBERS * variables)))))
+
+
+class Spent(Exception):
+    """All evaluations are used up."""
+
+
+class Evaluations:
+    """Populations of a search, one after another, of at most so many designs; those in a store are read, not run."""
+
+    def __init__(self, problem: Problem, most: int, store: SearchStore | None, report: Callable[[float], None] | None):
+        """most: designs in all; the first population is run whatever its size."""
+        self.problem, self.most, self.store, self.report = problem, most, store, report
+        self.found: list[Population] = []
+        self.designs = 0
+
+    def of(self, designs: np.ndarray, until: int | None = None) -> Population:
+        """The population of designs [designs, variables].
+
+        Raises Spent where there would be more designs in all than `until`, by default `most`.
+        """
+        whole = self.designs + len(designs)
+        if self.found and whole > (self.most if until is None else until):
+            raise Spent
+        number = len(self.found)
+        stored = self.store.read(number, designs) if self.store else None
+        population = population_of(self.problem, stored) if stored else evaluated(self.problem, designs)
+        if self.store and stored is None:
+            self.store.write(number, population.arrays())
+        self.found.append(population)
+        self.designs = whole
+        if self.report:
+            self.report(min(1.0, whole / self.most))
+        return population
+
+
+def first_designs(variables: int, members: int, generator: np.random.Generator) -> np.ndarray:
+    """Sobol points of the unit cube, [members, variables], with which a search begins."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(variables, rng=generator).random(members) if variables else np.zeros((members, 0))
 
 
 def searched(
@@ -34,57 +71,45 @@ def searched(
     seed: int,
     store: SearchStore | None = None,
     report: Callable[[float], None] | None = None,
-    seeds: Sequence[np.ndarray] = (),
 ) -> list[Population]:
-    """All populations of a search of at most so many evaluations of designs, a whole number of populations.
+    """All populations of a search of at most so many evaluations of designs, a whole number of populations."""
+    made = Evaluations(problem, evaluations, store, report)
+    evolve(made, 0, seed, made.most)
+    return made.found
 
-    seeds: designs [variables] that the first population holds besides Sobol points
+
+def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
+    """Differential evolution towards one goal, begun again where it has converged, until there are so many designs.
+
+    goal: its number among those of the problem
     """
     from scipy.optimize import differential_evolution
-    from scipy.stats import qmc
 
-    variables = len(problem.space.variables)
+    variables = len(made.problem.space.variables)
     members = members_of(variables)
-    found: list[Population] = []
-    most = max(1, evaluations // members)
 
     def costs(shares: np.ndarray) -> np.ndarray:
-        designs = np.ascontiguousarray(shares.T)
-        if len(found) >= most:
-            raise _Spent
-        number = len(found)
-        stored = store.read(number, designs) if store else None
-        population = population_of(problem, stored) if stored else evaluated(problem, designs)
-        if store and stored is None:
-            store.write(number, population.arrays())
-        found.append(population)
-        if report:
-            report(len(found) / most)
-        return population.best_cost
+        return made.of(np.ascontiguousarray(shares.T), until).costs[goal].min(axis=1)
 
     begun = 0
     try:
         while True:
-            generator = np.random.default_rng([seed, begun])
-            points = qmc.Sobol(variables, rng=generator).random(members) if variables else np.zeros((members, 0))
-            if begun == 0:
-                for k, each in enumerate(seeds[:members]):
-                    points[k] = each
+            generator = np.random.default_rng([seed, begun] if goal == 0 else [seed, begun, goal])
             differential_evolution(
                 costs,
                 [(0.0, 1.0)] * variables,
-                init=points,  # type: ignore[arg-type]
+                init=first_designs(variables, members, generator),  # type: ignore[arg-type]
                 rng=generator,
-                maxiter=most,
+                maxiter=1 + until // members,
                 vectorized=True,
                 updating="deferred",
                 polish=False,
                 tol=0.0,
-                callback=_stopping(found, len(found)),
+                callback=_stopping(made.found, len(made.found)),
             )
             begun += 1
-    except _Spent:
-        return found
+    except Spent:
+        return
 
 
 def _stopping(found: list[Population], first: int) -> Callable[..., bool]:

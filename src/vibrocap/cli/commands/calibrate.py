@@ -1,0 +1,111 @@
+"""`vibrocap calibrate`: parameters of a case from a measured table of settled motions."""
+
+from pathlib import Path
+from typing import Any
+
+from vibrocap.arguments import Complaints
+from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder
+from vibrocap.cli.terminal import OK, Page, progress
+from vibrocap.files import made_folder, write_text
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
+
+
+def calibrate(
+    case: Path,
+    /,
+    *,
+    to: Path,
+    over: list[str],
+    held_out: list[int] | None = None,
+    out: Path | None = None,
+    starts: int = 256,
+    seed: int = 0,
+    json: bool = False,
+) -> int:
+    """Parameters of machine, friction and drive from a measured table, with joint 95 % intervals.
+
+    Each row of the table is a settled motion: columns named by parameters say its
+    conditions, columns named by measures what was read (mean_velocity, in SI where the
+    case is), mean_velocity_error its standard error. What the table does not determine
+    is said, and a column that does not fit is named.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv): what is known of the machine
+    to
+        the table, a CSV file with a line of headings
+    over
+        PATH=LEAST:LARGEST, what is unknown and within which bounds; once for each parameter
+    held_out
+        rows, from 1, that the fit does not see and that judge it
+    out
+        a folder for calibration.json, residuals.csv and calibrated.toml, the case with the parameters found
+    starts
+        points from which the search begins
+    seed
+        of these points
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.design.calibration.calibration import calibrate as calibrated
+
+    given = read_source(case)
+    complaints = Complaints()
+    ranges: dict[str, Any] = dict(pairs("over", over, complaints, "PATH=LEAST:LARGEST, such as machine.damping=0.5:3"))
+    if complaints:
+        raise Refusal(*complaints)
+    if out is not None:
+        writable_folder("--out", out)
+    rows = [row - 1 for row in held_out or ()]
+    with progress("Calibrating") as report, refusing("starts", "seed", table="--to", held_out="--held-out"):
+        found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, progress=report)
+    record = calibration_record(found)
+    if out is not None:
+        folder = made_folder(out)
+        write_text(folder / "calibration.json", json_text(record) + "\n")
+        write_text(folder / "residuals.csv", _residuals(found))
+        found.case().save(folder / "calibrated.toml")
+    if json:
+        print(json_text(record))
+        return OK
+    page = Page()
+    page.say(f"Calibration of {case} on {found.table.rows} rows of {to}", style="bold")
+    page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
+    weak = [each for each in found.directions if not each.determined]
+    page.rows([("not determined", str(each)) for each in weak], 16)
+    if out is not None:
+        page.rows([("case", str(out / "calibrated.toml"))], 16)
+    return OK
+
+
+def calibration_record(found: Any) -> dict[str, Any]:
+    """What is known of a calibration, by name."""
+    names = ("path", "value", "low", "high", "standard_error")
+    parameters = [
+        {name: getattr(each, name) for name in names} | {"verdict": each.verdict.value} for each in found.parameters
+    ]
+    doubt = found.doubt and {
+        name: getattr(found.doubt, name) for name in ("column", "kind", "size", "probability", "gain")
+    }
+    return {
+        "parameters": parameters,
+        "correlation": found.correlation.tolist(),
+        "directions": [{"exponents": dict(each.exponents), "deviation": each.deviation} for each in found.directions],
+        "misfit": found.misfit,
+        "held_out_misfit": found.held_out_misfit,
+        "doubt": doubt,
+        "failed_rows": [row + 1 for row in found.failed],
+    }
+
+
+def _residuals(found: Any) -> str:
+    """A table with the conditions, and of each measure what was read, what is predicted and the residual."""
+    columns = dict(found.table.conditions)
+    for name in found.table.measures:
+        columns[name] = found.table.targets[name]
+        columns[f"{name}_predicted"] = found.predicted[name]
+        columns[f"{name}_residual"] = found.residuals[name]
+    lines = [",".join(columns), *(",".join(repr(float(x)) for x in row) for row in zip(*columns.values(), strict=True))]
+    return "\n".join(lines) + "\n"

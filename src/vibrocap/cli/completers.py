@@ -1,0 +1,220 @@
+"""What a shell is offered for the value of an option: names of parts, measures, paths and states of the case, examples.
+
+A shell asks the command line itself, by a hidden command of cyclopts, each time that TAB is pressed. Parts of one's own
+(--parts) are not offered: their file would be run at each press.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+from vibrocap.physics.system import System
+
+Offered = Iterable[tuple[str, str]]  # each with what it means
+
+
+def completing(**own: Callable[[Any], Offered]) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """A decorator: the command, the options of which a shell completes as `OFFERS` says.
+
+    own: by option, where the command has one of that name that means something else
+    """
+
+    def completed(command: Callable[..., int]) -> Callable[..., int]:
+        @functools.wraps(command)
+        def run(*given: Any, **options: Any) -> int:
+            return command(*given, **options)
+
+        signature = inspect.signature(command)
+        known = OFFERS | own
+        parameters = {
+            name: each.replace(annotation=Annotated[each.annotation, Parameter(completer=known[name])])
+            for name, each in signature.parameters.items()
+            if name in known
+        }
+        run.__signature__ = signature.replace(parameters=({**signature.parameters, **parameters}).values())  # type: ignore[attr-defined]
+        run.__annotations__ = command.__annotations__ | {name: each.annotation for name, each in parameters.items()}
+        return run
+
+    return completed
+
+
+def script(app: App, shell: Any) -> str:
+    """The script of a shell, as cyclopts makes it, but without a space behind PATH=, which a value is to follow.
+
+    That of zsh works under the name _vibrocap in the fpath too, and where a shell reads it by `source`.
+    """
+    made = app.generate_completion(shell=shell)
+    if shell == "zsh":
+        return made.replace("compadd -d", "compadd -S '' -d") + CALLED_IN_ZSH
+    return made + NO_SPACE_IN_BASH if shell == "bash" else made
+
+
+NO_SPACE_IN_BASH = """
+_vibrocap_open() {
+  _vibrocap
+  if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then compopt -o nospace 2>/dev/null; fi
+}
+complete -F _vibrocap_open vibrocap
+"""
+CALLED_IN_ZSH = """
+if [[ ${funcstack[1]} == (_vibrocap|_cyclopts_vibrocap) ]]; then
+  _cyclopts_vibrocap "$@"
+elif (( $+functions[compdef] )); then
+  compdef _cyclopts_vibrocap vibrocap
+fi
+"""
+
+
+def law_names(asked: Any) -> Offered:
+    """Friction laws, each with the first line of what it says of itself."""
+    from vibrocap.physics.catalogue import laws
+
+    return _pieces(asked, _described(laws()))
+
+
+def machine_names(asked: Any) -> Offered:
+    """Machines."""
+    from vibrocap.physics.catalogue import machines
+
+    return _pieces(asked, _described(machines()))
+
+
+def drive_names(asked: Any) -> Offered:
+    """Drives."""
+    from vibrocap.physics.catalogue import drives
+
+    return _pieces(asked, _described(drives()))
+
+
+def part_names(asked: Any) -> Offered:
+    """Laws, machines and drives."""
+    return [*law_names(asked), *machine_names(asked), *drive_names(asked)]
+
+
+def law_parameters(asked: Any) -> Offered:
+    """The parameters of the law that is named on the line."""
+    from vibrocap.physics.catalogue import laws
+    from vibrocap.physics.parameters import parameter_table
+
+    named = asked.get("law") or asked.get("name")
+    law = laws().get(named.raw) if named is not None and named.raw else None
+    return [] if law is None else _pieces(asked, {info.name: info.meaning for info in parameter_table(law)})
+
+
+def example_names(asked: Any) -> Offered:
+    """The examples that come with vibrocap."""
+    from vibrocap.cli.example_files import examples_folder, shows
+
+    return [(path.stem, shows(path)) for path in sorted(examples_folder().glob("*.toml"))]
+
+
+def data_sets(asked: Any) -> Offered:
+    """Published data sets."""
+    from vibrocap.records.fetching import DATA_SETS
+
+    return [(name, each.title) for name, each in DATA_SETS.items()]
+
+
+def measure_names(asked: Any) -> Offered:
+    """Measures: those of the case on the line, else all."""
+    from vibrocap.measures.during_run import measure_table
+
+    return _pieces(asked, {name: each.meaning for name, each in measure_table(_system(asked)).items()})
+
+
+def paths_of_case(asked: Any) -> Offered:
+    """Every path of the case on the line that can be varied; behind PATH= of a kind of part what there is of it."""
+    from vibrocap.case.sections import kind_paths, kinds_of
+    from vibrocap.physics.conversion import paths_in_si
+    from vibrocap.studies.plan.variation import paths
+
+    if (system := _system(asked)) is None:
+        return []
+    kinds = kind_paths(system.parts)
+    path, equals, _ = asked.incomplete.partition("=")
+    if equals:
+        before, comma, _ = asked.incomplete.rpartition(",")
+        begun = before + comma or f"{path}="
+        return [(begun + name, "") for name in kinds_of(path.partition(".")[0])] if path in kinds else []
+    known = [*paths(system.parts), *kinds]
+    if system.units is not None:
+        known = [*paths_in_si(system.parts), *_without_unit(known, system)]
+    return [(f"{each}=", _meaning(each, system)) for each in known]
+
+
+def states_of_case(asked: Any) -> Offered:
+    """The states of the case on the line, in SI with their units."""
+    start = "initial."
+    return [(path.removeprefix(start), said) for path, said in paths_of_case(asked) if path.startswith(start)]
+
+
+# What is offered, by the name of an option in Python; of a list with commas between, for the last one.
+OFFERS: dict[str, Callable[[Any], Offered]] = {
+    "over": paths_of_case,
+    "uncertain": paths_of_case,
+    "set_": paths_of_case,
+    "against": paths_of_case,
+    "initial": states_of_case,
+    "plane": states_of_case,
+    "measure": measure_names,
+    "for_": measure_names,
+    "subject_to": measure_names,
+    "law": law_names,
+    "compare": law_names,
+    "laws": law_names,
+    "machines": machine_names,
+    "kind": machine_names,
+    "drive": drive_names,
+    "drives": drive_names,
+    "fixed": law_parameters,
+    "free": law_parameters,
+}
+
+
+def _system(asked: Any) -> System | None:
+    """The system of the case on the line; None where there is none, or none that can be read."""
+    from vibrocap.case.case import CaseError
+    from vibrocap.io.motion_file import read_source
+
+    case = asked.get("case")
+    if case is None or not case.raw:
+        return None
+    try:
+        return read_source(Path(case.raw).expanduser()).system
+    except (CaseError, OSError):
+        return None
+
+
+def _without_unit(plain: Iterable[str], system: System) -> list[str]:
+    """Paths of a system in SI that have no unit there either."""
+    from vibrocap.physics.conversion import quantity_in_si
+
+    return [path for path in plain if quantity_in_si(path, system).plain == quantity_in_si(path, system).path]
+
+
+def _meaning(path: str, system: System) -> str:
+    """What the parameter of a path is; empty for a state and for a kind of part."""
+    from vibrocap.physics.conversion import path_in_si
+    from vibrocap.physics.parameters import parameter_table
+
+    place = path_in_si(path, system.parts)
+    section, _, name = (path if place is None else place[0]).partition(".")
+    known = (
+        {info.name: info.meaning for info in parameter_table(system.parts[section])} if section in system.parts else {}
+    )
+    return known.get(name, "")
+
+
+def _described(parts: Mapping[str, Any]) -> dict[str, str]:
+    return {name: inspect.cleandoc(part.__doc__ or "").partition("\n")[0] for name, part in parts.items()}
+
+
+def _pieces(asked: Any, names: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Names behind those that stand before a comma already, which are not offered again."""
+    before, comma, _ = asked.incomplete.rpartition(",")
+    given = before.split(",")
+    return [(before + comma + name, said) for name, said in names.items() if name not in given]

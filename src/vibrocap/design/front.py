@@ -1,0 +1,278 @@
+"""pareto_front(system, over=...): the designs of which none betters another in two measures at once."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, require, shown
+from vibrocap.case.case import Case
+from vibrocap.design.optimise import OptimumStatus, reason_against
+from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
+from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
+from vibrocap.design.search.population import Population, together
+from vibrocap.design.search.problem import Problem, stated_problem
+from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.search_store import opened_store
+from vibrocap.measures.measure import Measure
+from vibrocap.orbits.closing.orbit import Orbit, orbit
+from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.results import Result
+
+MEMBERS = 128  # of a population
+ENDS = 0.15  # share of the designs that search each end of the front
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class ParetoFront(Result):
+    """Designs of which none is better than another in both measures, each with its settled, stable motion.
+
+    status: `OptimumStatus`; with anything but FOUND there are no designs
+    designs: values by path, best in the first measure first; values: [designs, 2] of the two `measures`, in `units`
+    maximised: which of them is to be large; sized: of which the size counts, as a twin travels the other way; scales:
+        what one dimensionless unit of each is in its unit
+    orbits: their steady motions, closed to rounding; multipliers: the largest |multiplier| of each
+    counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
+    rejected: why candidates are not on the front, with how many for each reason
+    population: every design that was evaluated
+    """
+
+    status: OptimumStatus
+    system: System
+    designs: tuple[dict[str, float | str], ...]
+    measures: tuple[str, str]
+    units: tuple[str, str]
+    maximised: tuple[bool, bool]
+    sized: tuple[bool, bool]
+    scales: tuple[float, float]
+    values: np.ndarray
+    orbits: tuple[Orbit, ...]
+    multipliers: np.ndarray
+    counts: dict[str, int]
+    rejected: dict[str, int]
+    population: Population = dataclasses.field(compare=False)
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    @property
+    def heading(self) -> str:
+        return f"Pareto front of {self.measures[0]} and {self.measures[1]}: {self.status.value}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        found = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
+        if not len(self):
+            return found | {"advice": self.status.advice}
+        ends = [
+            f"{low:.6g} to {high:.6g}{'' if unit == '1' else f' {unit}'}"
+            for low, high, unit in zip(self.values.min(0), self.values.max(0), self.units, strict=True)
+        ]
+        spans = dict(zip(self.measures, ends, strict=True))
+        left = {"left out": ", ".join(f"{number}: {why}" for why, number in self.rejected.items())}
+        return {"points": str(len(self))} | spans | found | (left if self.rejected else {})
+
+    def others(self) -> np.ndarray:
+        """Both measures of every motion that was evaluated and allowed, [motions, 2], as `values`."""
+        design, start, _ = _allowed(self.population)
+        found = np.stack([self.population.found[name][design, start] for name in self.measures], axis=1)
+        return np.where(self.sized, np.abs(found), found) * self.scales
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each design: its variables, both measures, its largest multiplier."""
+        return [
+            {
+                **design,
+                **dict(zip(self.measures, map(float, values), strict=True)),
+                "largest_multiplier": float(largest),
+            }
+            for design, values, largest in zip(self.designs, self.values, self.multipliers, strict=True)
+        ]
+
+    def case(self, index: int, periods: float = 40) -> Case:
+        """A case of one design that starts on its orbit. Raises IndexError where there is none of that number."""
+        steady = self.orbits[index]
+        return Case(steady.system, steady.state, periods=periods)
+
+
+@shows_progress("Searching for the Pareto front")
+def pareto_front(
+    system: System | Case,
+    over: Mapping[str, Any],
+    objectives: Sequence[str | Measure] = ("mean_velocity", "cost_of_transport"),
+    *,
+    senses: Sequence[str | None] = (None, None),
+    subject_to: str | Sequence[str] = (),
+    starts: Sequence[Mapping[str, float]] | None = None,
+    evaluations: int = 10_000,
+    points: int = 100,
+    seed: int = 0,
+    margin: float = 1e-3,
+    periods: int = 300,
+    settle: float = 1e-6,
+    tolerance: float = 1e-8,
+    store: str | Path | None = None,
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> ParetoFront:
+    """The Pareto front of two measures: designs of which none can be bettered in one without a loss in the other.
+
+    Populations run as ensembles in NSGA-II (Deb et al. 2002, by pymoo), begun with Sobol points. Of all designs that
+    none dominates, at most `points` that spread along the front are closed to periodic orbits and judged as by
+    `optimise`: settled, certified, stable by a margin. Measures are those of the orbits.
+
+    objectives: two measures; senses: "maximise" or "minimise" of each; by default costs and times are minimised
+    over, subject_to, starts, seed, margin, periods, settle, tolerance, store, resume, threads: see `optimise`
+    evaluations: designs, about (a whole number of populations of 128)
+
+    Returns a `ParetoFront`. Raises CaseError with every complaint about the problem, ArgumentError for another
+    argument, ModuleNotFoundError without pymoo, before any work.
+    """
+    if isinstance(objectives, str) or len(list(objectives)) != 2:
+        raise ArgumentError("objectives", f"should be two measures, got {shown(objectives)}")
+    if isinstance(senses, str) or len(list(senses)) != 2:
+        raise ArgumentError("senses", f"should be two, one for each objective, got {shown(senses)}")
+    problem = stated_problem(
+        system,
+        over,
+        list(objectives),
+        list(senses),
+        subject_to,
+        starts,
+        periods=periods,
+        settle=settle,
+        tolerance=tolerance,
+        margin=margin,
+        threads=threads,
+        evaluations=(evaluations, 1),
+        points=(points, 1),
+        seed=(seed, 0),
+    )
+    require("pareto_front", "pymoo")
+    kept = None if store is None else opened_store(store, problem.record(seed, method="nsga2"), resume)
+    made = Evaluations(problem, evaluations, kept, told(progress))
+    _search(made, seed)
+    every = together(problem, made.found)
+    found, rejected = _closed(problem, every, points)
+    return _front(problem, every, found, rejected)
+
+
+def _search(made: Evaluations, seed: int) -> None:
+    """Search the ends of the front one by one, then all of it by NSGA-II, begun from the best of what is known."""
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.core.problem import Problem as Cube
+
+    problem, variables = made.problem, len(made.problem.space.variables)
+    for k in range(2):
+        evolve(made, k, seed, round((k + 1) * ENDS * made.most))
+    begun = first_designs(variables, MEMBERS, np.random.default_rng([seed, 2]))
+    if made.found:
+        known = together(problem, made.found)
+        best = known.shares[_best(known, MEMBERS // 2)]
+        begun[: len(best)] = best
+    method = NSGA2(pop_size=MEMBERS, sampling=begun)  # type: ignore[arg-type]
+    cube = Cube(n_var=variables, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+    method.setup(cube, termination=("n_gen", made.most), seed=seed, verbose=False)
+    try:
+        while True:
+            asked: Any = method.ask()
+            population = made.of(np.ascontiguousarray(asked.get("X")))
+            own = np.arange(len(population)), population.best_start
+            costs = np.stack([each[own] for each in population.costs], axis=1)
+            asked.set("F", np.where(costs < INFEASIBLE, costs, 0.0), "G", _violation(costs)[:, None])
+            method.tell(infills=asked)
+    except Spent:
+        return
+
+
+def _best(population: Population, many: int) -> np.ndarray:
+    """At most so many designs that no other betters, spread along their front."""
+    design, costs = _allowed(population)[0], _allowed(population)[2]
+    front = not_dominated(costs)
+    return np.unique(design[front[_spread(costs[front], many)]]) if len(front) else front
+
+
+def _allowed(population: Population) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(design, start, costs [motions, goals]) of all motions that are allowed."""
+    costs = np.moveaxis(population.costs, 0, -1)
+    design, start = np.nonzero(np.all(costs < INFEASIBLE, axis=-1))
+    return design, start, costs[design, start]
+
+
+def _violation(costs: np.ndarray) -> np.ndarray:
+    """How far designs are from being allowed, 0 where they are: costs [designs, goals] on one scale of order 1."""
+    return np.where(costs < INFEASIBLE, 0.0, costs / UNSETTLED).max(axis=1)
+
+
+def not_dominated(costs: np.ndarray) -> np.ndarray:
+    """Which of some points [points, 2] no other betters: as indices, by the first cost."""
+    order = np.lexsort((costs[:, 1], costs[:, 0]))
+    best, found = np.inf, []
+    for k in order:
+        if costs[k, 1] < best:
+            best = costs[k, 1]
+            found.append(k)
+    return np.array(found, dtype=int)
+
+
+def _spread(costs: np.ndarray, many: int) -> np.ndarray:
+    """At most so many points of a front [points, 2], both ends and such as divide its length evenly."""
+    if len(costs) <= many:
+        return np.arange(len(costs))
+    sizes = np.ptp(costs, axis=0)
+    steps = np.diff(costs, axis=0) / np.where(sizes > 0.0, sizes, 1.0)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    wanted = np.linspace(0.0, along[-1], many)
+    return np.unique(np.argmin(np.abs(along[:, None] - wanted), axis=0))
+
+
+def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refined], dict[str, int]]:
+    """(the closed designs of the front, why others are not on it)."""
+    design, start, motions = _allowed(every)
+    front = not_dominated(motions)
+    front = front[_spread(motions[front], points)]
+    found: list[Refined] = []
+    rejected: dict[str, int] = {}
+    for k in front:
+        shares = every.shares[design[k]]
+        steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start[k]])
+        near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
+        if near is None or near.best is None or not near.best.allowed:
+            why = reason_against(steady, near, problem.goal)
+            rejected[why] = rejected.get(why, 0) + 1
+        else:
+            found.append(near.best)
+    exact = np.array([[-each.merit(one.found[each.measure]) for each in problem.goals] for one in found])
+    kept = not_dominated(exact) if found else np.array([], dtype=int)
+    beaten = len(found) - len(kept)
+    if beaten:
+        rejected["bettered by another's orbit"] = beaten
+    return [found[k] for k in kept], rejected
+
+
+def _front(problem: Problem, every: Population, found: list[Refined], rejected: dict[str, int]) -> ParetoFront:
+    counts, goals = every.counts(), problem.goals
+    status = OptimumStatus.FOUND if found else OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
+    scaled = [measure_unit(problem.system, each.measure) for each in goals]
+    values = np.array([[one.found[each.measure] for each in goals] for one in found]).reshape(-1, 2)
+    sized, scales = (goals[0].size, goals[1].size), (scaled[0][1], scaled[1][1])
+    return ParetoFront(
+        status=status,
+        system=problem.system,
+        designs=tuple(problem.space.design(one.shares) for one in found),
+        measures=(goals[0].measure, goals[1].measure),
+        units=(scaled[0][0], scaled[1][0]),
+        maximised=(goals[0].maximise, goals[1].maximise),
+        sized=sized,
+        scales=scales,
+        values=np.where(sized, np.abs(values), values) * scales,
+        orbits=tuple(Orbit.of(one.solution) for one in found),
+        multipliers=np.array([np.max(np.abs(one.solution.multipliers), initial=0.0) for one in found]),
+        counts=counts,
+        rejected=rejected,
+        population=every,
+    )

@@ -1,0 +1,248 @@
+"""robustness(system, uncertain=...): how sure a measure is where friction, machine or ground are not known exactly."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaints, check_whole, is_positive, shown
+from vibrocap.case.case import Case, CaseError
+from vibrocap.design.search.goal import goal_of, measure_unit
+from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
+from vibrocap.measures.ensemble import FINISHED, ensemble
+from vibrocap.measures.measure import Measure
+from vibrocap.motion.simulate import initial_state
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress
+from vibrocap.results import Result
+
+STILL = 1e-5  # of the nominal travel, below which a sample does not travel: what settled runs are off by
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Robustness(Result):
+    """What becomes of a measure where some quantities are uncertain.
+
+    measure, unit; nominal: of the system itself; of a measure of travel all values are along the nominal direction
+    values: [samples] of the measure, of runs that failed what `failed_as` says; parameters: [samples] by path
+    mean, deviation, quantiles; worst: the worst sample; tail_mean: the mean of the worst tenth, the conditional value
+        at risk (Rockafellar and Uryasev 2000)
+    failed: share of the samples whose run failed (it lifts off, for instance), by status; not_settled: share of those
+        that had not settled; wrong_way: share that travels against the nominal direction, None of other measures
+    failed_as: what a failed run counts as in the numbers above: 0 of travel, else NaN, and it is left out of them
+    first_order, total: Sobol indices by quantity, the share of the variance that it alone explains, and that would
+        vanish if all others were known (Saltelli 2010), each with a 95 % interval (value, low, high); None where runs
+        failed that count as nothing, or nothing varies
+    """
+
+    measure: str
+    unit: str
+    nominal: float
+    parameters: Mapping[str, np.ndarray]
+    values: np.ndarray
+    failed: dict[str, float]
+    not_settled: float
+    wrong_way: float | None
+    failed_as: float
+    worst_is_least: bool
+    first_order: dict[str, tuple[float, float, float]] | None
+    total: dict[str, tuple[float, float, float]] | None
+
+    @property
+    def _known(self) -> np.ndarray:
+        return self.values[~np.isnan(self.values)]
+
+    @property
+    def mean(self) -> float:
+        """Over all samples."""
+        return float(np.mean(self._known)) if len(self._known) else float("nan")
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the samples."""
+        return float(np.std(self._known, ddof=1)) if len(self._known) > 1 else float("nan")
+
+    @property
+    def quantiles(self) -> dict[float, float]:
+        """Values that the share of samples given by each key stays below."""
+        return {each: float(np.quantile(self._known, each)) if len(self._known) else float("nan") for each in QUANTILES}
+
+    @property
+    def worst(self) -> float:
+        """The worst sample."""
+        if not len(self._known):
+            return float("nan")
+        return float(np.min(self._known) if self.worst_is_least else np.max(self._known))
+
+    @property
+    def tail_mean(self) -> float:
+        """The mean of the worst tenth of the samples."""
+        ordered = np.sort(self._known)
+        many = int(np.ceil(TAIL * len(ordered)))
+        return float(np.mean(ordered[:many] if self.worst_is_least else ordered[::-1][:many])) if many else float("nan")
+
+    @property
+    def most_influential(self) -> str | None:
+        """The quantity to know better: that with the largest total index; None where there are none."""
+        return max(self.total, key=lambda name: self.total[name][0]) if self.total else None  # type: ignore[index]
+
+    @property
+    def heading(self) -> str:
+        return f"robustness of {self.measure}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        low, *_, high = self.quantiles.values()
+        found = {
+            "nominal": f"{self.nominal:.8g}{unit}",
+            "mean": f"{self.mean:.6g}{unit}, deviation {self.deviation:.3g}{unit}",
+            "90 % within": f"{low:.6g} to {high:.6g}{unit}",
+            "worst": f"{self.worst:.6g}{unit}, mean of the worst tenth {self.tail_mean:.6g}{unit}",
+        }
+        if self.wrong_way is not None:
+            found["wrong way"] = f"{100.0 * self.wrong_way:.3g} % of {len(self.values)} samples"
+        if self.failed:
+            found["failed"] = ", ".join(f"{100.0 * share:.3g} % {status}" for status, share in self.failed.items())
+        if self.not_settled:
+            found["not settled"] = f"{100.0 * self.not_settled:.3g} %"
+        if self.total and (name := self.most_influential):
+            found["to know better"] = f"{name} (total index {self.total[name][0]:.3g})"
+        return found
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each sample: the uncertain quantities and the measure."""
+        names = list(self.parameters)
+        rows = zip(*(self.parameters[name] for name in names), self.values, strict=True)
+        return [dict(zip((*names, self.measure), map(float, row), strict=True)) for row in rows]
+
+
+@shows_progress("Sampling what is uncertain")
+def robustness(
+    system: System | Case,
+    uncertain: Mapping[Any, Any],
+    measure: str | Measure = "mean_velocity",
+    *,
+    through: Callable[..., Mapping[str, Any]] | None = None,
+    initial: Mapping[str, float] | None = None,
+    samples: int = 256,
+    seed: int = 0,
+    periods: int = 300,
+    settle: float = 1e-6,
+    tolerance: float = 1e-8,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Robustness:
+    """How sure a measure of the settled motion is where some quantities are uncertain.
+
+    uncertain: {path: distribution}, in SI where the system is: "LOW:HIGH" or (low, high) for uniform,
+        "normal:MEAN:DEVIATION", "lognormal:MEDIAN:SIGMA" (sigma of the logarithm), or a frozen distribution of
+        scipy.stats. With "factor:" before it, the distribution is that of a factor of the system's own value, which
+        several paths may share: {"friction.coulomb_coefficient,friction.static_coefficient": "factor:0.8:1.2"}
+    through: None, or a function of quantities of one's own: `uncertain` then names its arguments, it is called with an
+        array [n] of each and returns arrays by path: `through=lambda mu: {"machine.mass_ratio": 1.0 / mu - 1.0}`
+    measure: one that is a number; initial: the start of all runs, by default that of the case
+    samples: a power of two; samples (quantities + 2) runs are made for the Sobol indices, of which 2 samples count
+    seed: the same one gives the same samples; periods, settle, tolerance, threads: see `ensemble`
+
+    A run that lifts off or fails otherwise counts as no travel of a measure of travel. Returns a `Robustness`. Raises
+    CaseError with every complaint about system, uncertain and measure, before any work.
+    """
+    case = system if isinstance(system, Case) else Case(system)
+    system = case.system
+    complaints = Complaints()
+    if not is_driven(system):
+        complaints.add("system", "should have a drive that changes in time")
+    goal, measures = goal_of(system, measure, None, (), complaints, ("measure", "sense"))
+    quantities = uncertain_quantities(system, uncertain, complaints, own=through is not None)
+    with complaints.collected():
+        check_whole("samples", samples, 8, 2**20)
+        if samples & (samples - 1):
+            complaints.add("samples", f"should be a power of two, got {samples}")
+    with complaints.collected():
+        check_whole("seed", seed, 0)
+    if not is_positive(settle):
+        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
+    with complaints.collected():
+        initial_state(system, case.initial if initial is None else initial)
+    if complaints:
+        raise CaseError(complaints, "the question")
+    many = len(quantities)
+    points = sample_points(2 * many, samples, seed)
+    first, second = points[:, :many], points[:, many:]
+    mixed = np.repeat(first[None], many, axis=0)
+    for i in range(many):
+        mixed[i, :, i] = second[:, i]
+    shares = np.concatenate([first, second, *mixed])
+    drawn = sampled(quantities, shares)
+    over = drawn if through is None else {path: np.asarray(x, dtype=float) for path, x in through(**drawn).items()}
+    over = {path: np.append(column, system.parameter(path)) for path, column in over.items()}  # the nominal run, last
+    runs = ensemble(
+        system,
+        over,
+        measures=measures,
+        initial=dict(case.initial if initial is None else initial),
+        periods=periods,
+        settle=settle,
+        tolerance=tolerance,
+        threads=threads,
+    )
+    unit, scale = measure_unit(system, measures[0])
+    values = scale * runs[goal.measure].astype(float)
+    fails = runs["status"] != FINISHED
+    nominal = values[-1]
+    if goal.travels and nominal < 0.0:
+        values = -values
+    failed_as = 0.0 if goal.travels else float("nan")
+    values = np.where(fails, failed_as, values)
+    counted = slice(0, 2 * samples)
+    status, settled = runs["status"][counted], runs["settled"][counted]
+    indices = _sobol_indices(values[:-1], samples, quantities, seed)
+    return Robustness(
+        measure=goal.measure,
+        unit=unit,
+        nominal=float(nominal),
+        parameters={name: column[counted] for name, column in drawn.items()},
+        values=values[counted],
+        failed=_shares_of(status),
+        not_settled=float(np.mean(~settled & (status == FINISHED))),
+        wrong_way=float(np.mean(values[counted] < -STILL * abs(nominal))) if goal.travels else None,
+        failed_as=failed_as,
+        worst_is_least=goal.maximise,
+        first_order=indices[0],
+        total=indices[1],
+    )
+
+
+def _shares_of(status: np.ndarray) -> dict[str, float]:
+    """Share of each status but of finished runs."""
+    from vibrocap.motion.status import Status
+
+    words = [each.value for each in Status]
+    return {words[k]: float(np.mean(status == k)) for k in np.unique(status) if k != FINISHED}
+
+
+def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int) -> tuple[Any, Any]:
+    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where there are none."""
+    from scipy.stats import sobol_indices
+
+    if np.any(np.isnan(values)) or np.ptp(values) == 0.0:
+        return None, None
+    if len(quantities) == 1:  # all variance is its own
+        whole = {quantities[0].name: (1.0, 1.0, 1.0)}
+        return whole, whole
+    first, second, *mixed = values.reshape(-1, samples)
+    known = {"f_A": first[None], "f_B": second[None], "f_AB": np.stack(mixed)[:, None]}
+    found = sobol_indices(func=known, n=samples)
+    spread = found.bootstrap(confidence_level=0.95, n_resamples=999)
+    names = [each.name for each in quantities]
+
+    def table(index: np.ndarray, ends: Any) -> dict[str, tuple[float, float, float]]:
+        low, high = ends.confidence_interval
+        rows = zip(names, np.ravel(index), np.ravel(low), np.ravel(high), strict=True)
+        return {name: (float(x), float(a), float(b)) for name, x, a, b in rows}
+
+    return table(found.first_order, spread.first_order), table(found.total_order, spread.total_order)

@@ -1,0 +1,155 @@
+"""A design problem: what may vary, what is wanted, and how designs are run. Wrong input is refused here."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
+from vibrocap.case.case import Case, CaseError, case_text
+from vibrocap.design.search.goal import Goal, goal_of
+from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
+from vibrocap.design.search.variables import DesignSpace, design_space
+from vibrocap.measures.measure import Measure
+from vibrocap.motion.simulate import initial_state
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.physics.conversion import quantity
+from vibrocap.physics.system import System
+from vibrocap.studies.plan.variation import varied
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """What is looked for, and how its runs are made.
+
+    goals: one, or several of which none can be bettered without another's loss; each has the same constraints
+    measures: all that the goals need; starts: from which each design runs; margin: by which the largest multiplier has
+    to be below 1; samples: of what is uncertain, with which each design is run
+    """
+
+    system: System
+    space: DesignSpace
+    goals: tuple[Goal, ...]
+    measures: tuple[str | Measure, ...]
+    starts: tuple[Mapping[str, float], ...]
+    periods: int
+    settle: float
+    tolerance: float
+    margin: float
+    threads: int | None = None
+    samples: Samples | None = None
+
+    @property
+    def goal(self) -> Goal:
+        """The first goal."""
+        return self.goals[0]
+
+    def of(self, design: Mapping[str, Any]) -> System:
+        """The system of a design."""
+        return varied(self.system, design)
+
+    def variants(self, design: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+        """The values of a design itself, then with each sample of what is uncertain."""
+        return [design, *(self.samples.variants(design) if self.samples else [])]
+
+    def record(self, seed: int, **further: Any) -> dict[str, Any]:
+        """All that decides the populations of a search with a seed, for its store."""
+        from vibrocap import __version__
+
+        goal = self.goal.words if len(self.goals) == 1 else [each.words for each in self.goals]
+        return {
+            "version": __version__,
+            "case": case_text(Case(self.system)),
+            "over": self.space.record(),
+            "goal": goal,
+            "starts": [dict(each) for each in self.starts],
+            "seed": seed,
+            **{name: getattr(self, name) for name in ("periods", "settle", "tolerance")},
+            **({"uncertain": self.samples.words} if self.samples else {}),
+            **further,
+        }
+
+
+def stated_problem(
+    system: System | Case,
+    over: Any,
+    objectives: Sequence[str | Measure],
+    senses: Sequence[str | None],
+    subject_to: Any,
+    starts: Any,
+    *,
+    periods: int,
+    settle: float,
+    tolerance: float,
+    margin: float,
+    threads: int | None,
+    uncertain: Any = None,
+    robust: str = "worst",
+    samples: int = 16,
+    **counts: tuple[Any, int],
+) -> Problem:
+    """The problem that the arguments of `optimise` or `pareto_front` describe.
+
+    counts: further arguments by name, each with its value and the least whole number that it may be
+    Raises CaseError with every complaint, before any work.
+    """
+    case = system if isinstance(system, Case) else Case(system)
+    system = case.system
+    complaints = Complaints()
+    if not is_driven(system):
+        complaints.add("system", "should have a drive that changes in time")
+    given = [case.initial] if starts is None else list(starts)
+    if not given:
+        complaints.add("starts", "should hold at least one start")
+    for name, (value, least) in counts.items():
+        with complaints.collected():
+            check_whole(name, value, least)
+    if not (is_number(margin) and 0.0 <= margin < 1.0):
+        complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
+    if not is_positive(settle):
+        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
+    space = design_space(system, over, complaints)
+    several = len(objectives) > 1
+    goals: list[Goal] = []
+    measures: dict[str | Measure, None] = {}
+    for k, (objective, sense) in enumerate(zip(objectives, senses, strict=True)):
+        fields = (f"objectives[{k}]", f"senses[{k}]") if several else ("objective", "sense")
+        goal, needed = goal_of(system, objective, sense, subject_to if k == 0 else (), complaints, fields)
+        goals.append(dataclasses.replace(goal, constraints=goals[0].constraints) if goals else goal)
+        measures |= dict.fromkeys(needed)
+    if several and len({each.measure for each in goals}) < len(goals) and not complaints:
+        complaints.add("objectives", f"should be different measures, got {goals[0].measure} twice")
+    drawn = None
+    if uncertain is not None:
+        drawn = _samples(system, space, uncertain, robust, samples, complaints)
+    begun = []
+    for each in given:
+        with complaints.collected():
+            begun.append(initial_state(system, each))
+    if complaints:
+        raise CaseError(complaints, "the search")
+    return Problem(
+        system, space, tuple(goals), tuple(measures), tuple(begun), periods, settle, tolerance, margin, threads, drawn
+    )
+
+
+def _samples(
+    system: System, space: DesignSpace, uncertain: Any, robust: Any, samples: Any, complaints: Complaints
+) -> Samples | None:
+    """Samples of what is uncertain in a search; complaints are added."""
+    begun = len(complaints)
+    quantities = uncertain_quantities(system, uncertain, complaints)
+    with complaints.collected():
+        check_one_of("robust", robust, CRITERIA)
+    with complaints.collected():
+        check_whole("samples", samples, 2, 2**16)
+    if len(complaints) > begun:
+        return None
+    varied_too = {quantity(path, system).plain: path for path in space.paths}
+    for each in quantities:
+        for path in each.paths:
+            given = varied_too.get(quantity(path, system).plain)
+            if given is not None and (given != path or not each.nominal):
+                complaints.add(
+                    path, f"is a design variable; its uncertainty should be {given}=factor:..., a factor of it"
+                )
+    return samples_of(quantities, samples, robust)

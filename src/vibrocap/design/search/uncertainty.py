@@ -1,0 +1,208 @@
+"""Uncertain quantities: what is not known exactly of machine, friction, ground or drive, and samples of it."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaint, Complaints, is_number, shown
+from vibrocap.case.sections import is_kind
+from vibrocap.physics.conversion import quantity
+from vibrocap.physics.system import System
+from vibrocap.studies.plan.variation import path_complaints
+
+FORM = "LOW:HIGH, normal:MEAN:DEVIATION or lognormal:MEDIAN:SIGMA, with factor: before it for factors of the case's own"
+
+
+@dataclasses.dataclass(frozen=True)
+class Uncertain:
+    """One uncertain quantity.
+
+    paths: of the parameters that it sets, as they were given; several share one factor
+    distribution: a frozen one of `scipy.stats`, of the values or of the factor; words: it and the paths in a line
+    nominal: values of the system itself, by path, which a factor multiplies; empty where it is none
+    """
+
+    paths: tuple[str, ...]
+    distribution: Any = dataclasses.field(compare=False)
+    words: str
+    nominal: tuple[float, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return ",".join(self.paths)
+
+    def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
+        """Values by path at cumulative probabilities [n] from 0 to 1; own: values in the place of the system's."""
+        values = np.asarray(self.distribution.ppf(shares), dtype=float)
+        if not self.nominal:
+            return {self.paths[0]: values}
+        return {path: own.get(path, nominal) * values for path, nominal in zip(self.paths, self.nominal, strict=True)}
+
+
+def uncertain_quantities(
+    system: System, given: Any, complaints: Complaints, own: bool = False
+) -> tuple[Uncertain, ...]:
+    """The uncertain quantities that `uncertain` of `robustness` or `optimise` describes; complaints are added.
+
+    own: whether they are quantities of one's own, by name, which are no parameters of the system
+    """
+    if not isinstance(given, Mapping) or not given:
+        complaints.add(
+            "uncertain", "should name at least one quantity with its distribution, such as machine.damping=0.9:1.1"
+        )
+        return ()
+    found: list[Uncertain] = []
+    begun = len(complaints)
+    named: list[str] = []
+    for key, text in given.items():
+        if own:
+            each = _quantity(system, (str(key),), text)
+            if not isinstance(each, str) and not str(key).isidentifier():
+                each = "should be a name such as 'mu', as it is an argument of `through`"
+            if isinstance(each, str):
+                complaints.add(str(key), each)
+            else:
+                found.append(each)
+            continue
+        paths = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else tuple(key)
+        named += paths
+        kinds = [path for path in paths if is_kind(path) or path.startswith("initial.")]
+        if kinds:
+            complaints.add(kinds[0], "is no uncertain quantity; give the path of a number")
+            continue
+        complaints += path_complaints(paths, [system.parts], system.units)
+        if len(complaints) == begun:
+            complaints += [
+                Complaint(path, f"should be a number to be uncertain, got {shown(system.parameter(path))}")
+                for path in paths
+                if not is_number(system.parameter(path))
+            ]
+        if len(complaints) == begun:
+            each = _quantity(system, paths, text)
+            if isinstance(each, str):
+                complaints.add(",".join(paths), each)
+            else:
+                found.append(each)
+    if len(complaints) == begun:
+        plain = [quantity(path, system).plain for path in named]
+        twice = [path for path, name in zip(named, plain, strict=True) if plain.count(name) > 1]
+        if twice:
+            complaints.add(twice[0], "is given twice; give it once")
+    return tuple(found)
+
+
+def _quantity(system: System, paths: tuple[str, ...], given: Any) -> Uncertain | str:
+    """An uncertain quantity, or what is wrong with its distribution."""
+    factor = False
+    if isinstance(given, str):
+        factor = given.startswith("factor:")
+        law = _distribution(given.removeprefix("factor:"))
+        words = given
+    elif hasattr(given, "ppf"):
+        law, words = given, type(given).__name__
+    elif isinstance(given, Sequence) and len(given) == 2 and all(map(is_number, given)):
+        law, words = _distribution(f"{given[0]!r}:{given[1]!r}"), f"{given[0]!r}:{given[1]!r}"
+    else:
+        law, words = None, ""
+    if law is None or isinstance(law, str):
+        return law or f"should be {FORM}, a pair of ends, or a distribution of scipy.stats, got {shown(given)}"
+    if not factor and len(paths) > 1:
+        return f"several quantities share one factor only; write factor:{words}"
+    if factor and not all("." in path for path in paths):
+        return "has no value of the system's own to multiply; give its distribution"
+    nominal = tuple(float(system.parameter(path)) for path in paths) if factor else ()
+    return Uncertain(paths, law, f"{','.join(paths)}={words}", nominal)
+
+
+def _distribution(text: str) -> Any:
+    """The distribution that a text describes; None where it describes none, a text where its numbers do not suit."""
+    from scipy import stats
+
+    kind, _, rest = text.partition(":") if text.startswith(("normal:", "lognormal:")) else ("", "", text)
+    try:
+        first, second = (float(each) for each in rest.split(":"))
+    except ValueError:
+        return None
+    if not (math.isfinite(first) and math.isfinite(second)):
+        return None
+    if kind == "":
+        if not first < second:
+            return f"should have its lower end first, and two different ends, got {text}"
+        return stats.uniform(first, second - first)
+    if not second > 0.0:
+        return f"should have a positive {'deviation' if kind == 'normal' else 'sigma'}, got {second:g}"
+    if kind == "normal":
+        return stats.norm(first, second)
+    return stats.lognorm(second, scale=first) if first > 0.0 else f"should have a positive median, got {first:g}"
+
+
+def sampled(quantities: Sequence[Uncertain], shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
+    """Values [samples] by path at points [samples, quantities] of the unit cube; own: see `Uncertain.columns`."""
+    every = (each.columns(shares[:, i], own) for i, each in enumerate(quantities))
+    return {path: column for columns in every for path, column in columns.items()}
+
+
+def sample_points(quantities: int, samples: int, seed: int) -> np.ndarray:
+    """Scrambled Sobol points [samples, quantities] within the unit cube, none of them on its border."""
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(quantities, rng=np.random.default_rng(seed)).random(samples)
+    return np.clip(points, 1e-12, 1.0 - 1e-12)
+
+
+MOST_CORNERS = 64  # of a box that are samples of their own
+TAIL = 0.1  # share of the worst samples of which "cvar" is the mean
+CRITERIA = ("worst", "mean", "cvar")
+
+
+@dataclasses.dataclass(frozen=True)
+class Samples:
+    """Samples of uncertain quantities with which every design of a search is run, and what of them counts.
+
+    points: [samples, quantities] of the unit cube, the same for all designs
+    criterion: the "worst" sample, their "mean", or the mean of the worst tenth ("cvar", Rockafellar and Uryasev 2000)
+    """
+
+    quantities: tuple[Uncertain, ...]
+    points: np.ndarray = dataclasses.field(compare=False)
+    criterion: str
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def spread(self, values: Mapping[str, np.ndarray], runs: int) -> dict[str, np.ndarray]:
+        """Values [runs] by path, each with all samples: [runs * samples], the samples of one run side by side."""
+        many = len(self)
+        own = {path: np.repeat(column, many) for path, column in values.items()}
+        return own | sampled(self.quantities, np.tile(self.points, (runs, 1)), own)
+
+    def variants(self, design: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """The values of a design with each sample."""
+        columns = sampled(self.quantities, self.points, design)
+        return [{**design, **{path: float(x[k]) for path, x in columns.items()}} for k in range(len(self))]
+
+    def chosen(self, merits: np.ndarray) -> np.ndarray:
+        """What counts of merits [..., samples], of which large ones are good; NaN where one of them is."""
+        if self.criterion == "mean":
+            return np.mean(merits, axis=-1)
+        many = 1 if self.criterion == "worst" else math.ceil(TAIL * len(self))
+        return np.mean(np.sort(merits, axis=-1)[..., :many], axis=-1) + 0.0 * np.sum(merits, axis=-1)
+
+    @property
+    def words(self) -> list[str]:
+        """All that decides the samples, for the record of a search."""
+        return [self.criterion, str(len(self)), *(each.words for each in self.quantities)]
+
+
+def samples_of(quantities: Sequence[Uncertain], samples: int, criterion: str) -> Samples:
+    """The samples of a search: Sobol points, and for the worst of a box of few dimensions its corners besides."""
+    points = sample_points(len(quantities), samples, 0)
+    bounded = all(np.all(np.isfinite(each.distribution.support())) for each in quantities)
+    if criterion == "worst" and bounded and 2 ** len(quantities) <= MOST_CORNERS:
+        points = np.concatenate([np.array(list(itertools.product((0.0, 1.0), repeat=len(quantities)))), points])
+    return Samples(tuple(quantities), points, criterion)

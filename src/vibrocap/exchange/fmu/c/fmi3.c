@@ -1,0 +1,203 @@
+/* FMI 3.0: what both kinds of FMU have in common. */
+#include "fmi3.h"
+#include "instance.h"
+
+static void tell(instance *c, int status, const char *text) {
+  char line[500];
+  snprintf(line, sizeof line, "%s: %s", c->name, text);
+  ((fmi3LogMessageCallback)c->log)(
+      c->environment, (fmi3Status)status, status == ERROR ? "logStatusError" : "logStatusWarning", line);
+}
+
+static int take_tolerance(data *d, double tolerance);
+static int take_time(data *d, double time);
+
+#define STATUS(status) ((fmi3Status)(status))
+#define SIZED(n, count) \
+  if (n != count) return STATUS(WRONG("%zu value references for %zu values", n, count))
+
+EXPORT const char *FMI(GetVersion)(void) { return "3.0"; }
+
+EXPORT fmi3Status FMI(SetDebugLogging)(fmi3Instance i, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+  UNUSED(i), UNUSED(on), UNUSED(n), UNUSED(categories);
+  return fmi3OK;
+}
+
+EXPORT void FMI(FreeInstance)(fmi3Instance i) { free(i); }
+
+EXPORT fmi3Status FMI(EnterInitializationMode)(
+    fmi3Instance i, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start, fmi3Boolean stop_defined,
+    fmi3Float64 stop) {
+  instance *c = i;
+  UNUSED(stop_defined), UNUSED(stop);
+  if (in_phase(c, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
+  if (tolerance_defined && !take_tolerance(&c->now, tolerance))
+    return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
+  if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
+  c->now.phase = INITIALIZING;
+  c->now.stale = 1;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(Terminate)(fmi3Instance i) {
+  ((instance *)i)->now.phase = TERMINATED;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(Reset)(fmi3Instance i) {
+  to_start(&((instance *)i)->now);
+  return fmi3OK;
+}
+
+/* Values. */
+
+EXPORT fmi3Status FMI(GetFloat64)(
+    fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3Float64 values[], size_t count) {
+  instance *c = i;
+  SIZED(n, count);
+  return STATUS(get_real(c, references, n, values));
+}
+
+EXPORT fmi3Status FMI(SetFloat64)(
+    fmi3Instance i, const fmi3ValueReference references[], size_t n, const fmi3Float64 values[], size_t count) {
+  instance *c = i;
+  SIZED(n, count);
+  return STATUS(set_real(c, references, n, values));
+}
+
+EXPORT fmi3Status FMI(GetInt64)(
+    fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3Int64 values[], size_t count) {
+  instance *c = i;
+  size_t k;
+  SIZED(n, count);
+  for (k = 0; k < n; k++)
+    if (get_whole(c, references[k], &values[k])) return fmi3Error;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(GetString)(
+    fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3String values[], size_t count) {
+  instance *c = i;
+  size_t k;
+  SIZED(n, count);
+  for (k = 0; k < n; k++)
+    if (get_text(c, references[k], &values[k])) return fmi3Error;
+  return fmi3OK;
+}
+
+/* Of the other types there are no variables. */
+#define NO_GET(Type)                                                                                                  \
+  EXPORT fmi3Status FMI(Get##Type)(                                                                                   \
+      fmi3Instance i, const fmi3ValueReference references[], size_t n, fmi3##Type values[], size_t count) {           \
+    instance *c = i;                                                                                                  \
+    UNUSED(references), UNUSED(values), UNUSED(count);                                                                \
+    return n ? STATUS(WRONG("there are no variables of the type " #Type)) : fmi3OK;                                   \
+  }
+#define NO_SET(Type)                                                                                                  \
+  EXPORT fmi3Status FMI(Set##Type)(                                                                                   \
+      fmi3Instance i, const fmi3ValueReference references[], size_t n, const fmi3##Type values[], size_t count) {     \
+    instance *c = i;                                                                                                  \
+    UNUSED(references), UNUSED(values), UNUSED(count);                                                                \
+    return n ? STATUS(WRONG("there are no variables of the type " #Type " that can be set")) : fmi3OK;                \
+  }
+NO_GET(Float32) NO_GET(Int8) NO_GET(UInt8) NO_GET(Int16) NO_GET(UInt16) NO_GET(Int32) NO_GET(UInt32) NO_GET(UInt64)
+NO_GET(Boolean)
+NO_SET(Float32) NO_SET(Int8) NO_SET(UInt8) NO_SET(Int16) NO_SET(UInt16) NO_SET(Int32) NO_SET(UInt32) NO_SET(Int64)
+NO_SET(UInt64) NO_SET(Boolean) NO_SET(String)
+
+/* The state. */
+
+EXPORT fmi3Status FMI(GetFMUState)(fmi3Instance i, fmi3FMUState *state) { return STATUS(copy_state(i, state)); }
+
+EXPORT fmi3Status FMI(SetFMUState)(fmi3Instance i, fmi3FMUState state) { return STATUS(restore_state(i, state)); }
+
+EXPORT fmi3Status FMI(FreeFMUState)(fmi3Instance i, fmi3FMUState *state) {
+  UNUSED(i);
+  free(*state);
+  *state = NULL;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(SerializedFMUStateSize)(fmi3Instance i, fmi3FMUState state, size_t *size) {
+  UNUSED(i), UNUSED(state);
+  *size = SERIALIZED;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(SerializeFMUState)(fmi3Instance i, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+  return STATUS(serialize(i, state, bytes, size));
+}
+
+EXPORT fmi3Status FMI(DeserializeFMUState)(fmi3Instance i, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+  return STATUS(deserialize(i, bytes, size, state));
+}
+
+/* What this FMU does not offer. */
+#define ABSENT(Name, ...)                                                                                             \
+  EXPORT fmi3Status FMI(Name)(fmi3Instance i, __VA_ARGS__) {                                                          \
+    instance *c = i;                                                                                                  \
+    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
+  }
+#define REFERENCES const fmi3ValueReference *r, size_t n
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+ABSENT(GetBinary, REFERENCES, size_t *sizes, fmi3Binary *values, size_t count)
+ABSENT(SetBinary, REFERENCES, const size_t *sizes, const fmi3Binary *values, size_t count)
+ABSENT(GetClock, REFERENCES, fmi3Clock *values)
+ABSENT(SetClock, REFERENCES, const fmi3Clock *values)
+ABSENT(GetNumberOfVariableDependencies, fmi3ValueReference r, size_t *n)
+ABSENT(GetVariableDependencies, fmi3ValueReference r, size_t *places, fmi3ValueReference *independents,
+       size_t *their_places, fmi3DependencyKind *kinds, size_t n)
+ABSENT(GetDirectionalDerivative, REFERENCES, const fmi3ValueReference *knowns, size_t known, const fmi3Float64 *seed,
+       size_t seeds, fmi3Float64 *found, size_t count)
+ABSENT(GetAdjointDerivative, REFERENCES, const fmi3ValueReference *knowns, size_t known, const fmi3Float64 *seed,
+       size_t seeds, fmi3Float64 *found, size_t count)
+ABSENT(GetIntervalDecimal, REFERENCES, fmi3Float64 *intervals, fmi3IntervalQualifier *qualifiers)
+ABSENT(GetIntervalFraction, REFERENCES, fmi3UInt64 *counters, fmi3UInt64 *resolutions, fmi3IntervalQualifier *q)
+ABSENT(GetShiftDecimal, REFERENCES, fmi3Float64 *shifts)
+ABSENT(GetShiftFraction, REFERENCES, fmi3UInt64 *counters, fmi3UInt64 *resolutions)
+ABSENT(SetIntervalDecimal, REFERENCES, const fmi3Float64 *intervals)
+ABSENT(SetIntervalFraction, REFERENCES, const fmi3UInt64 *counters, const fmi3UInt64 *resolutions)
+ABSENT(SetShiftDecimal, REFERENCES, const fmi3Float64 *shifts)
+ABSENT(SetShiftFraction, REFERENCES, const fmi3UInt64 *counters, const fmi3UInt64 *resolutions)
+ABSENT(ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
+ABSENT(GetOutputDerivatives, REFERENCES, const fmi3Int32 *orders, fmi3Float64 *values, size_t count)
+
+#define ABSENT_ALONE(Name)                                                                                            \
+  EXPORT fmi3Status FMI(Name)(fmi3Instance i) {                                                                       \
+    instance *c = i;                                                                                                  \
+    return STATUS(WRONG("fmi3" #Name " is not offered by this FMU"));                                                         \
+  }
+ABSENT_ALONE(EnterConfigurationMode)
+ABSENT_ALONE(ExitConfigurationMode)
+ABSENT_ALONE(EvaluateDiscreteStates)
+
+EXPORT fmi3Instance FMI(InstantiateScheduledExecution)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3ClockUpdateCallback update,
+    fmi3PreemptionCallback lock, fmi3PreemptionCallback unlock) {
+  return made(name, token, environment, (void (*)(void))log, 0);
+}
+
+EXPORT fmi3Instance FMI(InstantiateModelExchange)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+  return made(name, token, environment, (void (*)(void))log, MODEL_EXCHANGE);
+}
+
+EXPORT fmi3Instance FMI(InstantiateCoSimulation)(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+    fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference required[], size_t required_count,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate) {
+  instance *c = made(name, token, environment, (void (*)(void))log, !MODEL_EXCHANGE);
+  if (c) c->event_mode = event_mode, c->early_return = early_return;
+  return c;
+}
+
+#if MODEL_EXCHANGE
+#include "model_exchange.h"
+#else
+#include "co_simulation.h"
+#endif

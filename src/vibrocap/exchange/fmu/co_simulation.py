@@ -1,0 +1,73 @@
+"""Co-simulation: a case that its importer moves on by steps of any length, exact inside: the stepper in C."""
+
+from vibrocap.exchange.c_library import c_files
+from vibrocap.exchange.fmu import variables as of
+from vibrocap.exchange.fmu.description import Package
+from vibrocap.exchange.fmu.package import header
+from vibrocap.exchange.stepped_case import SteppedCase
+
+MEANING = (
+    "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are "
+    "located inside the FMU, whatever the step of the importer."
+)
+
+
+def co_simulation(stepped: SteppedCase, name: str) -> Package:
+    """What an FMU of a case for co-simulation is made of."""
+    before, states, parameters = (
+        [of.time(stepped)],
+        of.states(stepped),
+        of.parameters(stepped, range(len(stepped.parameters))),
+    )
+    inputs, sides = of.inputs(stepped, "discrete"), of.sides(stepped.contacts)
+    kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
+    variables = (
+        *before,
+        *parameters,
+        *states,
+        *inputs,
+        *of.observables(stepped),
+        *sides,
+        *of.counts(kinds, len(sides)),
+        of.STATUS,
+    )
+    values = [*(each.value for each in stepped.parameters), *(each.value for each in stepped.states)]
+    constants = {
+        "PARAMETER": 0,
+        "STATE": len(parameters),
+        "OBSERVED": len(values),
+        "HELD": len(values) + len(stepped.observables),
+        "TIME": len(values) + len(stepped.observables) + 1,
+        "VALUES": len(values) + len(stepped.observables) + 2,
+        "COUNTS": len(sides) + len(kinds),
+        "PARAMETERS": len(parameters),
+        "STATES": len(states),
+        "OBSERVABLES": len(stepped.observables),
+        "CONTACTS": len(sides),
+        "EVENT_KINDS": len(stepped.event_kinds),
+        "INPUTS": len(inputs),
+        "PARAMETER_VARIABLE": len(before),
+        "MODEL_EXCHANGE": 0,
+    }
+    own = [
+        f'#include "{name}.h"',
+        f"#define STEPPER(function) {name}_##function",
+        f"#define AT_EVENT {name.upper()}_AT_EVENT",
+        f"#define TOLERANCE {stepped.case.tolerance.hex()}",
+        '#define TOLERANCES "from 1e-14 to 1e-2"',
+        f'#define STARTS "{"a finite number" if inputs else "0, where the drive of the case begins"}"',
+        '#define KIND_OF_FMU "co-simulation"',
+        f"static const int count_of_kind[] = {{{', '.join(str(kinds.index(each)) for each in stepped.event_kinds)}}};",
+        f"typedef struct {{ {name} motion; double tolerance, begun; int input_changed; }} own_state;",
+    ]
+    sources = c_files(stepped.case, name, stepped.input)
+    return Package(
+        name=name,
+        kind="CoSimulation",
+        meaning=MEANING,
+        variables=variables,
+        indicators=(),
+        case=stepped.case,
+        sources={each: sources[each] for each in (f"{name}.h", f"{name}.c")},
+        header=header(variables, constants, values, stepped, own),
+    )

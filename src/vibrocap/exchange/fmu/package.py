@@ -1,0 +1,140 @@
+"""The zip file of an FMU: description, sources and machine code, the same bytes for the same case."""
+
+import hashlib
+import io
+import math
+import zipfile
+from collections.abc import Mapping, Sequence
+from importlib.resources import files as own_files
+
+from vibrocap.exchange.fmu.binaries import PLATFORMS, binary
+from vibrocap.exchange.fmu.description import Package, build_description, description
+from vibrocap.exchange.fmu.variables import Variable
+from vibrocap.exchange.stepped_case import SteppedCase
+
+EPOCH = (1980, 1, 1, 0, 0, 0)  # of all files in the zip
+# our own files in C, of each version and kind
+OWN = {
+    ("3.0", "ModelExchange"): ("fmi3.h", "fmi3.c", "instance.h", "model_exchange.h"),
+    ("3.0", "CoSimulation"): ("fmi3.h", "fmi3.c", "instance.h", "stepping.h", "co_simulation.h"),
+    ("2.0", "CoSimulation"): ("fmi2.h", "fmi2.c", "instance.h", "stepping.h"),
+}
+
+
+def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
+    """The FMU with machine code for these platforms. Raises BuildError where a compiler fails."""
+    own, folder = OWN[fmi, package.kind], own_files("vibrocap.exchange.fmu") / "c"
+    sources = {**package.sources, **{each: (folder / each).read_text(encoding="utf-8") for each in own}}
+    token = _token(package, sources)
+    sources["variables.h"] = package.header.replace("@TOKEN@", token)
+    compiled = [each for each in (*package.sources, own[1]) if each.endswith(".c")]
+    files = {"modelDescription.xml": description(package, fmi, token, compiled)}
+    if fmi != "2.0":
+        files["sources/buildDescription.xml"] = build_description(package.name, compiled)
+    files |= {f"sources/{each}": text.encode() for each, text in sources.items()}
+    for each in platforms:
+        known = PLATFORMS[each]
+        folder_name = known.in_fmi_2 if fmi == "2.0" else each
+        code = binary(sources, compiled, package.name, each)
+        files[f"binaries/{folder_name}/{package.name}{known.ending}"] = code
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as file:
+        for each in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(each, EPOCH)
+            entry.external_attr = 0o644 << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            file.writestr(entry, files[each], compresslevel=9)
+    return packed.getvalue()
+
+
+def _token(package: Package, sources: Mapping[str, str]) -> str:
+    """A digest of all that the FMU computes, in the form of a GUID."""
+    found = hashlib.sha256(package.header.encode())
+    for each in sorted(sources):
+        found.update(f"\0{each}\0{sources[each]}".encode())
+    digits = found.hexdigest()
+    return f"{{{'-'.join((digits[:8], digits[8:12], digits[12:16], digits[16:20], digits[20:32]))}}}"
+
+
+def header(
+    variables: Sequence[Variable],
+    constants: Mapping[str, int],
+    values: Sequence[float],
+    stepped: SteppedCase,
+    own: Sequence[str],
+) -> str:
+    """variables.h: places of the memory, its values at the start, and the table of variables.
+
+    values: of the memory at the start, without zeros at its end; own: lines of one kind of FMU
+    """
+    statuses = [f'    case {code}: return "{text}";' for code, text in stepped.statuses.items()]
+    begun = [f"  values[{i}] = {value.hex()};" for i, value in enumerate(values) if value]
+    words = {
+        "time_factor": stepped.time.scale.hex(),
+        "constants": "\n".join(f"#define {each} {place}" for each, place in constants.items()),
+        "own": "\n".join(own),
+        "rows": "\n".join(map(_row, variables)),
+        "begun": "\n".join(begun),
+        "statuses": "\n".join(statuses),
+    }
+    text = HEADER
+    for each, filling in words.items():
+        text = text.replace(f"@{each}@", filling)
+    return text
+
+
+def _row(each: Variable) -> str:
+    causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if each.starts else "OTHER"}
+    least, most = (_number(bound) for bound in (each.port.least, each.port.most))
+    causality = causalities.get(each.causality, "OTHER")
+    factor = float(each.port.scale).hex()
+    return f'  {{"{each.name}", {factor}, {least}, {most}, {each.place}, {each.type}, {causality}}},'
+
+
+def _number(bound: float) -> str:
+    if math.isinf(bound):
+        return "HUGE_VAL" if bound > 0.0 else "-HUGE_VAL"
+    return float(bound).hex()
+
+
+HEADER = """/* What the variables of this FMU are, where they stand in memory, and their start values. */
+#ifndef VARIABLES_H
+#define VARIABLES_H
+
+#include <math.h>
+#include <stdint.h>
+
+#define TOKEN "@TOKEN@"
+#define TIME_FACTOR @time_factor@
+@constants@
+@own@
+
+enum { REAL, WHOLE, TEXT };
+enum { OTHER, PARAMETER_OF_CASE, START, INPUT };
+
+/* factor: what one dimensionless unit is in the unit of the variable; least, most: what a dimensionless value may be;
+   place: in the memory of its type */
+typedef struct {
+  const char *name;
+  double factor, least, most;
+  int place, type, causality;
+} variable;
+
+static const variable variables[] = {
+@rows@
+};
+#define VARIABLES (sizeof variables / sizeof *variables)
+
+static void start_values(double *values) {
+@begun@
+}
+
+static const char *status_text(int status) {
+  switch (status) {
+@statuses@
+    default: return "unknown";
+  }
+}
+
+#endif
+"""

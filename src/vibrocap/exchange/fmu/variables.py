@@ -1,0 +1,152 @@
+"""The variables of an FMU: what its importer sees, in SI where the case is, and where each stands in memory."""
+
+import dataclasses
+from collections.abc import Iterable
+
+from vibrocap.exchange.stepped_case import Port, SteppedCase
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.units import one_way, over_seconds, parameter_keys, shortest
+
+REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
+INPUT = "drive"
+SIDES = {"slides back": -1, "rests": 0, "slides forward": 1}
+
+
+@dataclasses.dataclass(frozen=True)
+class Variable:
+    """One variable of an FMU.
+
+    place: in the memory of its type, by an expression of C; port: its name, unit, factor and bounds
+    causality: "parameter", "input", "output", "local" or "independent"; starts: whether the value of the port is
+    its start value, else it is computed; derivative: name of the state whose rate this is; values: the type of an
+    enumeration
+    """
+
+    port: Port
+    meaning: str
+    place: str
+    type: str = REAL
+    causality: str = "output"
+    variability: str = "continuous"
+    starts: bool = False
+    derivative: str = ""
+    values: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the quantity."""
+        return self.port.name
+
+    @property
+    def unit(self) -> str:
+        """SI unit, "1" of what has none."""
+        return self.port.unit
+
+    @property
+    def initial(self) -> str:
+        """ "exact" with a start value, else "calculated"; "" of inputs and of time."""
+        if self.causality in ("input", "independent"):
+            return ""
+        return "exact" if self.starts else "calculated"
+
+    @property
+    def start(self) -> float | None:
+        """The start value in the unit, with the fewest digits that give the dimensionless one exactly."""
+        if not self.starts:
+            return None
+        value, factor = self.port.value, self.port.scale
+        found = shortest(value, factor)
+        return value * factor if found is None else found
+
+
+def time(stepped: SteppedCase) -> Variable:
+    """The time."""
+    return Variable(stepped.time, "time", "TIME", causality="independent")
+
+
+def parameters(stepped: SteppedCase, places: Iterable[int]) -> list[Variable]:
+    """The parameters of the case, by their paths, in SI without the unit in them; places: of each in the memory."""
+    given = {"causality": "parameter", "variability": "fixed", "starts": True}
+    found = []
+    for each, place in zip(stepped.parameters, places, strict=True):
+        name, meaning = _in_words(stepped, each.name)
+        found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {place}", **given))
+    return found
+
+
+def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
+    """Name and meaning of a parameter by its path."""
+    part, _, name = path.partition(".")
+    record = stepped.system.parts[part]
+    meaning = next(info.meaning for info in parameter_table(record) if info.name == name)
+    if stepped.system.units is None:
+        return path, meaning
+    key = one_way(parameter_keys(type(record), stepped.system.si.effort), name)
+    if key is None or not key.has_unit:
+        return path, meaning
+    return f"{part}.{key.stem}", f"{_words(key.stem)}; without units: {meaning}"
+
+
+def states(stepped: SteppedCase) -> list[Variable]:
+    """The states, with their start values."""
+    return [
+        Variable(each, f"state: {_words(each.name)}", f"STATE + {i}", starts=True)
+        for i, each in enumerate(stepped.states)
+    ]
+
+
+def rates(stepped: SteppedCase) -> list[Variable]:
+    """The rates of the states."""
+    found = []
+    for i, each in enumerate(stepped.states):
+        unit = each.unit if stepped.system.units is None else over_seconds(each.unit)
+        rate = Port(f"der({each.name})", unit, each.scale / stepped.time.scale)
+        found.append(
+            Variable(rate, f"rate of {_words(each.name)}", f"RATE + {i}", causality="local", derivative=each.name)
+        )
+    return found
+
+
+def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
+    """The input, where there is one. variability: "discrete" for one that is held, else "continuous"."""
+    held = dataclasses.replace(stepped.inputs[0], name=INPUT) if stepped.inputs else None
+    meaning = "what drives the machine, held until it is set again" if variability == "discrete" else "what drives"
+    given = {"causality": "input", "variability": variability, "starts": True}
+    return [] if held is None else [Variable(held, meaning, "HELD", **given)]
+
+
+def observables(stepped: SteppedCase) -> list[Variable]:
+    """What else is seen of a motion: friction, reaction, energy and so on; an input is not seen twice."""
+    seen = []
+    for i, each in enumerate(stepped.observables):
+        if each.name == INPUT and stepped.inputs:
+            if stepped.system.actuator is None:
+                continue
+            each = dataclasses.replace(each, name="actuator_output")
+        seen.append(Variable(each, _words(each.name), f"OBSERVED + {i}"))
+    return seen
+
+
+def sides(contacts: int) -> list[Variable]:
+    """Of each contact whether it rests and which way it slides."""
+    names = ["side", *(f"side_{i}" for i in range(2, contacts + 1))]
+    meaning = "+1, -1: the contact slides forward, back; 0: it rests"
+    return [_whole(name, meaning, i, "Side") for i, name in enumerate(names)]
+
+
+def counts(kinds: Iterable[str], before: int) -> list[Variable]:
+    """How many events of each kind there were, of all contacts. before: whole numbers that stand before them."""
+    return [_whole(f"events.{kind}", f"events: {_words(kind)}", i) for i, kind in enumerate(kinds, start=before)]
+
+
+STATUS = Variable(
+    Port("status"), "how the motion goes on or why it ended", "0", TEXT, causality="local", variability="discrete"
+)
+
+
+def _whole(name: str, meaning: str, place: int, values: str = "") -> Variable:
+    return Variable(Port(name), meaning, str(place), WHOLE, variability="discrete", values=values)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,160 @@
+"""A case that is stepped from outside: its kernel, and every quantity that crosses the border, with bounds and unit.
+
+It is what the library in C, the stepper in Python and all that is built on them have in common.
+"""
+
+import dataclasses
+import functools
+import math
+from typing import Literal
+
+from vibrocap.arguments import ArgumentError, shown
+from vibrocap.case.case import Case
+from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
+from vibrocap.motion.simulate import STATUSES, event_kinds
+from vibrocap.motion.start import initial_state
+from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
+from vibrocap.physics.conversion import quantity_in_si
+from vibrocap.physics.numbering import numbered
+from vibrocap.physics.parameters import bounds
+from vibrocap.physics.system import System
+from vibrocap.physics.units import over_seconds
+
+INPUTS = ("drive",)
+AT_EVENT, REFUSED = codes.DONE, codes.TRACE_FULL  # codes that a stepper has no other use for
+SEGMENT = "segment."
+
+Input = Literal["drive"] | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Port:
+    """A quantity that crosses the border between a motion and what steps it.
+
+    A dimensionless number times `scale` is in `unit`, an SI unit; "1" and 1.0 where the case is not in SI.
+    value: of the case, of parameters and initial states; least, most: what a parameter may be by itself
+    place: of a parameter, in the parameter vector
+    """
+
+    name: str
+    unit: str = "1"
+    scale: float = 1.0
+    value: float = 0.0
+    least: float = -math.inf
+    most: float = math.inf
+    place: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class SteppedCase:
+    """A case whose motion is moved on from outside. input: what of it is an input; None: nothing is."""
+
+    case: Case
+    input: Input = None
+
+    def __post_init__(self):
+        if self.input is not None and self.input not in INPUTS:
+            raise ArgumentError("input", f"should be {shown(INPUTS[0])} or None, got {shown(self.input)}")
+
+    def __reduce__(self):
+        return type(self), (self.case, self.input)  # all else follows
+
+    @functools.cached_property
+    def system(self) -> System:
+        """That of the case, with the input in the place of the drive where it is one."""
+        return self.case.system if self.input is None else with_held_input(self.case.system)
+
+    @functools.cached_property
+    def equations(self) -> Equations:
+        """Recorded."""
+        return equations(self.system)
+
+    @functools.cached_property
+    def kernel(self) -> StepperKernel:
+        """The stepper."""
+        return stepper_kernel(self.equations, self.equations.observables, self.case.tolerance, self.input is not None)
+
+    def memory(self) -> StepperMemory:
+        """What the stepper carries, before the motion begins."""
+        run = {name: value for name, value in self.case.run.items() if name != "periods"}
+        initial = initial_state(self.case.system, self.case.initial).values()
+        return self.kernel.memory(parameter_values(self.system), [*initial], **run)
+
+    # --- what crosses the border --------------------------------------------------------------------------------------
+
+    @functools.cached_property
+    def time(self) -> Port:
+        """Time."""
+        return self._of_motion("time")
+
+    @functools.cached_property
+    def inputs(self) -> tuple[Port, ...]:
+        """Value, slope and curvature of the input; none without."""
+        if self.input is None:
+            return ()
+        found = [self._of_motion("drive")]
+        for _ in INPUT_NAMES[1:]:
+            unit = found[-1].unit if self.system.units is None else over_seconds(found[-1].unit)
+            found.append(Port("", unit, found[-1].scale / self.time.scale))
+        named = zip(found, INPUT_NAMES, strict=True)
+        return tuple(
+            dataclasses.replace(each, name="drive" if name == "value" else f"drive_{name}") for each, name in named
+        )
+
+    @functools.cached_property
+    def parameters(self) -> tuple[Port, ...]:
+        """Those that can be set before the motion begins, by their paths; an input has none."""
+        found, parts = [], self.system.parts
+        values = zip(self.equations.parameter_paths, parameter_values(self.system), strict=True)
+        for place, (path, value) in enumerate(values):
+            part, _, name = path.partition(".")
+            if not (path.startswith(SEGMENT) or part == self.input):
+                known = quantity_in_si(path, self.system)
+                found.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
+        return tuple(found)
+
+    @functools.cached_property
+    def states(self) -> tuple[Port, ...]:
+        """In the order of the state vector; the value is the initial one."""
+        initial = initial_state(self.case.system, self.case.initial)
+        return tuple(self._of_motion(name, value) for name, value in initial.items())
+
+    @functools.cached_property
+    def observables(self) -> tuple[Port, ...]:
+        """In the order in which the stepper shows them, after the states."""
+        return tuple(map(self._of_motion, self.kernel.observed))
+
+    def _of_motion(self, name: str, value: float = 0.0) -> Port:
+        if self.system.units is None:
+            return Port(name, value=value)
+        return Port(name, self.system.si.unit(name), self.system.si.factor(name), value)
+
+    @functools.cached_property
+    def contacts(self) -> int:
+        """How many there are."""
+        return len(self.equations.contacts)
+
+    @functools.cached_property
+    def event_kinds(self) -> tuple[str, ...]:
+        """Names of what is counted: kinds of event of each contact, then those of none, from `contact_kinds` on."""
+        kinds = event_kinds(self.system.placed.switch_events)
+        found = (*kinds[: codes.SWITCHED + 1].tolist(), *kinds[codes.MACHINE_SWITCHED :].tolist())
+        return found[: self.kernel.counted_kinds]  # a machine may have fewer branches than it has names
+
+    @property
+    def contact_kinds(self) -> int:
+        """How many kinds of event are of a contact."""
+        return codes.SWITCHED
+
+    @functools.cached_property
+    def counted(self) -> tuple[str, ...]:
+        """Name of each number that the stepper counts events with; of a further contact "stick_2" and so on."""
+        own, others = self.event_kinds[: self.contact_kinds], self.event_kinds[self.contact_kinds :]
+        return (*(numbered(kind, c) for kind in own for c in range(1, self.contacts + 1)), *others)
+
+    @functools.cached_property
+    def statuses(self) -> dict[int, str]:
+        """What each status is called."""
+        named = {code: status.value for code, status in STATUSES.items() if code != codes.DONE}
+        return {codes.RUNNING: "running", AT_EVENT: "at an event", REFUSED: "refused", **named}

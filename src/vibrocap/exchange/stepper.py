@@ -1,0 +1,306 @@
+"""A motion that is moved on from outside, step by step: of a controller, a robot, a policy.
+
+It is what the library in C is, to the last bit, and is made of the same kernel.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, check_whole, shown, suggestion
+from vibrocap.case.case import Case
+from vibrocap.exchange.stepped_case import Input, SteppedCase
+from vibrocap.exchange.stepper_array import StepperArray
+from vibrocap.motion.held_input import INPUT_NAMES
+from vibrocap.motion.simulate import STATUSES
+from vibrocap.motion.status import Status
+from vibrocap.numerics.api import StepperMemory
+from vibrocap.physics.numbering import numbered
+from vibrocap.physics.system import System
+
+
+class MotionEnded(RuntimeError):
+    """A motion that cannot go on, as its load has lifted off for example: `time` says when, `status` why."""
+
+    def __init__(self, time: float, status: Status):
+        super().__init__(f"the motion has ended at t = {time:.10g}: {status.value}. {status.text}")
+        self.time, self.status = time, status
+
+    def __reduce__(self):
+        return type(self), (self.time, self.status)
+
+
+@dataclasses.dataclass(frozen=True)
+class StepperEvent:
+    """The last event of a motion. kind: as of `Event`; contact: its number, 1 for the first, 0 of none."""
+
+    time: float
+    kind: str
+    contact: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Instant:
+    """A motion at one instant. Dimensionless, as the states of a `Trajectory`.
+
+    states: by name; observables: friction, energy and what else can be asked of a motion, by name
+    sides: of each contact, +1 or -1 where it slides, 0 at rest; events: how often each kind occurred
+    status: None while the motion goes on
+    """
+
+    time: float
+    states: Mapping[str, float]
+    observables: Mapping[str, float]
+    sides: tuple[int, ...]
+    events: Mapping[str, int]
+    last_event: StepperEvent | None
+    status: Status | None
+
+
+def stepper(
+    case: Case | System,
+    *,
+    input: Input = None,
+    initial: Mapping[str, float] | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: int | None = None,
+) -> "Stepper | InputStepper | StepperArray":
+    """The motion of a case or a system, at its start, to be moved on by any lengths of time.
+
+    input: "drive", if it is set at each step, `.step(value, length)`; None: the case's own goes on, `.step(length)`
+    initial: initial states by name, as of `simulate`; tolerance: error per step (1e-14 to 1e-2); both by default those
+        of the case, or of `simulate`
+    parameters: values by path that replace those of the system, such as {"machine.mass_ratio": 2.0}
+    count: so many motions at once, side by side (`StepperArray`), of which initial states and parameters may be arrays
+        [count]; None: one
+    Raises ValueError or TypeError, naming the argument, before any work.
+    """
+    if not isinstance(case, (Case, System)):
+        raise ArgumentError("case", f"should be a case or a system, got {shown(case)}")
+    columns: dict[str, Any] = {}
+    if count is not None:
+        check_whole("count", count, 1, 2**24)
+        (initial, parameters), columns = _columns_apart(initial, parameters)
+    given: dict[str, Any] = {"initial": initial, "tolerance": tolerance}
+    given = {name: value for name, value in given.items() if value is not None}
+    made = Case(case, **given) if isinstance(case, System) else dataclasses.replace(case, **given)
+    if parameters is not None:
+        made = dataclasses.replace(made, system=made.system.with_parameters(parameters))
+    stepped = SteppedCase(made, input)
+    if count is not None:
+        return StepperArray(stepped, int(count), columns)
+    return Stepper(stepped) if input is None else InputStepper(stepped)
+
+
+def _columns_apart(*given: Mapping[str, Any] | None) -> tuple[list[dict[str, Any] | None], dict[str, Any]]:
+    """What is given by name without its arrays, and the arrays."""
+    arrays = {name: value for each in given for name, value in (each or {}).items() if np.ndim(value)}
+    rest = [None if each is None else {name: each[name] for name in each if name not in arrays} for each in given]
+    return rest, arrays
+
+
+class SteppedMotion:
+    """One motion that is moved on from outside: what can be seen of it, and how it is kept (see `Stepper`)."""
+
+    def __init__(self, stepped: SteppedCase):
+        self.stepped = stepped
+        self._begin_with(stepped.memory())
+        self._entry("begin_motion")(0)
+
+    def _begin_with(self, memory: StepperMemory) -> None:
+        places = self.stepped.kernel.places
+        self._memory = memory
+        self._floats: Any = memory.floats.data  # faster, number by number, than arrays
+        self._ints: Any = memory.ints.data
+        self._length, self._ended, self._stopped = places["LENGTH"], places["ENDED"], places["STOPPED"]
+        self._input, self._new_input = places["INPUT"], places["NEW_INPUT"]
+        self._take, self._look = self._entry("take_step"), self._entry("look_at")
+        self._names = (*(port.name for port in self.stepped.states), *self.stepped.kernel.observed)
+
+    def _entry(self, name: str) -> Any:
+        return self.stepped.kernel.entry(name, self._memory)
+
+    def _go_on(self, length: float) -> None:
+        if not 0.0 < length < math.inf:
+            raise _not_a_length(length)
+        self._floats[self._length] = length
+        self._take(0)
+        if self._ints[self._ended]:
+            raise MotionEnded(self.time, self._status())
+
+    def _go_on_to_event(self, length: float) -> bool:
+        if not 0.0 < length < math.inf:
+            raise _not_a_length(length)
+        self._floats[self._length] = length
+        self._ints[self._stopped] = 0
+        self._take(1)
+        if self._ints[self._ended]:
+            raise MotionEnded(self.time, self._status())
+        return self._ints[self._stopped] == 1
+
+    # --- looking ------------------------------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What can be asked for by name: states, then observables."""
+        return self._names
+
+    @property
+    def time(self) -> float:
+        """Time since the motion began."""
+        return self._floats[self.stepped.kernel.places["CLOCK"]]
+
+    @property
+    def values(self) -> np.ndarray:
+        """All states, then all observables, in the order of `names`: array [names]."""
+        self._look(0)
+        return self._memory.trace[: len(self._names)].copy()
+
+    @property
+    def states(self) -> np.ndarray:
+        """In the order of the system's: array [states]."""
+        self._look(0)
+        return self._memory.trace[: len(self.stepped.states)].copy()
+
+    def __getitem__(self, name: str) -> float:
+        if name not in self._names:
+            raise KeyError(f"{name!r} is not known of this motion; {suggestion(name, self._names)}")
+        return float(self.values[self._names.index(name)])
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Of each contact: +1, -1 it slides; 0 it is at rest."""
+        first = self.stepped.kernel.places["SHOWN_SIDE"]
+        return tuple(int(self._floats[first + c]) for c in range(self.stepped.contacts))
+
+    @property
+    def events(self) -> dict[str, int]:
+        """How often each kind of event occurred; of a further contact "stick_2" and so on."""
+        first, found = self.stepped.kernel.places["COUNTED"], dict.fromkeys(self.stepped.counted, 0)
+        for i, name in enumerate(self.stepped.counted):
+            found[name] += self._ints[first + i]
+        return found
+
+    @property
+    def last_event(self) -> StepperEvent | None:
+        """None before the first."""
+        if not any(self.events.values()):
+            return None
+        places, floats, ints = self.stepped.kernel.places, self._floats, self._ints
+        kind, contact = self.stepped.event_kinds[ints[places["LAST_KIND"]]], ints[places["LAST_CONTACT"]]
+        return StepperEvent(floats[places["LAST_TIME"]], numbered(kind, max(1, contact)), contact)
+
+    @property
+    def status(self) -> Status | None:
+        """Why the motion has ended; None while it goes on."""
+        return self._status() if self._ints[self._ended] else None
+
+    def _status(self) -> Status:
+        return STATUSES[self._ints[self._ended]]
+
+    def look(self) -> Instant:
+        """All of it at the present instant."""
+        values, states = self.values.tolist(), len(self.stepped.states)
+        return Instant(
+            time=self.time,
+            states=dict(zip(self._names[:states], values[:states], strict=True)),
+            observables=dict(zip(self._names[states:], values[states:], strict=True)),
+            sides=self.sides,
+            events=self.events,
+            last_event=self.last_event,
+            status=self.status,
+        )
+
+    def __repr__(self) -> str:
+        states = ", ".join(
+            f"{port.name} {value:.5g}" for port, value in zip(self.stepped.states, self.states, strict=True)
+        )
+        return f"<{type(self).__name__}: t = {self.time:.10g}; {states}; {self.status or 'goes on'}>"
+
+    # --- keeping ------------------------------------------------------------------------------------------------------
+
+    def copy(self) -> Self:
+        """The same motion once more, apart from this one."""
+        return _remade(type(self), self.stepped, self._memory)
+
+    def restore(self, kept: "SteppedMotion") -> None:
+        """Go back, or over, to a motion of the same case that was kept by `copy`."""
+        if type(kept) is not type(self) or (kept.stepped is not self.stepped and kept.stepped != self.stepped):
+            raise ArgumentError("kept", f"should be a copy of this motion, of the same case, got {shown(kept)}")
+        self._memory.take(kept._memory)
+
+    def __reduce__(self):
+        return _remade, (type(self), self.stepped, self._memory)
+
+
+class Stepper(SteppedMotion):
+    """One motion with the case's own drive, moved on by `step` and `step_to_event`; look at it by name or by `look`.
+
+    The instant is read from steps of the kernel's own choice, so that the motion does not depend on where it is looked
+    at: it has the bits of the kernel without fused operations, as the library in C. `copy` and `restore` keep and bring
+    back a motion, and so does `pickle`. No limit of periods ends it.
+    """
+
+    def step(self, length: float) -> None:
+        """Go on by a length of time > 0. Raises MotionEnded where the motion cannot: it stands where it ended then."""
+        self._go_on(length)
+
+    def step_to_event(self, length: float) -> bool:
+        """Go on by at most a length of time, to the first event that changes anything; whether there was one.
+
+        A graze changes nothing and is only counted. Events at one instant count as one here. Raises MotionEnded.
+        """
+        return self._go_on_to_event(length)
+
+
+class InputStepper(SteppedMotion):
+    """One motion whose drive is set from step to step; all else as of `Stepper`.
+
+    From where it is set on, the drive is value + slope s + curvature s^2/2 after the time s; machines whose motion it
+    imposes need slope and curvature, as they feel nothing else. The value is dimensionless, as that of `Drive`. Where
+    it jumps, a contact that is at rest is asked again whether it stays there.
+    """
+
+    def _set(self, value: float, slope: float, curvature: float) -> None:
+        if not (value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0):
+            given = zip(INPUT_NAMES, (value, slope, curvature), strict=True)
+            name, wrong = next((name, number) for name, number in given if number - number != 0.0)
+            raise ArgumentError(name, f"should be a finite number, got {shown(wrong)}")
+        floats, place = self._floats, self._input
+        floats[place], floats[place + 1], floats[place + 2] = value, slope, curvature
+        self._ints[self._new_input] = 1
+
+    def step(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> None:
+        """Set the drive and go on by a length of time > 0. Raises MotionEnded where the motion cannot go on."""
+        if not 0.0 < length < math.inf:  # before the drive is set
+            raise _not_a_length(length)
+        self._set(value, slope, curvature)
+        self._go_on(length)
+
+    def step_to_event(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> bool:
+        """Set the drive and go on by at most a length of time, to the first event; whether there was one.
+
+        Where the drive jumps and a side changes at once, that is an event: no time has passed then.
+        """
+        if not 0.0 < length < math.inf:
+            raise _not_a_length(length)
+        self._set(value, slope, curvature)
+        return self._go_on_to_event(length)
+
+
+def _not_a_length(length: Any) -> ArgumentError:
+    return ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
+
+
+def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory) -> Any:
+    """A stepper with what another carries."""
+    made = object.__new__(kind)
+    made.stepped = stepped
+    own = stepped.memory()
+    own.take(memory)
+    made._begin_with(own)
+    return made

@@ -1,0 +1,146 @@
+"""Many motions of one case that are moved on from outside, side by side."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, shown, suggestion
+from vibrocap.exchange.stepped_case import SteppedCase
+from vibrocap.motion.simulate import STATUSES
+from vibrocap.motion.status import Status
+from vibrocap.numerics.api import StepperMemory
+
+
+class StepperArray:
+    """Many motions of one case, apart from one another; arrays of their numbers go in and come out.
+
+    Each has the bits that it has alone (`Stepper`). One that cannot go on stays where it ended: `ended` says which they
+    are, and `statuses` why.
+    """
+
+    def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
+        self.stepped, self.count = stepped, count
+        one, placed = stepped.memory(), self._placed(columns)
+        self._bind([np.tile(each, (count, 1)) for each in (one.floats, one.ints, one.trace)])
+        for place, column in placed.items():
+            self._floats[:, place] = column
+        for memory in self._memories():
+            stepped.kernel.entry("begin_motion", memory)(0)
+
+    def _placed(self, columns: Mapping[str, Any]) -> dict[int, np.ndarray]:
+        """Initial states and parameters of all motions by their place in the memory."""
+        places, found = self.stepped.kernel.places, {}
+        states = {port.name: places["STATE"] + i for i, port in enumerate(self.stepped.states)}
+        ports = {port.name: port for port in self.stepped.parameters}
+        for name, value in columns.items():
+            if name not in states and name not in ports:
+                raise ArgumentError(str(name), f"no such state or parameter; {suggestion(name, [*states, *ports])}")
+            column = self._column(name, value)
+            if name in ports:
+                port = ports[name]
+                if np.any((column < port.least) | (column > port.most)):
+                    limits = f"from {port.least:.4g} to {port.most:.4g}"
+                    raise ArgumentError(name, f"should be {limits}, got {shown(value)}")
+                found[places["PARAMETER"] + port.place] = column
+            else:
+                found[states[name]] = column
+        return found
+
+    def _column(self, name: str, value: Any) -> np.ndarray:
+        """A number for each motion."""
+        found = np.asarray(value, dtype=float)
+        if found.shape not in ((), (self.count,)):
+            raise ArgumentError(name, f"should be a number or {self.count} of them, got an array {found.shape}")
+        if not np.all(np.isfinite(found)):
+            raise ArgumentError(name, f"should be finite, got {shown(value)}")
+        return np.broadcast_to(found, (self.count,))
+
+    def _bind(self, rows: list[np.ndarray]) -> None:
+        self._floats, self._ints, self._trace = rows
+        self._places, kernel = self.stepped.kernel.places, self.stepped.kernel
+        self._take = [kernel.entry("take_step", memory) for memory in self._memories()]
+        self._look = [kernel.entry("look_at", memory) for memory in self._memories()]
+
+    def _memories(self) -> list[StepperMemory]:
+        return [StepperMemory(*each) for each in zip(self._floats, self._ints, self._trace, strict=True)]
+
+    def step(self, *given: Any) -> None:
+        """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count]."""
+        wanted = ("length",) if self.stepped.input is None else ("value", "length")
+        if len(given) != len(wanted):
+            raise TypeError(f"step takes {' and '.join(wanted)}, got {len(given)} values")
+        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=True)}
+        if not np.all(columns["length"] > 0.0):
+            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[-1])}")
+        self._floats[:, self._places["LENGTH"]] = columns["length"]
+        if "value" in columns:
+            self._floats[:, self._places["INPUT"]] = columns["value"]
+            self._ints[:, self._places["NEW_INPUT"]] = 1
+        for take in self._take:
+            take(0)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What `values` holds: states, then observables."""
+        return (*(port.name for port in self.stepped.states), *self.stepped.kernel.observed)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Of each motion: array [count]."""
+        return self._floats[:, self._places["CLOCK"]].copy()
+
+    @property
+    def values(self) -> np.ndarray:
+        """States and observables now: array [count, names]."""
+        for look in self._look:
+            look(0)
+        return self._trace[:, : len(self.names)].copy()
+
+    @property
+    def states(self) -> np.ndarray:
+        """Array [count, states]."""
+        return self.values[:, : len(self.stepped.states)]
+
+    @property
+    def sides(self) -> np.ndarray:
+        """+1, -1 where a contact slides, 0 where it is at rest: array [count, contacts] of ints."""
+        first = self._places["SHOWN_SIDE"]
+        return self._floats[:, first : first + self.stepped.contacts].astype(int)
+
+    @property
+    def ended(self) -> np.ndarray:
+        """Whether each motion has ended: array [count] of bool."""
+        return self._ints[:, self._places["ENDED"]] != 0
+
+    @property
+    def statuses(self) -> list[Status | None]:
+        """Why each motion has ended; None of one that goes on."""
+        return [STATUSES[code] if code else None for code in self._ints[:, self._places["ENDED"]].tolist()]
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __repr__(self) -> str:
+        return f"<StepperArray: {self.count} motions, {np.count_nonzero(self.ended)} of them ended>"
+
+    def copy(self) -> "StepperArray":
+        """The same motions once more."""
+        return _remade(self.stepped, self.count, [each.copy() for each in (self._floats, self._ints, self._trace)])
+
+    def restore(self, kept: "StepperArray") -> None:
+        """Go back to motions that were kept by `copy`."""
+        if type(kept) is not type(self) or kept.count != self.count or kept.stepped != self.stepped:
+            raise ArgumentError("kept", f"should be a copy of these motions, got {shown(kept)}")
+        self._floats[:], self._ints[:], self._trace[:] = kept._floats, kept._ints, kept._trace
+
+    def __reduce__(self):
+        return _remade, (self.stepped, self.count, [self._floats, self._ints, self._trace])
+
+
+def _remade(stepped: SteppedCase, count: int, rows: list[np.ndarray]) -> StepperArray:
+    """Motions with what others carry."""
+    made = object.__new__(StepperArray)
+    made.stepped, made.count = stepped, count
+    made._bind(rows)
+    return made

@@ -1,0 +1,79 @@
+"""Counting events: the hooks that the loop calls in a run of which no step is kept (one lane).
+
+An event is counted by its kind and contact once its instant is passed: first the kinds that are of a contact, each for
+all contacts, then those of none. The last one is remembered.
+"""
+
+from vibrocap.numerics.kernel.codes import (
+    GRAZE,
+    MACHINE_SWITCHED,
+    REVERSAL,
+    SLIP_BACK,
+    SLIP_FORWARD,
+    STICK,
+    SWITCHED,
+)
+from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
+from vibrocap.numerics.kernel.generated.lane import SIDE, SIDE_TOLD, TIME
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS
+from vibrocap.numerics.kernel.generated.stepper import (
+    COUNTED,
+    LAST_CONTACT,
+    LAST_KIND,
+    LAST_TIME,
+    NOTICED,
+    STOPPED,
+    STOPPING,
+)
+from vibrocap.numerics.kernel.interface import keep_event, keep_piece
+
+
+def has_room(floats, ints, trace, lane):
+    """Always: nothing is recorded."""
+    return True
+
+
+def on_piece(floats, ints, trace, lane, h):
+    """A step of length h was accepted; its series still stands in memory, the lane at its start."""
+    for c in range(CONTACTS):
+        now, before = floats[SIDE + c], floats[SIDE_TOLD + c]
+        if now != before:
+            floats[SIDE_TOLD + c] = now
+            if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
+                kind = REVERSAL
+                if now == 0.0:
+                    kind = STICK
+                elif before == 0.0:
+                    kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
+                on_event(floats, ints, trace, lane, kind, c, 0.0)
+    # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
+    # tell lies between events of one instant.
+    if ints[NOTICED] > 0 and floats[TIME] + h > floats[TIME]:
+        ints[NOTICED] = 0
+        ints[STOPPED] = ints[STOPPING]
+    keep_piece(floats, ints, trace, h)
+
+
+def on_event(floats, ints, trace, lane, kind, contact, s):
+    """An event at time s after the lane's present time. Bounds are none: the status tells them."""
+    if kind <= SWITCHED or kind >= MACHINE_SWITCHED:
+        if kind != GRAZE:
+            ints[NOTICED] += 1
+        keep_event(floats, ints, kind, contact, s)
+
+
+def count_event(floats, ints, kind, contact, time):
+    """An event has occurred. Kinds are numbered without a gap: those of contacts, of their laws, of the machine."""
+    number = kind if kind <= SWITCHED else SWITCHED + 1 + kind - MACHINE_SWITCHED
+    place = number * CONTACTS + contact if kind < SWITCHED else SWITCHED * (CONTACTS - 1) + number
+    ints[COUNTED + place] += 1
+    ints[LAST_KIND], ints[LAST_CONTACT] = number, contact + 1
+    floats[LAST_TIME] = time
+
+
+def on_jump(floats, ints, lane, gained):
+    """An event tells it."""
+
+
+def on_period(floats, ints, trace, lane):
+    """Nothing is kept by period."""

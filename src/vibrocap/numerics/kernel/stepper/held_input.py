@@ -1,0 +1,140 @@
+"""Passing to an instant with a drive that is an input, known up to that instant only: the last step ends there.
+
+The input is a polynomial in the time since it was set, as the segment of a drive with corners is, and its numbers stand
+at the same place behind the parameters. Where it is set, it may jump; that is no event of the state, which goes on as
+it is: a stuck contact is asked at the next step whether it still holds. Only a contact velocity that the input itself
+makes may jump. Times in the kernel count from where the present length began.
+"""
+
+from vibrocap.numerics.kernel.codes import DONE, RUNNING
+from vibrocap.numerics.kernel.events.contact import jumped
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
+from vibrocap.numerics.kernel.generated.lane import (
+    EVENTS,
+    IMPLICIT_STEPS,
+    PARAMETER,
+    SERIES,
+    SIDE,
+    STATE,
+    STATUS,
+    TAIL,
+    TAYLOR_STEPS,
+    TIME,
+    UNTIL,
+)
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT, STATES
+from vibrocap.numerics.kernel.generated.stepper import (
+    BACKUP,
+    CLOCK,
+    ENDED,
+    INPUT,
+    INT_COUNT,
+    NEW_INPUT,
+    PIECE_LENGTH,
+    PIECE_TIME,
+    STOPPED,
+)
+from vibrocap.numerics.kernel.step.resolved import forget
+from vibrocap.numerics.kernel.stepper.clock import go_on
+from vibrocap.numerics.kernel.stepper.event_counts import count_event
+
+
+def begin_drive(floats, ints, trace, lane, run):
+    """The input that was set before the motion begins."""
+    for k in range(COEFFICIENTS + 1):
+        floats[PARAMETER + PRESENT + 1 + k] = 0.0
+    take_input(floats, ints)
+
+
+def at_corner(floats, ints, trace, lane):
+    """Never: the input jumps between two lengths."""
+    return False
+
+
+def begin_drive_period(floats, ints, trace, lane):
+    """There is no period."""
+
+
+def take_input(floats, ints):
+    """The input that was set becomes the present one, from the time of the lane on."""
+    if ints[NEW_INPUT] == 1:
+        ints[NEW_INPUT] = 0
+        floats[PARAMETER + PRESENT + 1] = floats[TIME]
+        factor = 1.0
+        for k in range(COEFFICIENTS):
+            floats[PARAMETER + PRESENT + 2 + k] = floats[INPUT + k] * factor
+            factor = factor / (k + 1.0)
+
+
+def set_out(floats, ints, trace, length):
+    """Times count from here; the steps go on up to the length."""
+    passed = floats[TIME]
+    floats[PARAMETER + PRESENT + 1] -= passed
+    floats[PIECE_TIME] -= passed
+    floats[TIME] = 0.0
+    floats[TAIL], floats[UNTIL] = length, length
+    ints[EVENTS] = 0
+    if ints[NEW_INPUT] == 1:
+        take_input(floats, ints)
+        if FOLLOWS_LOAD:
+            forget(floats, 0)
+        if VELOCITY_JUMPS:
+            jumped(floats, ints, trace, 0)
+
+
+def under_way(floats, ints):
+    """Until the status tells."""
+    return True
+
+
+def come_in(floats, ints, trace, length):
+    """The lane stands at the instant that was asked for, at the event before its last step, or where the motion
+    ended."""
+    if ints[STOPPED] == 1:
+        for i in range(SERIES):
+            floats[i] = trace[BACKUP + i]
+        for i in range(INT_COUNT):
+            ints[i] = int(trace[BACKUP + SERIES + i])
+        go_on(floats, floats[TIME])
+    elif ints[STATUS] == DONE:
+        ints[STATUS] = RUNNING
+        go_on(floats, length)
+    else:
+        go_on(floats, floats[TIME])
+        ints[ENDED] = ints[STATUS]
+
+
+def keep_piece(floats, ints, trace, h):
+    """A step of length h begins: where the motion is to stop before it, as an event has ended the last one, all is
+    kept."""
+    floats[PIECE_TIME], floats[PIECE_LENGTH] = floats[TIME], h
+    if ints[STOPPED] == 1:
+        for i in range(SERIES):
+            trace[BACKUP + i] = floats[i]
+        for i in range(INT_COUNT):
+            trace[BACKUP + SERIES + i] = float(ints[i])
+
+
+def keep_event(floats, ints, kind, contact, s):
+    """An event is counted at once."""
+    count_event(floats, ints, kind, contact, floats[CLOCK] + (floats[TIME] + s))
+
+
+def show_instant(floats, ints, point):
+    """Put the last step in place and the state of the lane to `point`; the time since that step began.
+
+    The time of the lane changes places with that of the step, and does so again when this is called again.
+    """
+    for i in range(STATES):
+        floats[point + i] = floats[STATE + i]
+    if ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] == 0:
+        return 0.0
+    time = floats[TIME]
+    floats[TIME] = floats[PIECE_TIME]
+    floats[PIECE_TIME] = time
+    return time - floats[TIME]
+
+
+def side_shown(floats, ints, contact):
+    """Side of a contact (0: the first) at the clock."""
+    return floats[SIDE + contact]

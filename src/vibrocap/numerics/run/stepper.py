@@ -1,0 +1,133 @@
+"""The stepper of one motion: its layout, its memory at the start, and its entries, compiled or as C."""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.source import generated_source, instants_source
+from vibrocap.numerics.compiler import c_source
+from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.kernel import codes
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import stepper_recipe
+from vibrocap.numerics.run.motion import has_branches, series_order, sizes
+
+ENTRIES = ("begin_motion", "take_step", "look_at")
+ENDLESS = 2**62  # periods
+CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
+WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
+
+Entry = Callable[[int], Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class StepperMemory:
+    """What one motion carries: flat arrays, of which a copy is another motion."""
+
+    floats: np.ndarray
+    ints: np.ndarray
+    trace: np.ndarray
+
+    def take(self, other: "StepperMemory") -> None:
+        """Become the same as another."""
+        self.floats[:], self.ints[:], self.trace[:] = other.floats, other.ints, other.trace
+
+
+@dataclasses.dataclass(frozen=True)
+class StepperKernel:
+    """A stepper's text, and what it is given.
+
+    observed: names of the observables that it shows, in order; held_input: whether the drive is an input
+    """
+
+    layout: Layout
+    text: Linked
+    observed: tuple[str, ...]
+    held_input: bool
+
+    @property
+    def counted_kinds(self) -> int:
+        """How many kinds of event are told apart: those of contacts, of a law's branches, and each of the machine's."""
+        return CONTACT_KINDS + self.layout.counts - CONTACT_KINDS * self.layout.contacts
+
+    @functools.cached_property
+    def places(self) -> dict[str, int]:
+        """Of the memory, by name."""
+        return self.layout.constants()
+
+    def memory(
+        self,
+        parameters: Sequence[float],
+        initial: Sequence[float],
+        tolerance: float,
+        max_events_per_period: int,
+        max_steps: int,
+    ) -> StepperMemory:
+        """The memory that `begin_motion` is given.
+
+        max_events_per_period: of an input, per length; max_steps: per length
+        """
+        place, layout = self.places, self.layout
+        floats, ints = layout.allocated()
+        floats[place["STATE"] : place["STATE"] + layout.states] = initial
+        floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)] = parameters
+        floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+        floats[place["TOLERANCE"]] = tolerance
+        ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
+        ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
+        ints[place["TABLE_START"]] = layout.shown
+        ints[place["NEW_INPUT"]] = int(self.held_input)
+        return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
+
+    def entry(self, name: str, memory: StepperMemory, plain: bool = False) -> Entry:
+        """One of ENTRIES on a memory: compiled, with every sum and product rounded as in C, or as plain Python."""
+        arrays = memory.floats, memory.ints, memory.trace
+        if plain:
+            return functools.partial(plain_kernel(self.text)[name], *arrays)
+        if name not in self._compiled:
+            self._compiled[name] = compiled_kernel(self.text, literal=True, entry=name)
+        return self._compiled[name].bound_to(*arrays)
+
+    @functools.cached_property
+    def _compiled(self) -> dict[str, Any]:
+        return {}
+
+    def c_text(self, prefix: str) -> str:
+        """The entries in C; all names begin with `prefix`."""
+        self.text.check()
+        return c_source(self.text, ENTRIES, prefix)
+
+
+def stepper_kernel(
+    equations: Any, observed: Mapping[str, Expression], tolerance: float, held_input: bool
+) -> StepperKernel:
+    """The stepper of these equations.
+
+    observed: what it shows besides the states; tolerance: that of the order of its series, others run with that too
+    held_input: whether the equations are recorded with an input for a drive (`motion/held_input.py`)
+    """
+    return _stepper_kernel(equations, tuple(observed.items()), series_order(tolerance), held_input)
+
+
+@functools.lru_cache(maxsize=64)
+def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: bool) -> StepperKernel:
+    states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
+    table = 0 if corners is None or held_input else len(corners.numbers)
+    layout = Layout(
+        *(1, states, states, order, len(equations.parameter_paths)),
+        **sizes(equations),
+        counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
+        waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
+        observed=len(observed),
+        table=table,
+    )
+    values = [value for _, value in observed]
+    generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
+    branches, several = has_branches(equations), equations.several
+    recipe = stepper_recipe(equations.maybe_stiff, branches, corners is not None, several, held_input)
+    text = linked_source("\n\n".join(generated), recipe)
+    return StepperKernel(layout, text, tuple(name for name, _ in observed), held_input)

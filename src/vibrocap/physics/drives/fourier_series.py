@@ -1,0 +1,63 @@
+"""The Fourier series: a drive of up to seven harmonics, each with a cosine and a sine."""
+
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
+
+HARMONICS = range(1, 8)
+
+
+@parameters
+class FourierSeries(Wave):
+    """A smooth wave of up to seven harmonics: the sum over n of a_n cos(n omega t) + b_n sin(n omega t).
+
+    It has no mean. Over all coefficients it is every shape twice over: a shift of time by a part of the period turns
+    each pair (a_n, b_n) by n times that part, and changes no steady motion. A search over shapes therefore keeps b_1
+    at 0. Without even harmonics the drive is odd under half a period; a search that is to break this symmetry begins
+    with a_2 or b_2 away from 0.
+    """
+
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    cosine_1: Number = parameter(1.8, "a1", "cosine amplitude at omega", "effort")
+    sine_1: Number = parameter(0.0, "b1", "sine amplitude at omega", "effort")
+    cosine_2: Number = parameter(0.0, "a2", "cosine amplitude at 2 omega", "effort")
+    sine_2: Number = parameter(0.0, "b2", "sine amplitude at 2 omega", "effort")
+    cosine_3: Number = parameter(0.0, "a3", "cosine amplitude at 3 omega", "effort")
+    sine_3: Number = parameter(0.0, "b3", "sine amplitude at 3 omega", "effort")
+    cosine_4: Number = parameter(0.0, "a4", "cosine amplitude at 4 omega", "effort")
+    sine_4: Number = parameter(0.0, "b4", "sine amplitude at 4 omega", "effort")
+    cosine_5: Number = parameter(0.0, "a5", "cosine amplitude at 5 omega", "effort")
+    sine_5: Number = parameter(0.0, "b5", "sine amplitude at 5 omega", "effort")
+    cosine_6: Number = parameter(0.0, "a6", "cosine amplitude at 6 omega", "effort")
+    sine_6: Number = parameter(0.0, "b6", "sine amplitude at 6 omega", "effort")
+    cosine_7: Number = parameter(0.0, "a7", "cosine amplitude at 7 omega", "effort")
+    sine_7: Number = parameter(0.0, "b7", "sine amplitude at 7 omega", "effort")
+
+    name: ClassVar[str] = "fourier-series"
+    source: ClassVar[str] = "vibrocap"
+
+    def _coefficients(self):
+        """(n, a_n, b_n) of each harmonic."""
+        return [(n, getattr(self, f"cosine_{n}"), getattr(self, f"sine_{n}")) for n in HARMONICS]
+
+    def value(self, t):
+        """The sum of a_n cos(n omega t) + b_n sin(n omega t)."""
+        angle = self.frequency * t
+        return sum(a * cos(n * angle) + b * sin(n * angle) for n, a, b in self._coefficients())
+
+    def slope(self, t):
+        """omega times the sum of n (b_n cos(n omega t) - a_n sin(n omega t))."""
+        angle = self.frequency * t
+        waves = (n * (b * cos(n * angle) - a * sin(n * angle)) for n, a, b in self._coefficients())
+        return self.frequency * sum(waves)
+
+    def curvature(self, t):
+        """-omega^2 times the sum of n^2 (a_n cos(n omega t) + b_n sin(n omega t))."""
+        angle = self.frequency * t
+        waves = (n * n * (a * cos(n * angle) + b * sin(n * angle)) for n, a, b in self._coefficients())
+        return -(self.frequency * self.frequency * sum(waves))
+
+    @property
+    def odd(self) -> bool:
+        """Without even harmonics."""
+        return all(a == b == 0.0 for n, a, b in self._coefficients() if n % 2 == 0)

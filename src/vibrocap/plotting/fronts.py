@@ -1,0 +1,59 @@
+"""Pictures of Pareto fronts: one measure against another, each point a design."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibrocap.design.front import ParetoFront
+from vibrocap.plotting.colours import BLUE, GREY
+from vibrocap.plotting.labels import bracketed
+from vibrocap.plotting.style import figure, given_axes, legend_below, style
+
+FRONT = {"markersize": 4.0, "linewidth": 0.8, "zorder": 2}  # a staircase: nothing lies between two designs
+SAME = 1e-3  # relative: a design of the front as it was before its motion was closed to rounding
+MOST_OTHERS = 20_000  # designs that are drawn behind a front
+
+
+def front_figure(found: ParetoFront) -> Figure:
+    """The front, and behind it all designs that were evaluated and allowed."""
+    fig, axes = figure(1, 1, size=(6.2, 4.2))
+    with style():
+        others = _draw(axes[0, 0], found)
+        fig.legend(handles=_handles(found, others), loc="outside lower center", ncols=2)
+    return fig
+
+
+def draw_front(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
+    """The panel of `front_figure`. Returns the axes: `ax`, or those of a new figure."""
+    ax = given_axes(ax)
+    with style():
+        others = _draw(ax, found)
+        legend_below(ax, _handles(found, others), ncols=2)
+    return ax
+
+
+def _draw(ax: Axes, found: ParetoFront) -> bool:
+    """Draw the front and what is near it; whether other designs are seen."""
+    others = found.others()[:MOST_OTHERS]
+    ax.plot(others[:, 0], others[:, 1], ".", color=GREY, markersize=1.6, rasterized=True, zorder=1)
+    ax.plot(found.values[:, 0], found.values[:, 1], ".-", drawstyle="steps-post", color=BLUE, **FRONT)
+    if len(found):  # all of the front, and as much beside it
+        for low, high, keep in zip(found.values.min(0), found.values.max(0), (ax.set_xlim, ax.set_ylim), strict=True):
+            room = 0.6 * (high - low) or 0.1 * abs(high) or 1.0
+            keep(low - room, high + room)
+    for name, unit, keep in zip(found.measures, found.units, (ax.set_xlabel, ax.set_ylabel), strict=True):
+        keep(name.replace("_", " ") + bracketed(unit))
+    ax.set_title("Pareto front")
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    seen = others[(others[:, 0] > left) & (others[:, 0] < right) & (others[:, 1] > low) & (others[:, 1] < high)]
+    alike = np.all(np.isclose(seen[:, None], found.values[None], rtol=SAME, atol=0.0), axis=2)
+    return not bool(np.all(np.any(alike, axis=1)))
+
+
+def _handles(found: ParetoFront, others: bool) -> list[Line2D]:
+    motions = f"{len(found)} stable motion{'s' * (len(found) != 1)}"
+    handles = [Line2D([], [], color=BLUE, marker=".", linewidth=0.8, label=f"front ({motions})")]
+    if others:
+        handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="other designs"))
+    return handles

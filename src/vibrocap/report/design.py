@@ -1,0 +1,128 @@
+"""The page of a design: what was asked, what was found, its motion, what limits it, and how to run it again."""
+
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from vibrocap.design.front import ParetoFront
+from vibrocap.design.optimise import Optimum
+from vibrocap.files import write_text
+from vibrocap.physics.conversion import quantity
+from vibrocap.plotting.animation import animate_motion
+from vibrocap.plotting.fronts import draw_front
+from vibrocap.plotting.motion import motion_figure
+from vibrocap.plotting.search import search_figure
+from vibrocap.report.pieces import number, picture, table, titled
+
+FILMED = 2  # drive periods of the film
+SHOWN = 3  # and more, of the motion on its orbit
+
+
+def write_design_page(found: Optimum, folder: Path, command: str, film: bool = True) -> Path:
+    """Write `report.html` into the folder of a search that found a design, with its pictures beside it.
+
+    command: how to run the search again; film: whether `film.gif` is made as well
+    """
+    assert found.orbit is not None
+    assert found.value is not None
+    motion = found.case(max(SHOWN, FILMED) * found.orbit.response_period).simulate()
+    motion_figure(motion).savefig(folder / "motion.png")
+    search_figure(found).savefig(folder / "search.png")
+    shown = picture(folder / "motion.png", "the motion on its orbit")
+    if film:
+        animate_motion(motion, folder / "film.gif", FILMED * found.orbit.response_period)
+        shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
+    parts = [
+        ("The design", _design(found)),
+        ("Its steady motion", _facts(found.orbit.facts) + shown),
+        ("What limits it", _limits(found)),
+        ("The search", _facts({k: v for k, v in found.facts.items() if k in ("designs", "under uncertainty")})
+         + _list("Better candidates that do not win", found.rejected)
+         + picture(folder / "search.png", "the best design over the evaluations")),
+        ("The case", f"<pre>{escape((folder / 'best.toml').read_text(encoding='utf-8'))}</pre>"),
+    ]  # fmt: skip
+    value = f"{found.measure.replace('_', ' ')} {found.value:.8g}{_unit(found.unit)}"
+    return _page(folder, f"The best design: {value}", parts, command, "best.toml")
+
+
+def write_front_page(found: ParetoFront, folder: Path, command: str) -> Path:
+    """Write `report.html` into the folder of a Pareto front that has designs: its picture and its table."""
+    ax = draw_front(found)
+    ax.figure.savefig(folder / "front.png")  # type: ignore[union-attr]
+    rows = found.table()
+    cells = [
+        [str(i), *(escape(x) if isinstance(x, str) else number(x) for x in row.values())] for i, row in enumerate(rows)
+    ]
+    parts = [
+        ("The front", picture(folder / "front.png", "the Pareto front") + _facts(found.facts)),
+        ("Its designs", table(["", *map(escape, rows[0])], cells)),
+    ]
+    heading = f"Pareto front of {found.measures[0].replace('_', ' ')} and {found.measures[1].replace('_', ' ')}"
+    return _page(folder, heading, parts, command, "cases/000.toml")
+
+
+def _page(folder: Path, heading: str, parts: Sequence[tuple[str, str]], command: str, case: str) -> Path:
+    style = (files("vibrocap.report") / "page.css").read_text(encoding="utf-8")
+    again = f"<p><code>{escape(command)}</code></p><p><code>vibrocap simulate {escape(case)}</code></p>"
+    keyed = [(f"part-{i}", title, inner) for i, (title, inner) in enumerate((*parts, ("How to run this again", again)))]
+    body = "".join(f"<section>{titled(2, key, title)}{inner}</section>" for key, title, inner in keyed)
+    contents = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in keyed)
+    page = (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<meta name="color-scheme" content="light dark"><link rel="icon" href="data:,">'
+        f"<title>{escape(heading)}</title><style>{style}</style></head><body>"
+        f'<nav aria-label="Contents"><details open><summary>Contents</summary><ul>{contents}</ul></details></nav>'
+        f'<main id="main"><h1>{escape(heading)}</h1>{body}</main></body></html>\n'
+    )
+    return write_text(folder / "report.html", page)
+
+
+def _unit(unit: str) -> str:
+    return "" if unit in ("", "1") else f" {unit}"
+
+
+def _design(found: Optimum) -> str:
+    """The variables, with the slopes of the measure and its elasticities."""
+    assert found.design is not None
+    assert found.value is not None
+    assert found.orbit is not None
+    rows = []
+    for path, value in found.design.items():
+        low, high = found.slopes.get(path, (None, None))
+        slope = low if high is None else high if low is None else 0.5 * (low + high)
+        elasticity = ""
+        if slope is not None and not isinstance(value, str) and found.value != 0.0:
+            elasticity = number(float(slope * value / found.value))
+        unit = quantity(path, found.orbit.system).unit
+        shown = escape(value) if isinstance(value, str) else number(value) + _unit(unit)
+        rows.append([escape(path), shown, *("" if x is None else number(x) for x in (low, high)), elasticity])
+    head = ["variable", "value", "slope of the measure below", "above", "elasticity"]
+    constraints = [[escape(words), number(value)] for words, value in found.constraints.items()]
+    return table(head, rows) + (table(["constraint", "value"], constraints) if constraints else "")
+
+
+def _limits(found: Optimum) -> str:
+    starts = [", ".join(f"{k} {v:g}" for k, v in found.starts[i].items()) or "rest" for i in found.reached_from]
+    reached = f"reached from {'; '.join(starts)}" if starts else "reached from none of the starts within the periods"
+    sizes = np.abs(found.orbit.multipliers) if found.orbit is not None else []
+    multipliers = [[number(float(np.real(m))), number(float(np.imag(m))), number(float(size))]
+                   for m, size in zip(found.orbit.multipliers, sizes, strict=True)] if found.orbit else []  # fmt: skip
+    return (
+        _list("It is limited by", found.limits)
+        + f"<p>The motion is {escape(reached)}.</p>"
+        + table(["real part", "imaginary part", "size of the multiplier"], multipliers, names=0)
+    )
+
+
+def _facts(facts: dict[str, str]) -> str:
+    return table(["", ""], [[escape(name), escape(text)] for name, text in facts.items()])
+
+
+def _list(heading: str, lines: Sequence[str]) -> str:
+    if not lines:
+        return ""
+    return f"<p>{escape(heading)}:</p><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"

@@ -1,0 +1,161 @@
+"""Where stable motions end within the range of a branch: what ends them, what follows, in data, text and picture.
+
+A pendulum capsule in SI, over 3.5 to 4.6 Hz: its branch of travelling motions covers a part of that only.
+"""
+
+import json
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import case_from_text
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE, OK
+from vibrocap.orbits.continuation.branch import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.plotting.branches import ENDS, LEADS, branch_figure, draw_branch
+
+CASE = """\
+[machine]
+kind = "pendulum-capsule"
+pendulum_mass_kg = 0.1
+pendulum_length_m = 0.04
+capsule_mass_kg = 0.48
+stiffness_N_m_per_rad = 0.053
+damping_N_m_s_per_rad = 0.00103
+normal_load = "weight"
+[friction]
+law = "exponential"
+coulomb_coefficient = 0.1
+static_coefficient = 0.29
+decay_rate_s_per_m = 12.8
+[drive]
+waveform = "harmonic"
+amplitude_N_m = 0.096
+frequency_Hz = 3.9
+[initial]
+angle_rad = 1.0
+"""
+LIGHTER = {
+    "capsule_mass_kg = 0.48": "capsule_mass_kg = 0.089",
+    "stiffness_N_m_per_rad = 0.053": "stiffness_N_m_per_rad = 0.0463",
+    "damping_N_m_s_per_rad = 0.00103": "damping_N_m_s_per_rad = 0.001228",
+    "coulomb_coefficient = 0.1": "coulomb_coefficient = 0.19",
+    "static_coefficient = 0.29": "static_coefficient = 0.37",
+    "amplitude_N_m = 0.096": "amplitude_N_m = 0.08826",
+}
+
+
+def case_of(changes):
+    text = CASE
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    return case_from_text(text)
+
+
+def diagram(case, low, high):
+    hertz = case.system.parameter("drive.frequency_Hz") / case.system.parameter("drive.frequency")
+    between = low / hertz, high / hertz
+    return vc.branches(case.system, "drive.frequency", between, initial=case.initial)
+
+
+@pytest.fixture(scope="module")
+def partial():
+    """The travelling branch ends at both sides; the symmetric one did not close from the start."""
+    return diagram(case_of({}), 3.5, 4.6)
+
+
+@pytest.fixture(scope="module")
+def folded():
+    """Travel ends at a fold, beyond which a simulation comes to rest on the symmetric motion."""
+    return diagram(case_of(LIGHTER), 3.6, 3.75)
+
+
+@pytest.mark.slow
+def test_a_family_that_covers_a_part_is_joined_to_what_goes_on_beside_it(partial):
+    """Only the travelling branch was found, over 3.57 to 4.15 Hz, with nothing said of what is beyond."""
+    travelling, symmetric = partial.branches
+    assert travelling.ends == (BranchEnd.PITCHFORK, BranchEnd.PITCHFORK)
+    assert symmetric.symmetric
+    assert symmetric.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert sorted((join.parent, join.child, join.end) for join in partial.joins) == [(1, 0, -1), (1, 0, 0)]
+    assert partial.transitions == ()  # both ends are bifurcations of what is followed
+    low, high = travelling.parameter.min(), travelling.parameter.max()
+    for value in (0.5 * (partial.between[0] + low), 0.5 * (high + partial.between[1])):
+        near = min(range(len(symmetric)), key=lambda i: abs(symmetric.parameter[i] - value))
+        assert symmetric.stable[near]
+
+
+@pytest.mark.slow
+def test_stable_motions_that_end_at_a_fold_say_so_and_what_follows(folded):
+    """And a simulation of one's own beyond the fold ends where the diagram says."""
+    (transition,) = folded.transitions
+    branch, reached = folded.branches[transition.branch], folded.branches[transition.reached]
+    (fold,) = branch.kind(SpecialKind.FOLD)
+    assert transition.why == "fold"
+    assert transition.parameter == fold.parameter
+    assert transition.leads_to == f"[{transition.reached}]"
+    assert reached.symmetric
+    span = folded.between[1] - folded.between[0]
+    start = dict(zip(folded.system.state_names, map(float, branch.states[transition.point]), strict=True))
+    for beyond, symmetric in ((0.02 * span, True), (-0.02 * span, False)):
+        system = folded.system.with_parameters({"drive.frequency": fold.parameter + beyond})
+        assert vc.orbit(system, initial=start).symmetric is symmetric
+    assert f"[{transition.branch}] is stable up to drive.frequency" in str(folded)
+    assert f"(fold); beyond it a simulation leads to [{transition.reached}]" in str(folded)
+
+
+@pytest.mark.slow
+def test_the_command_says_it_in_hertz(tmp_path, capsys, folded):
+    path = case_of(LIGHTER).save(tmp_path / "case.toml")
+    over = "drive.frequency_Hz=3.6:3.75"
+    assert main(["branch", str(path), "--over", over, "--json"]) == OK
+    record = json.loads(capsys.readouterr().out)
+    (found,) = record["transitions"]
+    hertz = folded.transitions[0].parameter / case_of(LIGHTER).system.parameter("drive.frequency") * 3.9
+    assert found["parameter"] == pytest.approx(hertz, rel=1e-9)
+    assert found["why"] == "fold"
+    assert main(["branch", str(path), "--over", over]) == OK
+    assert f"is stable up to drive.frequency_Hz = {found['parameter']:.10g} (fold)" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_what_cannot_be_run_beyond_is_named(tmp_path, capsys):
+    """Driven harder the capsule lifts off, which ends the branch."""
+    light = vc.System(
+        vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(), vc.Biharmonic(amplitude=1.8, second_amplitude=0.4)
+    )
+    found = vc.branches(light, "drive.amplitude", (1.8, 2.0))
+    (transition,) = found.transitions
+    assert transition.reached is None
+    assert transition.leads_to == "a run that ends by lift off"
+    legend = [text.get_text() for text in branch_figure(found).legends[0].get_texts()]
+    assert ENDS in legend
+    vc.save_case(light, tmp_path / "light.toml")
+    assert main(["branch", str(tmp_path / "light.toml"), "--over", "drive.amplitude=1.8:2"]) == INCOMPLETE
+    assert "beyond it a simulation leads to a run that ends by lift off" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_picture_shows_what_follows(folded):
+    """An arrow for each of the mirror twins, from the last stable motion to the branch that is reached."""
+    figure = branch_figure(folded)
+    assert LEADS in [text.get_text() for text in figure.legends[0].get_texts()]
+    (transition,) = folded.transitions
+    hertz = case_of(LIGHTER).system.parameter("drive.frequency_Hz") / case_of(LIGHTER).system.parameter(
+        "drive.frequency"
+    )
+    for ax in (figure.axes[0], draw_branch(folded)):
+        arrows = [each for each in ax.texts if getattr(each, "arrow_patch", None) is not None and not each.get_text()]
+        assert len(arrows) == 2
+        for arrow in arrows:
+            assert arrow.xy == (pytest.approx(transition.parameter * hertz), pytest.approx(0.0, abs=1e-9))
+
+
+@pytest.mark.slow
+def test_a_diagram_without_such_ends_has_no_transitions():
+    """The defaults: symmetric motions, a pitchfork, travel up to the end of the range."""
+    found = vc.branches(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic()), "drive.amplitude", (1.0, 1.5))
+    assert found.transitions == ()
+    assert "is stable up to" not in str(found)

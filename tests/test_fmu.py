@@ -1,0 +1,544 @@
+"""FMUs in FMPy: valid descriptions, bits of the literal kernel, inputs, states, events, model exchange, bad input."""
+
+import concurrent.futures
+import contextlib
+import dataclasses
+import functools
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from thinned import exhaustive_but, slow_but
+from vibrocap.arguments import ArgumentError
+from vibrocap.case.case import Case, read_case
+from vibrocap.cli.main import main
+from vibrocap.exchange.fmu import binaries
+from vibrocap.exchange.fmu.fmu import export_fmu
+from vibrocap.files import WriteError
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.start import initial_state
+from vibrocap.numerics.api import recorded_run
+
+fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed (extra `exchange`)")
+from fmpy.fmi2 import FMU2Slave  # noqa: E402
+from fmpy.fmi3 import FMU3Slave  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+EXAMPLES = {path.stem: path for path in sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))}
+README = read_case(EXAMPLES["travels-by-stick-slip"])
+STATES = ("angle", "angle_rate", "position", "velocity")
+# units, bristles, several contacts, stops, corners, a load that follows the motion
+VALIDATED = [
+    *("bench-in-si", "bristles-lugre", "worm-of-three-bodies", "strikes-two-walls"),
+    *("square-wave-travels", "weight-as-load"),
+]
+NAMES = sorted(EXAMPLES)
+RUN = [NAMES.index(name) for name in ("bench-in-si", "bristles-lugre", "square-wave-travels", "strikes-two-walls")]
+VARIANTS = [("co-simulation", "3.0"), ("co-simulation", "2.0"), ("model-exchange", "3.0")]
+compiled = [pytest.mark.slow, pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")]
+
+
+def square_wave():
+    """The capsule of the README under a square wave, of which a held input can be exactly the same."""
+    system = dataclasses.replace(README.system, drive=vc.Square(1.8, 2.0 * np.pi / 6.0))
+    return Case(system, README.initial, periods=20, tolerance=1e-10)
+
+
+def light_capsule():
+    """It lifts off in its second period."""
+    machine = vc.PendulumCapsule(mass_ratio=0.5, stiffness=2.0, damping=1.0, normal_load="dynamic")
+    law = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
+    return Case(vc.System(machine, law, vc.Harmonic(1.8, 1.0)), {"angle": np.pi / 3}, periods=40)
+
+
+@functools.cache
+def folder():
+    return tempfile.mkdtemp()
+
+
+@functools.cache
+def fmu(name, **options):
+    """The FMU of a case of this module, made once."""
+    case = {"readme": README, "square": square_wave(), "light": light_capsule()}.get(name) or read_case(EXAMPLES[name])
+    path = Path(folder()) / f"{name}-{'-'.join(map(str, options.values()))}.fmu"
+    export_fmu(case, path, **options)
+    return str(path)
+
+
+@functools.cache
+def unpacked(path):
+    return fmpy.extract(path)
+
+
+class Slave:
+    """An instance for co-simulation, by names of variables."""
+
+    def __init__(self, path, event_mode=False):
+        self.description = fmpy.read_model_description(path)
+        self.references = {each.name: each.valueReference for each in self.description.modelVariables}
+        self.newer = self.description.fmiVersion != "2.0"
+        given = {"guid": self.description.guid, "unzipDirectory": unpacked(path), "modelIdentifier": "capsule"}
+        self.fmu = (FMU3Slave if self.newer else FMU2Slave)(instanceName="one", **given)
+        self.said = []
+        if self.newer:
+            self.fmu.instantiate(
+                eventModeUsed=event_mode,
+                earlyReturnAllowed=event_mode,
+                logMessage=lambda _, status, category, message: self.said.append(message.decode()),
+            )
+        else:
+            self.fmu.instantiate()
+
+    def set(self, **values):
+        names = [name.replace("__", ".") for name in values]
+        call = self.fmu.setFloat64 if self.newer else self.fmu.setReal
+        call([self.references[name] for name in names], list(values.values()))
+        return self
+
+    def begin(self, **values):
+        if self.newer:
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.setupExperiment()
+            self.fmu.enterInitializationMode()
+        self.set(**values)
+        self.fmu.exitInitializationMode()
+        return self
+
+    def get(self, *names):
+        call = self.fmu.getFloat64 if self.newer else self.fmu.getReal
+        return call([self.references[name] for name in names])
+
+    def whole(self, *names):
+        call = self.fmu.getInt64 if self.newer else self.fmu.getInteger
+        return call([self.references[name] for name in names])
+
+    def run(self, count, length, first=0):
+        """States after each of so many steps."""
+        found = []
+        for i in range(first, first + count):
+            self.fmu.doStep(i * length, length)
+            found.append(self.get(*STATES))
+        return np.array(found)
+
+
+def at(motion, time, name):
+    return float(np.ravel(motion.at([time], name))[0])
+
+
+def literal(case, times):
+    """States of the literal kernel at instants, from the series of its steps as `Trajectory` reads them."""
+    system = case.system
+    initial = [*initial_state(system, case.initial).values()]
+    given = equations(system), parameter_values(system), initial, system.drive.period
+    record = recorded_run(*given, **case.run | {"periods": case.periods + 1}, literal=True)
+    begun = record.piece_instants[:, 0] * system.drive.period + record.piece_instants[:, 1]
+    index = np.searchsorted(begun, times, side="right") - 1
+    return polynomial_values(record.series, index, times - begun[index]).T
+
+
+# --- descriptions -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", slow_but([0], VALIDATED))
+def test_the_validator_of_fmpy_is_silent(name):
+    valid = 0
+    for kind, fmi in VARIANTS:
+        for given in (None, "drive"):
+            with contextlib.suppress(ArgumentError):  # not for model exchange
+                assert validate_fmu(fmu(name, kind=kind, fmi=fmi, input=given, platforms=("none",))) == []
+                valid += 1
+    assert valid >= 4
+
+
+def test_variables_carry_units_starts_and_meanings():
+    case = read_case(EXAMPLES["bench-in-si"])
+    found = fmpy.read_model_description(fmu("bench-in-si", platforms=("none",)))
+    variables = {each.name: each for each in found.modelVariables}
+    assert variables["time"].unit == "s"
+    assert (variables["position"].unit, variables["friction"].unit, variables["energy"].unit) == ("m", "N", "J")
+    mass = variables["machine.capsule_mass"]
+    assert (mass.unit, float(mass.start), mass.causality) == ("kg", 0.5, "parameter")
+    assert mass.description
+    assert float(variables["angle"].start) == case.initial["angle"]
+    torque = next(unit for unit in found.unitDefinitions if unit.name == "N m")
+    assert (torque.baseUnit.kg, torque.baseUnit.m, torque.baseUnit.s) == (1, 2, -2)
+    assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
+
+
+def test_an_fmu_is_the_same_bytes_again(tmp_path):
+    for i in range(2):
+        export_fmu(README, tmp_path / f"{i}.fmu", input="drive", platforms=("none",))
+    assert (tmp_path / "0.fmu").read_bytes() == (tmp_path / "1.fmu").read_bytes()
+    export_fmu(dataclasses.replace(README, tolerance=1e-9), tmp_path / "2.fmu", platforms=("none",))
+    tokens = {fmpy.read_model_description(str(tmp_path / f"{i}.fmu")).guid for i in range(3)}
+    assert len(tokens) == 2
+
+
+def test_without_a_compiler_there_are_sources_only_and_it_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(binaries, "compiler", lambda: None)
+    monkeypatch.setattr(binaries, "lacking", lambda *packages: "needs ziglang")
+    out = tmp_path / "capsule.fmu"
+    assert main(["export", str(EXAMPLES["travels-by-stick-slip"]), "--to", "fmu", "--out", str(out)]) == 0
+    assert "No C compiler was found" in capsys.readouterr().out
+    names = zipfile.ZipFile(out).namelist()
+    assert "sources/capsule.c" in names
+    assert "sources/buildDescription.xml" in names
+    assert not any(name.startswith("binaries") for name in names)
+
+
+# --- co-simulation ----------------------------------------------------------------------------------------------------
+
+
+class TestCompiled:
+    """With machine code."""
+
+    pytestmark = compiled
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_the_own_drive_gives_the_bits_of_the_literal_kernel(self, fmi):
+        length = README.periods * README.system.drive.period / 2500
+        slave = Slave(fmu("readme", fmi=fmi)).begin()
+        found, times = [], []
+        for i in range(2500):
+            slave.fmu.doStep(i * length, length)
+            *states, time = slave.get(*STATES, "time")
+            found.append(states)
+            times.append(time)
+        np.testing.assert_array_equal(found, literal(README, np.array(times)))
+        np.testing.assert_allclose(times, length * np.arange(1, 2501), rtol=4e-16)
+        motion, inside = README.simulate(), np.minimum(times, README.simulate().end)
+        exact = np.column_stack([motion.at(inside, name) for name in STATES])
+        assert np.max(np.abs(exact - found)) < 1e-13  # `simulate` fuses: 4.7e-14 of the angle, 1.9e-14 of the position
+        kinds = Counter(event.kind for event in motion.events)
+        assert slave.whole(*(f"events.{kind}" for kind in kinds)) == list(kinds.values())
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    @pytest.mark.parametrize(("length", "bound"), [(3.0, 1e-13), (0.3, 5e-10), (0.01, 5e-10)])
+    def test_a_held_input_is_the_square_wave(self, fmi, length, bound):
+        case, count = square_wave(), round(120.0 / length)
+        motion, per = case.simulate(), round(6.0 / length)
+        time = length * np.arange(count + 1)
+        value = np.where(np.arange(count + 1) % per < per // 2, 1.8, -1.8)
+        signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
+        path = fmu("square", fmi=fmi, input="drive")
+        kinds = ("stick", "slip_forward", "slip_back", "reversal")
+        given = {"stop_time": 120.0, "output_interval": length, "input": signal}
+        given["output"] = [*STATES, *(f"events.{kind}" for kind in kinds)]
+        for event_mode in (False, True)[: 1 + (fmi == "3.0")]:
+            found = fmpy.simulate_fmu(path, use_event_mode=event_mode, early_return_allowed=event_mode, **given)
+            assert max(abs(found[name][-1] - motion.state[name]) for name in STATES) < bound
+            counts = [int(found[f"events.{kind}"][-1]) for kind in kinds]
+            assert (counts[0], counts[1] + counts[2], counts[3]) == (38, 38, 78)
+            if event_mode:  # it returned at every event
+                at_events = {event.time for event in motion.events if event.kind != "graze"}
+                np.testing.assert_array_less([np.min(np.abs(found["time"] - each)) for each in at_events], 1e-9)
+
+    def test_a_continuous_input_would_be_interpolated(self, tmp_path):
+        """A planted fault: declared continuous, FMPy changes a held input between events."""
+        case = square_wave()
+        with zipfile.ZipFile(fmu("square", fmi="3.0", input="drive")) as file:
+            files = {name: file.read(name) for name in file.namelist()}
+        text = files["modelDescription.xml"].decode()
+        held = 'causality="input" variability="discrete"'
+        assert held in text
+        files["modelDescription.xml"] = text.replace(held, held.replace("discrete", "continuous")).encode()
+        with zipfile.ZipFile(tmp_path / "continuous.fmu", "w") as file:
+            for name, content in files.items():
+                file.writestr(name, content)
+        value = np.where(np.arange(41) % 2 == 0, 1.8, -1.8)
+        signal = np.array(list(zip(3.0 * np.arange(41), value, strict=True)), dtype=[("time", float), ("drive", float)])
+        given = {"stop_time": 120.0, "output_interval": 3.0, "input": signal, "output": ["position"]}
+        given |= {"use_event_mode": True, "early_return_allowed": True}
+        found = fmpy.simulate_fmu(str(tmp_path / "continuous.fmu"), **given)
+        assert abs(found["position"][-1] - case.simulate().state["position"]) > 1e-3
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_restored_serialised_second_and_in_threads_it_has_the_same_bits(self, fmi):
+        path, length = fmu("readme", fmi=fmi), 0.31
+        slave = Slave(path).begin()
+        slave.run(100, length)
+        get, put = ("FMUState", "FMUState") if slave.newer else ("FMUstate", "FMUstate")
+        state = getattr(slave.fmu, f"get{get}")()
+        size_of = getattr(slave.fmu, f"serialize{get}" if slave.newer else "serializeFMUstate")
+        content = size_of(state)
+        ahead = slave.run(300, length, 100)
+        getattr(slave.fmu, f"set{put}")(state)
+        np.testing.assert_array_equal(slave.run(300, length, 100), ahead)
+        other = Slave(path).begin()
+        loaded = (other.fmu.deserializeFMUState if other.newer else other.fmu.deSerializeFMUstate)(content)
+        getattr(other.fmu, f"set{put}")(loaded)
+        np.testing.assert_array_equal(other.run(300, length, 100), ahead)
+        slave.fmu.reset()
+        np.testing.assert_array_equal(slave.begin().run(400, length)[100:], ahead)
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            runs = list(pool.map(lambda _: Slave(path).begin().run(400, length), range(4)))
+        for run in runs:
+            np.testing.assert_array_equal(run[100:], ahead)
+
+    def test_parameters_and_starts_are_those_of_another_case(self):
+        slave = Slave(fmu("bench-in-si", fmi="3.0")).begin(machine__capsule_mass=0.6, angle=0.4, drive__frequency=1.1)
+        case = read_case(EXAMPLES["bench-in-si"], {"machine.capsule_mass_kg": 0.6, "drive.frequency_Hz": 1.1})
+        motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
+        slave.fmu.doStep(0.0, 9.0)
+        for name in (*STATES, "energy", "friction", "reaction"):
+            assert slave.get(name)[0] == pytest.approx(at(motion.si, 9.0, name), rel=1e-11, abs=1e-11)
+
+    @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
+    def test_every_example_moves_as_its_motion(self, name, tmp_path):
+        case = read_case(EXAMPLES[name], periods=5)
+        export_fmu(case, tmp_path / "own.fmu")
+        slave, motion = Slave(str(tmp_path / "own.fmu")).begin(), case.simulate()
+        factor = 1.0 if case.system.units is None else case.system.si.factor("time")
+        seen = motion if case.system.units is None else motion.si
+        end = 0.999 * motion.end * factor
+        slave.fmu.doStep(0.0, end)
+        names = case.system.state_names
+        found = slave.get(*names)
+        exact = [at(seen, end, each) for each in names]
+        np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
+
+    # --- model exchange -----------------------------------------------------------------------------------------------
+
+    @pytest.mark.parametrize(
+        ("tolerance", "bound"), [(1e-4, 0.2), (1e-6, 0.02), (1e-10, 2e-6)]
+    )  # measured: 0.05 to 0.08, 0.0028 to 0.0039, 5.3e-7
+    @pytest.mark.parametrize("samples", [100, 400, 1000, 2500])
+    def test_an_integrator_of_fmpy_finds_every_event(self, tolerance, bound, samples):
+        """Also where it stops exactly at the limit of the holding force, as it does at some of these intervals."""
+        motion = README.simulate()
+        kinds = Counter(event.kind for event in motion.events)
+        assert sum(kinds.values()) == 158
+        output = ["position", *(f"events.{kind}" for kind in kinds)]
+        given = {"stop_time": motion.end, "output_interval": motion.end / samples, "record_events": False}
+        found = fmpy.simulate_fmu(
+            fmu("readme", kind="model-exchange"), relative_tolerance=tolerance, output=output, **given
+        )
+        assert abs(found["position"][-1] - motion.state["position"]) < bound
+        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
+
+    @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
+    def test_examples_for_model_exchange_have_the_events_of_their_motion(self, name, tmp_path):
+        case = read_case(EXAMPLES[name], periods=10)
+        try:
+            export_fmu(case, tmp_path / "rates.fmu", kind="model-exchange")
+        except ArgumentError as error:
+            pytest.skip(str(error))
+        motion = case.simulate()
+        in_si = case.system.units is not None
+        end = 0.999 * (motion.si.end if in_si else motion.end)
+        early = (event.kind for event in motion.events if event.time < 0.999 * motion.end)
+        # impacts in quick succession are fewer, down to their rounding
+        kinds = Counter(kind for kind in early if kind in ("stick", "slip_forward", "slip_back", "reversal"))
+        output = [*motion.state, *(f"events.{kind}" for kind in kinds)]
+        given = {"stop_time": end, "output_interval": end / 300, "record_events": False}
+        found = fmpy.simulate_fmu(str(tmp_path / "rates.fmu"), relative_tolerance=1e-10, output=output, **given)
+        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
+        for each in motion.state:
+            exact = at(motion.si if in_si else motion, end, each)
+            assert found[each][-1] == pytest.approx(exact, rel=1e-6, abs=1e-6)  # at most 1e-7
+
+    @pytest.mark.parametrize("given", [{"relative_tolerance": 1e-6}, {"solver": "Euler", "step_size": 1e-2}])
+    def test_at_rest_the_velocity_is_zero_and_after_events_no_guard_is(self, given):
+        """Whatever the integrator; a guard that starts from zero would be an event again."""
+        names = ["velocity", "side", "guard_1", "guard_2"]
+        path = fmu("readme", kind="model-exchange")
+        found = fmpy.simulate_fmu(path, stop_time=60.0, output=names, output_interval=0.01, **given)
+        resting = found["side"] == 0
+        assert np.count_nonzero(resting) > 100
+        assert np.all(found["velocity"][resting] == 0.0)
+        after = 1 + np.flatnonzero(np.diff(found["time"]) == 0.0)
+        assert len(after) > 20
+        assert np.all(found["guard_1"][after] > 0.0)
+        assert np.all(found["guard_2"][after] > 0.0)
+
+    def test_an_input_of_model_exchange_that_jumps_is_an_event(self):
+        """A square wave as its importer knows it: by two values at each of its jumps."""
+        motion = square_wave().simulate()
+        time = np.repeat(3.0 * np.arange(41), 2)[1:-1]
+        value = np.repeat(np.where(np.arange(40) % 2 == 0, 1.8, -1.8), 2)
+        signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
+        path = fmu("square", kind="model-exchange", input="drive")
+        kinds = Counter(event.kind for event in motion.events)
+        output = [*STATES, *(f"events.{kind}" for kind in kinds)]
+        given = {"stop_time": 120.0, "output_interval": 0.3, "input": signal, "output": output}
+        found = fmpy.simulate_fmu(path, relative_tolerance=1e-10, record_events=False, **given)
+        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
+        assert max(abs(found[name][-1] - motion.state[name]) for name in STATES) < 1e-5
+
+    # --- what is refused ----------------------------------------------------------------------------------------------
+
+    def test_bad_values_are_refused_by_name(self):
+        slave = Slave(fmu("square", fmi="3.0", input="drive"))
+        for values, said in (
+            ({"machine__mass_ratio": -1.0}, "machine.mass_ratio should be greater than 0, got -1"),
+            ({"machine__stiffness": np.nan}, "machine.stiffness should be a finite number, got nan"),
+            ({"drive": np.inf}, "drive should be a finite number, got inf"),
+            ({"friction": 1.0}, "friction is no input, parameter or start value and cannot be set"),
+        ):
+            with pytest.raises(Exception, match="SetFloat64"):
+                slave.set(**values)
+            assert said in slave.said[-1]
+        with pytest.raises(Exception, match="SetFloat64"):
+            slave.fmu.setFloat64([999], [1.0])
+        assert "value reference 999" in slave.said[-1]
+        slave.begin(drive=1.8)
+        with pytest.raises(Exception, match="SetFloat64"):
+            slave.set(machine__stiffness=2.0)
+        assert "machine.stiffness can be set before the end of initialization only" in slave.said[-1]
+        for length in (0.0, -1.0, np.nan, np.inf):
+            with pytest.raises(Exception, match="DoStep"):
+                slave.fmu.doStep(0.0, length)
+            assert "communicationStepSize should be a finite number greater than 0" in slave.said[-1]
+        with pytest.raises(Exception, match="DoStep"):
+            slave.fmu.doStep(5.0, 1.0)
+        assert "currentCommunicationPoint should be 0, where the motion stands, got 5" in slave.said[-1]
+        before = slave.get(*STATES)
+        slave.fmu.doStep(0.0, 1.0)
+        assert slave.get(*STATES) != before
+        now = slave.get(*STATES)
+        slave.fmu.doStep(1.0, 1e-20)  # lost in the rounding of the time
+        assert slave.get(*STATES) == now
+
+    def test_lift_off_within_a_step_says_when(self):
+        motion = light_capsule().simulate()
+        slave = Slave(fmu("light", fmi="3.0")).begin()
+        slave.fmu.doStep(0.0, 1.0)
+        with pytest.raises(Exception, match="DoStep"):
+            slave.fmu.doStep(1.0, 20.0)
+        assert f"the motion cannot go on at {motion.end:.9g}: lift off" in slave.said[-1]
+        assert slave.get("time")[0] == pytest.approx(motion.end, abs=1e-12)
+        assert slave.fmu.getString([slave.references["status"]]) == ["lift off"]
+        older = Slave(fmu("light", fmi="2.0")).begin()
+        with pytest.raises(Exception, match="DoStep"):
+            older.fmu.doStep(0.0, 20.0)
+        assert older.fmu.getBooleanStatus(3)  # fmi2Terminated
+        assert older.fmu.getRealStatus(2) == pytest.approx(motion.end, abs=1e-12)  # fmi2LastSuccessfulTime
+
+    def test_model_exchange_ends_where_the_load_vanishes(self):
+        motion = light_capsule().simulate()
+        said = []
+        given = {"stop_time": 20.0, "relative_tolerance": 1e-9, "output": ["position"]}
+        found = fmpy.simulate_fmu(
+            fmu("light", kind="model-exchange"),
+            logger=lambda _, status, category, message: said.append(message.decode()),
+            **given,
+        )
+        assert found["time"][-1] == pytest.approx(motion.end, abs=1e-5)
+        assert "lift off" in said[-1]
+
+    def test_the_sources_compile_without_a_warning(self, tmp_path):
+        gcc = shutil.which("gcc")
+        if gcc is None:
+            pytest.skip("no gcc is installed")
+        for kind, fmi in VARIANTS:
+            folder = Path(unpacked(fmu("readme", kind=kind, fmi=fmi, platforms=("none",)))) / "sources"
+            strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+            done = subprocess.run([gcc, *strict, *folder.glob("*.c")], capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr
+
+    @pytest.mark.exhaustive
+    def test_zig_gives_the_same_bits_and_other_platforms(self, tmp_path, monkeypatch):
+        pytest.importorskip("ziglang", reason="zig is not installed (extra `exchange`)")
+        own = Slave(fmu("readme", fmi="3.0")).begin().run(200, 0.5)
+        monkeypatch.setattr(binaries, "compiler", lambda: None)
+        export_fmu(README, tmp_path / "zig.fmu", platforms=("all",))
+        np.testing.assert_array_equal(Slave(str(tmp_path / "zig.fmu")).begin().run(200, 0.5), own)
+        file = zipfile.ZipFile(tmp_path / "zig.fmu")
+        magic = {name.split("/")[1]: file.read(name)[:4] for name in file.namelist() if name.startswith("binaries")}
+        assert {name: head[:2] for name, head in magic.items() if "windows" in name} == {"x86_64-windows": b"MZ"}
+        assert all(head == b"\x7fELF" for name, head in magic.items() if "linux" in name)
+        assert all(head == b"\xcf\xfa\xed\xfe" for name, head in magic.items() if "darwin" in name)
+        assert set(magic) == set(binaries.PLATFORMS)
+
+    @pytest.mark.exhaustive
+    def test_on_a_processor_of_arm_it_has_the_same_bits(self, tmp_path):
+        """Its sources, linked with a program that steps them, by zig for ARM: run by qemu."""
+        pytest.importorskip("ziglang", reason="zig is not installed (extra `exchange`)")
+        if not shutil.which("qemu-aarch64"):
+            pytest.skip("qemu-aarch64 is not installed")
+        path = fmu("readme", fmi="3.0")
+        folder = Path(unpacked(path)) / "sources"
+        description = fmpy.read_model_description(path)
+        references = [each.valueReference for each in description.modelVariables if each.name in STATES]
+        program = ARM_PROGRAM.replace("TOKEN_OF_FMU", description.guid).replace("REFERENCES", str(references)[1:-1])
+        (tmp_path / "steps.c").write_text(program)
+        line = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-musl", "-static", "-O2", "-I", folder]
+        line += ["-o", tmp_path / "steps", tmp_path / "steps.c", folder / "capsule.c", folder / "fmi3.c"]
+        subprocess.run(line, check=True, capture_output=True)
+        done = subprocess.run(["qemu-aarch64", tmp_path / "steps"], check=True, capture_output=True, text=True)
+        found = [[float.fromhex(number) for number in row.split()] for row in done.stdout.splitlines()]
+        np.testing.assert_array_equal(found, Slave(path).begin().run(200, 0.5))
+
+
+ARM_PROGRAM = """
+#include "fmi3.h"
+#include <stdio.h>
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean, fmi3Boolean, fmi3Boolean,
+    const fmi3ValueReference[], size_t, fmi3InstanceEnvironment, fmi3LogMessageCallback,
+    fmi3IntermediateUpdateCallback);
+fmi3Status fmi3EnterInitializationMode(fmi3Instance, fmi3Boolean, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Float64);
+fmi3Status fmi3ExitInitializationMode(fmi3Instance);
+fmi3Status fmi3DoStep(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *,
+                      fmi3Float64 *);
+fmi3Status fmi3GetFloat64(fmi3Instance, const fmi3ValueReference[], size_t, fmi3Float64[], size_t);
+
+int main(void) {
+  static const fmi3ValueReference references[] = {REFERENCES};
+  fmi3Instance c = fmi3InstantiateCoSimulation("arm", "TOKEN_OF_FMU", "", 0, 0, 0, 0, NULL, 0, NULL, NULL, NULL);
+  fmi3Boolean events, terminate, early;
+  fmi3Float64 last, states[4];
+  int i;
+  if (!c || fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) || fmi3ExitInitializationMode(c)) return 1;
+  for (i = 0; i < 200; i++) {
+    if (fmi3DoStep(c, 0.5 * i, 0.5, 1, &events, &terminate, &early, &last)) return 2;
+    if (fmi3GetFloat64(c, references, 4, states, 4)) return 3;
+    printf("%a %a %a %a\\n", states[0], states[1], states[2], states[3]);
+  }
+  return 0;
+}
+"""
+
+
+def test_what_cannot_be_exported_is_named(tmp_path, capsys):
+    case = str(EXAMPLES["bristles-lugre"])
+    out = ["--out", str(tmp_path / "a.fmu")]
+    for options, said in (
+        (["--to", "fmu", "--kind", "model-exchange", *out], "takes set-valued laws of friction, lugre is none"),
+        (["--to", "fmu", "--kind", "model-exchange", "--fmi", "2.0", *out], "--fmi should be 3.0 for model exchange"),
+        (["--to", "fmu", "--name", "A b", *out], "--name should be"),
+        (["--to", "fmu", "--platforms", "vax", *out], "--platforms should be"),
+        (["--to", "fmu", "--platforms", "aarch64-linux", "--fmi", "2.0", *out], "--platforms should be"),
+        (["--to", "fmu", "--out", str(tmp_path / "a.zip")], "--out: should end in .fmu"),
+        (["--to", "fmu", "--out", str(tmp_path / "new" / "a.fmu")], "--out: there is no folder"),
+        (["--kind", "model-exchange", "--out", str(tmp_path / "new")], "--kind: should be left out without --to fmu"),
+    ):
+        assert main(["export", case, *options]) == 2
+        assert said in capsys.readouterr().err
+    with pytest.raises(ValueError, match="kind should be one of"):
+        export_fmu(README, tmp_path / "a.fmu", kind="simulink")
+    with pytest.raises(ValueError, match="input should be 'drive' or None"):
+        export_fmu(README, tmp_path / "a.fmu", input="torque")
+    with pytest.raises(WriteError, match="there is no folder"):
+        export_fmu(README, tmp_path / "new" / "a.fmu", platforms=("none",))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_compiler_that_fails_is_quoted(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(binaries, "OPTIONS", ("-no-such-option",))
+    monkeypatch.setattr(binaries, "compiler", lambda: shutil.which("gcc") or pytest.skip("no gcc is installed"))
+    out = tmp_path / "a.fmu"
+    assert main(["export", str(EXAMPLES["travels-by-stick-slip"]), "--to", "fmu", "--out", str(out)]) == 3
+    assert "-no-such-option" in capsys.readouterr().err
+    assert not out.exists()

@@ -1,0 +1,337 @@
+"""Gradients of steady motions: published digits, tight differences of closed orbits on many systems, what is refused.
+
+Differences are of the sixth order over seven orbits, each closed at a tolerance of 1e-13. With steps of 2e-4 of the
+parameter, rounding leaves some 1e-13/2e-4 = 5e-10 of the size of the measure, which bounds the tolerance from below.
+"""
+
+import dataclasses
+import itertools
+import json
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import read_case
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.motion.equations import equations
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import ensemble as numerics
+from vibrocap.orbits.closing import gradients as module
+from vibrocap.orbits.closing.gradients import measures_with_gradients
+from vibrocap.orbits.maps import variations
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+STEP = 2e-4
+WEIGHTS = np.array([-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60])
+SIZE = 1e-8  # of the measure over the parameter, or of the slope where that is larger
+
+CAPSULE = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0)
+BIHARMONIC = vc.Biharmonic(amplitude=1.8, frequency=1.0, second_amplitude=0.6)
+
+
+def system(machine=CAPSULE, friction=None, drive=BIHARMONIC, **more):
+    return vc.System(machine, friction or vc.Exponential(), drive, **more)
+
+
+FIRST = system(drive=vc.Harmonic(amplitude=1.8, frequency=1.0))
+START = {"angle": math.pi / 3}
+PUBLISHED = {
+    "machine.mass_ratio": -0.0120632485,
+    "machine.stiffness": 0.0964434249,
+    "machine.damping": 0.2519074267,
+    "drive.amplitude": -0.1644508501,
+    "drive.frequency": 0.0729158595,
+    "friction.coulomb_coefficient": 0.1286200542,
+    "friction.static_coefficient": 0.0050532599,
+    "friction.decay_rate": 0.0004542536,
+    "machine.normal_load": 0.0215669751,
+}
+
+
+@pytest.fixture(scope="module")
+def first():
+    return vc.orbit(FIRST, initial=START, tolerance=1e-13)
+
+
+def test_the_slopes_of_the_first_set_have_the_published_digits(first):
+    """Nine parameters of a motion with rests and reversals; the digits are those of an independent prototype."""
+    assert first.mean_velocity == pytest.approx(0.026156756270, abs=1e-12)
+    found = first.gradients()
+    assert {each.parameter for each in found.slopes} == set(PUBLISHED)
+    for path, expected in PUBLISHED.items():
+        assert found["mean_velocity", path].slope == pytest.approx(expected, abs=6e-11), path  # half of the last digit
+        elasticity = expected * FIRST.parameter(path) / first.mean_velocity
+        assert found["mean_velocity", path].elasticity == pytest.approx(elasticity, rel=1e-6)
+
+
+def test_the_slope_below_a_change_of_the_mode_sequence():
+    """Amplitude 1.9302443323: from below the slope is -0.24998, and it holds for the sequence that is there."""
+    below = vc.orbit(FIRST.with_parameters({"drive.amplitude": 1.9302443}), initial=START)
+    slope = below.gradients(["drive.amplitude"])["mean_velocity", "drive.amplitude"].slope
+    assert slope == pytest.approx(-0.24998, abs=1e-5)
+
+
+def neighbours(orbit, path):
+    """Measures [6] of the orbits three steps below and three above, by name; None where a mode sequence is another."""
+    at = orbit.system.parameter(path)
+    step = STEP * (abs(at) or 1.0)
+    found = []
+    for k in (-3, -2, -1, 1, 2, 3):
+        other = orbit.system.with_parameters({path: at + k * step})
+        near = vc.shoot(other, orbit.state, orbit.response_period, tolerance=1e-13)
+        if not near.closes or near.word != orbit.word:
+            return None, step
+        balance = vc.energy_balance(near.motion(tolerance=1e-12))
+        work = balance.drive / near.response_period
+        found.append({"drive_work": work})
+        if near.drift is not None:
+            drift = near.drift / near.response_period
+            found[-1] |= {"mean_velocity": near.mean_velocity, "drift": drift}
+            found[-1] |= {"cost_of_transport": work / abs(drift) if drift else math.inf}
+    return {name: np.array([each[name] for each in found]) for name in found[0]}, step
+
+
+def check(orbit, paths=None, measures=None):
+    """Every slope is that of tight differences; the number of them that could be compared."""
+    known = measures_with_gradients(orbit.system)
+    found, compared = orbit.gradients(paths, measures or [m for m in known if m in MEASURES]), 0
+    for path in dict.fromkeys(each.parameter for each in found.slopes):
+        try:
+            values, step = neighbours(orbit, path)
+        except ValueError:  # a bound of the parameter is near
+            continue
+        for measure in () if values is None else dict.fromkeys(each.measure for each in found.slopes):
+            one = found[measure, path]
+            if math.isinf(one.value):  # what does not travel
+                assert math.isnan(one.slope)
+                continue
+            expected = WEIGHTS @ values[measure] / step
+            size = max(abs(expected), np.max(np.abs(values[measure])) / (abs(orbit.system.parameter(path)) or 1.0))
+            assert abs(one.slope - expected) <= SIZE * size + 1e-11, (path, measure, one.slope, expected)
+            compared += 1
+    return compared
+
+
+MEASURES = ("mean_velocity", "drift", "drive_work", "cost_of_transport")
+SYSTEMS = {  # name: (system, parameters whose slopes are to be compared, at least)
+    "dynamic load": system(
+        dataclasses.replace(CAPSULE, normal_load="dynamic"), vc.Exponential(0.05, 0.1), vc.Biharmonic(1.2, 1.0, 0.4)
+    ),
+    "bristles": system(friction=vc.LuGre()),
+    "one level": system(friction=vc.Coulomb(0.1, 0.1)),
+    "duty": system(drive=vc.Square(amplitude=1.5, frequency=1.0)),
+    "durations": system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0)),
+    "slope": system(environment=vc.Environment(inclination=0.02)),
+    "actuator": system(actuator=vc.Actuator(time_constant=0.1, limit=1.5)),
+}
+CASES = (
+    "strikes-its-stop-and-travels",
+    "pendulum-strikes-its-stops",
+    "crawler-with-two-phases",
+    "best-three-phases",
+    "climbs-a-slope",
+    "tracked-pendulum-crawls",
+    "two-masses-on-a-line",
+    "strikes-two-walls",
+    "bounces-and-rests-at-a-wall",
+    "vibration-motor-travels",
+    "rods-raise-a-mass",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_slopes_are_those_of_tight_differences(name):
+    """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
+    orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)
+    assert orbit.closes
+    assert check(orbit) >= 4 * 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
+    """Impacts, imposed motions, several contacts, a rotor."""
+    given = read_case(EXAMPLES / f"{name}.toml")
+    orbit = vc.orbit(dataclasses.replace(given.system, units=None), initial=given.initial, tolerance=1e-13)
+    assert orbit.closes
+    assert check(orbit) >= 8
+
+
+@pytest.mark.slow
+def test_a_motion_of_two_periods_has_slopes_over_both():
+    """The period enters twice, and so does each corner."""
+    crawler = vc.System(vc.PendulumCapsule(mass_ratio=1.0, damping=0.4), vc.Exponential(0.1, 0.2), BIHARMONIC)
+    orbit = vc.shoot(crawler, vc.orbit(crawler).state, 2, tolerance=1e-13)
+    assert orbit.response_period == 2
+    assert check(orbit, ["drive.frequency", "machine.stiffness"]) == 8
+
+
+# --- what a user sees -------------------------------------------------------------------------------------------------
+
+
+def test_slopes_in_si_are_slopes_by_what_was_given():
+    """Of a case in SI: the same orbit without units, times the unit of the measure over that of the parameter."""
+    given = read_case(EXAMPLES / "bench-in-si.toml")
+    orbit = vc.orbit(given.system, initial=given.initial)
+    plain = vc.orbit(dataclasses.replace(given.system, units=None), initial=given.initial)
+    si = given.system.si
+    one = orbit.gradients(["drive.frequency_Hz", "machine.damping_N_m_s_per_rad"], ["mean_velocity", "drive_work"])
+    other = plain.gradients(["drive.frequency", "machine.damping"], ["mean_velocity", "drive_work"])
+    hertz = 1.0 / (2.0 * math.pi * si.scales.time_s)
+    found, expected = one["mean_velocity", "drive.frequency_Hz"], other["mean_velocity", "drive.frequency"]
+    assert found.unit == "(m/s)/Hz"
+    assert found.slope == pytest.approx(expected.slope * si.factor_of("m/s") / hertz, rel=1e-12)
+    assert found.elasticity == pytest.approx(expected.elasticity, rel=1e-12)
+    found, expected = one["drive_work", "machine.damping_N_m_s_per_rad"], other["drive_work", "machine.damping"]
+    assert found.unit == "J/(N m s/rad)"
+    damper = given.system.parameter("machine.damping_N_m_s_per_rad") / given.system.parameter("machine.damping")
+    assert found.slope == pytest.approx(expected.slope * si.factor_of("J") / damper, rel=1e-12)
+
+
+def test_the_table_has_a_row_for_each_measure_and_parameter(first):
+    found = first.gradients(["drive.amplitude", "drive.frequency"], ["drift", "mean_velocity"])
+    rows = [(row["measure"], row["parameter"]) for row in found.table()]
+    assert rows == list(itertools.product(["drift", "mean_velocity"], ["drive.amplitude", "drive.frequency"]))
+    assert "largest elasticity" in repr(found)
+    assert "largest elasticity" in found._repr_html_()
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert list(found.to_pandas().columns) == list(found.table()[0])
+    with pytest.raises(KeyError):
+        found["drift", "machine.damping"]
+    period = 2.0 * math.pi
+    drift, velocity = (found[name, "drive.frequency"] for name in ("drift", "mean_velocity"))
+    assert drift.slope == pytest.approx(velocity.slope * period - drift.value, rel=1e-9)  # D = V T, T = 2 pi/h at h = 1
+
+
+def test_the_command_prints_slopes_with_units_and_elasticities(capsys):
+    case = str(EXAMPLES / "bench-in-si.toml")
+    assert main(["orbit", case, "--gradients", "--json"]) == OK
+    rows = json.loads(capsys.readouterr().out)["gradients"]
+    orbit = vc.orbit(read_case(case).system, initial=read_case(case).initial)
+    expected = orbit.gradients(measures=["mean_velocity", "cost_of_transport"]).table()
+    for row, other in zip(rows, expected, strict=True):
+        assert row["slope"] == pytest.approx(other["slope"], rel=1e-9)
+        assert row["unit"] == other["unit"]
+    assert main(["orbit", case, "--gradients"]) == OK
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Gradient of cost of transport" in text
+    assert f"drive.frequency_Hz {expected[7]['slope']:.8g} (m/s)/Hz {expected[7]['elasticity']:.4g}" in text
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("over", "measures", "said"),
+    [
+        (["machine.mas_ratio"], None, "machine.mas_ratio: .* did you mean 'machine.mass_ratio'"),
+        (["drive.frequency"], ["word"], "measures: there is no gradient of 'word'; .*mean_velocity"),
+        (["drive.frequency"], ["drive_wrk"], "did you mean 'drive_work'"),
+    ],
+)
+def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, first, monkeypatch):
+    monkeypatch.setattr(module, "ensemble_run", lambda *_, **__: pytest.fail("a run was begun"))
+    with pytest.raises(ValueError, match=said):
+        first.gradients(over, measures)
+
+
+def test_a_word_has_no_slope():
+    dynamic = vc.orbit(SYSTEMS["dynamic load"])
+    with pytest.raises(
+        ValueError, match=r"machine\.normal_load should be a number to have a gradient, it is 'dynamic'"
+    ):
+        dynamic.gradients(["machine.normal_load"])
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("worm-of-two-bodies", "turn at one instant"), ("sticks-and-slips-on-a-belt", "nothing drives it in time")],
+)
+def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
+    assert main(["orbit", str(EXAMPLES / f"{name}.toml"), "--gradients"]) == WRONG_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("--gradients: ")
+    assert said in err
+
+
+def test_a_segment_that_has_no_length_can_only_become_longer():
+    """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
+    pulses = system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0, rise=0.25, hold=0.0, fall=0.25))
+    orbit = vc.orbit(pulses)
+    with pytest.raises(ValueError, match=r"over: drive.hold gives a length to a segment of the drive that has none"):
+        orbit.gradients(["drive.hold"])
+    assert "drive.hold" not in {each.parameter for each in orbit.gradients().slopes}
+
+
+@pytest.mark.slow
+def test_an_orbit_of_a_continuum_has_no_gradient():
+    """A crawler of two equally long phases keeps whatever velocity it has: the drift is not determined."""
+    even = vc.Triangle(amplitude=0.2, frequency=2.0 * math.pi, rise=0.5)
+    orbit = vc.orbit(vc.System(vc.TwoMassCrawler(mass_ratio=1.0), vc.Coulomb(0.2, 0.2), even))
+    assert orbit.continuum
+    with pytest.raises(ValueError, match="orbit: is one of a continuum"):
+        orbit.gradients(["drive.amplitude"])
+
+
+def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
+    """The light capsule lifts off: it had a drift and a mean velocity of 0.0 beside "run failed"."""
+    light = vc.System(
+        vc.PendulumCapsule(mass_ratio=0.2, normal_load="dynamic"), vc.Exponential(), vc.Harmonic(amplitude=3.0)
+    )
+    orbit = vc.orbit(light)
+    assert orbit.status is vc.OrbitStatus.RUN_FAILED
+    assert orbit.drift is None
+    assert orbit.mean_velocity is None
+    assert set(orbit.facts) == {"status"}
+    assert repr(orbit).startswith("<Orbit: no closed steady motion of a pendulum-capsule")
+    assert "<img" not in orbit._repr_html_()  # there was an error: the last state cannot be simulated
+    with pytest.raises(ValueError, match="orbit should be closed: this one is run failed"):
+        orbit.gradients()
+    vc.save_case(light, tmp_path / "light.toml")
+    assert main(["orbit", str(tmp_path / "light.toml"), "--gradients", "--json"]) == INCOMPLETE
+    record = json.loads(capsys.readouterr().out)
+    for name in ("period", "drift", "mean_velocity", "residual", "symmetric", "word"):
+        assert record[name] is None, name
+    assert record["multipliers"] == []
+    assert "gradients" not in record
+
+
+# --- planted faults ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["delay", "period", "corner", "start on the orbit"])
+def test_a_planted_fault_is_seen(fault, first, monkeypatch):
+    """An event whose delay is left out, an end that does not move, corners that stand still, a start that stays."""
+    orbit = first if fault != "corner" else vc.orbit(SYSTEMS["duty"], initial={"angle": 1.0}, tolerance=1e-13)
+    path = {"period": "drive.frequency", "corner": "drive.duty"}.get(fault, "drive.amplitude")
+    right = orbit.gradients([path])["mean_velocity", path].slope
+    with monkeypatch.context() as planted:
+        if fault == "delay":
+            original = link.kernel_source
+            text = "floats[DELAY + lane] = delay"
+            assert text in original("events.tangents")
+            planted.setattr(link, "kernel_source", lambda name: original(name).replace(text, f"{text} * 0.99"))
+            numerics.ensemble_kernel.cache_clear()
+        elif fault == "start on the orbit":
+            planted.setattr(module.np.linalg, "solve", lambda matrix, given: 0.0 * given)
+        else:
+            planted.setattr(module, "_rates", lambda motion, time, size, after: np.zeros(size))
+        wrong = orbit.gradients([path])["mean_velocity", path].slope
+    numerics.ensemble_kernel.cache_clear()
+    assert abs(wrong - right) > 1e-6 * abs(right)
+
+
+def test_integrals_along_the_tangent_leave_the_motion_alone():
+    """The equations with integrals have the same rates, and one integral more for each channel."""
+    recorded = equations(FIRST)
+    longer = variations.with_integrals(recorded)
+    assert longer.rates[: len(recorded.rates)] == recorded.rates
+    assert longer.base == len(recorded.rates) + len(variations.carried(recorded))
