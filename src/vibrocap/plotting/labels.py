@@ -112,7 +112,7 @@ def quantity_label(name: str, system: System) -> str:
         label = known[stem].format(number) if stem in known else label
     elif name == "contact_velocity" and isinstance(machine, Imposed):
         label = LABELS["velocity"]
-    elif name == "contact_velocity" and machine.contact_states[0] == "sliding_velocity":
+    elif name == "contact_velocity" and machine.contact_states[:1] == ("sliding_velocity",):
         label = LABELS["sliding_velocity"]
     elif name == "drive" and isinstance(machine, Imposed):
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"

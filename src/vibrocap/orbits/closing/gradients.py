@@ -125,7 +125,7 @@ def check_gradients(system: System) -> None:
     """ArgumentError for a system whose steady motions have no gradients here, by what stands in the way."""
     if not is_driven(system):
         raise ArgumentError("system", "nothing drives it in time: its period is its own, and would move too")
-    if system.machine.coupled == "distances":
+    if system.machine.imposes_distances:
         name = system.machine.name
         raise ArgumentError("system", f"contacts of a {name} turn at one instant, through which no tangent is carried")
 
