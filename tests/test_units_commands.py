@@ -17,6 +17,7 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
+from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
 NEWTON = 0.2 * 9.80665
@@ -197,7 +198,7 @@ def test_a_crossing_in_si(place, capsys):
 
 
 def test_crossings_with_another_machine_take_paths_in_si(place):
-    from vibrocap.cli.commands.orbit import _other
+    from vibrocap.cli.commands.crossing import _other
 
     system = case_from_text(BENCH).system
     assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
@@ -303,7 +304,7 @@ def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
 def test_the_axes_of_basins_are_those_of_their_plane():
     from vibrocap.plotting.basins import draw_basins
 
-    found = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
     assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
     for keys in (("velocity", "angle"), ("angle_deg",), "angle_deg"):
         with pytest.raises(

@@ -67,7 +67,7 @@ class Optimum(Result):
     maximised: bool
     value: Number | None
     unit: str
-    scale: float
+    scale: Number
     orbit: Orbit | None
     constraints: dict[str, Number]
     limits: tuple[str, ...]
@@ -76,7 +76,7 @@ class Optimum(Result):
     reached_from: tuple[int, ...]
     counts: dict[str, int]
     rejected: tuple[str, ...]
-    under: tuple[str, float] | None
+    under: tuple[str, Number] | None
     population: Population = dataclasses.field(compare=False)
 
     @property
