@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, require, shown
 from vibrocap.case.case import Case
-from vibrocap.design.optimise import OptimumStatus, reason_against
+from vibrocap.design.optimise import OptimumStatus, reason_against, settled_orbit
 from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
 from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
 from vibrocap.design.search.population import Population, together
@@ -17,7 +17,7 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
-from vibrocap.orbits.closing.orbit import Orbit, orbit
+from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
@@ -240,7 +240,8 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
     rejected: dict[str, int] = {}
     for k in front:
         shares = every.shares[design[k]]
-        steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start[k]])
+        state = every.end(problem.system.state_names, int(design[k]), int(start[k]))
+        steady = settled_orbit(problem.of(problem.space.design(shares)), state)
         near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
             why = reason_against(steady, near, problem.goal)

@@ -180,10 +180,11 @@ def _refined(
     best: ClosedDesigns | None = None
     rejected: list[str] = []
     accepted = 0
-    for shares, start, cost in best_designs(problem, populations, APART, TRIED):
+    for each in best_designs(problem, populations, APART, TRIED):
         if accepted == REFINED:
             break
-        steady = orbit(problem.of(problem.space.design(shares)), initial=problem.starts[start])
+        shares, cost = each.shares, each.cost
+        steady = settled_orbit(problem.of(problem.space.design(shares)), each.state)
         near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
             rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
@@ -193,6 +194,11 @@ def _refined(
         if best is None or _of(near).merit > _of(best).merit:
             best = near
     return best, tuple(rejected)
+
+
+def settled_orbit(system: System, state: dict[str, float]) -> Orbit:
+    """The steady motion of a system from where a run of it has settled, by state."""
+    return orbit(system, initial={name: x for name, x in state.items() if name in system.state_names})
 
 
 def _of(found: ClosedDesigns) -> Refined:

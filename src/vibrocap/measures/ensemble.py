@@ -33,7 +33,7 @@ CHUNK = 32_768  # runs in memory at a time, some 40 MB
 CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
 DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
-INITIAL = "initial."
+INITIAL, FINAL = "initial.", "final."
 # Index into list(Status) by the number that the kernel gives.
 STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
 for _number, _status in STATUSES.items():
@@ -56,6 +56,7 @@ def ensemble(
     max_steps: int = 50_000_000,
     threads: int | None = None,
     device: str = "cpu",
+    final_states: bool = False,
     progress: Callable[[int], None] | bool | None = None,
 ) -> ByMeasure:
     """Many runs of one machine, law and drive, of each of which only measures are kept.
@@ -73,6 +74,7 @@ def ensemble(
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
     device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
+    final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
@@ -118,6 +120,7 @@ def ensemble(
         evidence=1,
     )
     runs = len(next(iter(columns.values())))
+    finals = [FINAL + name for name in system.state_names] if final_states else []
     found: dict[str, np.ndarray] = {}
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
@@ -126,7 +129,7 @@ def ensemble(
             report = None if tell is None else lambda begun, base=done: tell(base + begun)
             values = {path: column[chosen] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)
-            for name in (*ALWAYS, *(measure.name for measure in asked)):
+            for name in (*ALWAYS, *(measure.name for measure in asked), *finals):
                 if name not in found:
                     found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)
                 found[name][chosen] = part[name]
@@ -172,6 +175,7 @@ def _measured(
         "response_period": results.head("response_period").astype(np.int16),
         "window_start": results.head("window_start").astype(np.int32),
         "window_periods": np.where(begun, everything.periods, 0).astype(np.int32),
+        **{FINAL + name: results.state[:, i] for i, name in enumerate(recording.state_names)},
     }
     for name, value in values(needed, gathered).items():
         if name not in found:

@@ -5,6 +5,7 @@ nothing. Differential evolution (Storn and Price 1997) compares designs only, so
 one place, so it is begun again with other points until the evaluations are used up.
 """
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -48,7 +49,7 @@ class Evaluations:
             raise Spent
         number = len(self.found)
         stored = self.store.read(number, designs) if self.store else None
-        population = population_of(self.problem, stored) if stored else evaluated(self.problem, designs)
+        population = population_of(self.problem, stored) if stored else evaluated(self.problem, designs, self.found)
         if self.store and stored is None:
             self.store.write(number, population.arrays())
         self.found.append(population)
@@ -128,18 +129,25 @@ def _stopping(found: list[Population], first: int) -> Callable[..., bool]:
     return stops
 
 
-def best_designs(
-    problem: Problem, populations: list[Population], apart: float, many: int
-) -> list[tuple[np.ndarray, int, float]]:
-    """(shares, start, cost) of the best allowed designs, best first, no two nearer than `apart` in every share."""
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    """A design that may be the best: its shares, where its best run has settled, by state, and the cost of that."""
+
+    shares: np.ndarray
+    state: dict[str, float]
+    cost: float
+
+
+def best_designs(problem: Problem, populations: list[Population], apart: float, many: int) -> list[Candidate]:
+    """The best allowed designs, best first, no two nearer than `apart` in every share."""
     every = together(problem, populations)
     cost, start = every.best_cost, every.best_start
     order = np.argsort(cost, kind="stable")
-    found: list[tuple[np.ndarray, int, float]] = []
-    for k in order[cost[order] < INFEASIBLE]:
+    found: list[Candidate] = []
+    for k in map(int, order[cost[order] < INFEASIBLE]):
         here = every.shares[k]
-        if all(np.max(np.abs(here - there), initial=0.0) > apart for there, _, _ in found):
-            found.append((here, int(start[k]), float(cost[k])))
+        if all(np.max(np.abs(here - each.shares), initial=0.0) > apart for each in found):
+            found.append(Candidate(here, every.end(problem.system.state_names, k, int(start[k])), float(cost[k])))
             if len(found) == many:
                 break
     return found

@@ -1,7 +1,11 @@
-"""Populations of designs: each design run from several starts, all of them as one ensemble."""
+"""Populations of designs: each design run from several starts, all of them as one ensemble.
+
+A motion from one start may lift off on its way where the settled motion does not, and so hide a good design. So a
+design without an allowed motion is run once more, from where the nearest allowed design of the search has settled.
+"""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,11 +13,12 @@ import numpy as np
 from vibrocap.case.sections import is_kind
 from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, names
 from vibrocap.design.search.problem import Problem
-from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
+from vibrocap.design.search.variables import FAR
+from vibrocap.measures.ensemble import FINAL, FINISHED, INITIAL, ensemble
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied
 
-REFUSED = -2  # status of a design that a part refuses, so that it was not run
+REFUSED = -2  # status of a design that was not run: a part refuses it, or it needed no further start
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,8 +26,10 @@ class Population:
     """Designs and how their runs ended.
 
     shares: [designs, variables], see `DesignSpace`
-    status: [designs, starts] index into list(Status), or REFUSED; settled: [designs, starts]
+    status: [designs, starts] index into list(Status), or REFUSED; settled: [designs, starts]. The last start is that
+        where the nearest allowed design has settled, from which only designs are run that need it
     found: values of the measures by name, [designs, starts], NaN where the run failed
+    ends: [designs, starts, states] the states in which runs ended
     costs: [goals, designs, starts] what a search makes small
     """
 
@@ -30,6 +37,7 @@ class Population:
     status: np.ndarray
     settled: np.ndarray
     found: dict[str, np.ndarray]
+    ends: np.ndarray
     costs: np.ndarray
 
     def __len__(self) -> int:
@@ -50,9 +58,13 @@ class Population:
         """[designs] the cost of that motion."""
         return np.min(self.cost, axis=1)
 
+    def end(self, names: Sequence[str], design: int, start: int) -> dict[str, float]:
+        """Where the run of a design from a start has settled, by state; names: of the states."""
+        return {name: float(x) for name, x in zip(names, self.ends[design, start], strict=True) if np.isfinite(x)}
+
     def arrays(self) -> dict[str, np.ndarray]:
         """All that a store keeps; costs follow from it."""
-        return {"shares": self.shares, "status": self.status, "settled": self.settled, **self.found}
+        return {"shares": self.shares, "status": self.status, "settled": self.settled, "ends": self.ends, **self.found}
 
     def counts(self) -> dict[str, int]:
         """How many designs are allowed, violate a constraint, did not settle, or failed, by their best start."""
@@ -73,7 +85,7 @@ def population_of(problem: Problem, arrays: Mapping[str, np.ndarray]) -> Populat
     found = {name: arrays[name] for name in names(problem.measures)}
     status, settled = arrays["status"], arrays["settled"]
     costs = np.stack([goal.costs(found, settled, status != FINISHED) for goal in problem.goals])
-    return Population(arrays["shares"], status, settled, found, costs)
+    return Population(arrays["shares"], status, settled, found, arrays["ends"], costs)
 
 
 def together(problem: Problem, populations: list[Population]) -> Population:
@@ -82,31 +94,84 @@ def together(problem: Problem, populations: list[Population]) -> Population:
     return population_of(problem, {name: np.concatenate([each[name] for each in every]) for name in every[0]})
 
 
-def evaluated(problem: Problem, shares: np.ndarray) -> Population:
-    """Run designs [designs, variables] from every start, until each run settles or its periods are over."""
-    designs, starts = len(shares), len(problem.starts)
-    arrays: dict[str, np.ndarray] = {
-        "shares": shares,
+def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] = ()) -> Population:
+    """Run designs [designs, variables] from every start, until each run settles or its periods are over.
+
+    known: populations of the search before this one, whose settled motions are starts too
+    """
+    starts = np.array([list(each.values()) for each in problem.starts])
+    arrays = _nothing(problem, len(shares), len(starts) + 1)
+    every = np.arange(len(shares))
+    _fill(problem, arrays, shares, every, np.tile(starts, (len(shares), 1, 1)), slice(0, len(starts)))
+    population = population_of(problem, arrays)
+    needing = np.flatnonzero(population.best_cost >= INFEASIBLE)
+    begun = settled_nearby(problem, [*known, population], shares[needing])
+    warm = np.flatnonzero(np.all(np.isfinite(begun), axis=1))
+    if not len(warm):
+        return population
+    _fill(problem, arrays, shares, needing[warm], begun[warm, None], slice(len(starts), None))
+    return population_of(problem, arrays)
+
+
+def _nothing(problem: Problem, designs: int, starts: int) -> dict[str, np.ndarray]:
+    """The arrays of designs that have not been run."""
+    return {
         "status": np.full((designs, starts), REFUSED),
         "settled": np.zeros((designs, starts), dtype=bool),
+        "ends": np.full((designs, starts, len(problem.system.state_names)), np.nan),
         **{name: np.full((designs, starts), np.nan) for name in names(problem.measures)},
     }
-    values = problem.space.values(shares)
-    for kinds, members in _by_kind(values, designs):
+
+
+def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.ndarray) -> np.ndarray:
+    """[designs, states] where the allowed design nearest to each of shares [designs, variables] has settled.
+
+    NaN where none is known that has the same choices.
+    """
+    found = np.full((len(shares), len(problem.system.state_names)), np.nan)
+    allowed = [np.flatnonzero(each.best_cost < INFEASIBLE) for each in known]
+    pairs = list(zip(known, allowed, strict=True))
+    places = np.concatenate([each.shares[good] for each, good in pairs])
+    ends = np.concatenate([each.ends[good, each.best_start[good]] for each, good in pairs])
+    if not len(places) or not len(shares):
+        return found
+    from scipy.spatial import KDTree
+
+    here, there = problem.space.apart(shares), problem.space.apart(places)
+    distance, nearest = KDTree(there).query(here)
+    near = distance < FAR
+    found[near] = ends[nearest[near]]
+    return found
+
+
+def _fill(
+    problem: Problem,
+    arrays: dict[str, np.ndarray],
+    shares: np.ndarray,
+    which: np.ndarray,
+    begun: np.ndarray,
+    columns: slice,
+) -> None:
+    """Run designs `which` from states begun [designs, starts, states], and write what they give into the columns."""
+    arrays["shares"] = shares
+    values = problem.space.values(shares[which])
+    for kinds, members in _by_kind(values, len(which)):
         system = varied(problem.system, kinds) if kinds else problem.system
         rest = {path: column for path, column in values.items() if path not in kinds}
         try:
-            results = _run(problem, system, rest, members)
+            results = _run(problem, system, rest, members, begun)
         except ValueError:  # a part refuses some designs: they are left out
             accepted = [k for k in members if not refusal(system, {path: _plain(x[k]) for path, x in rest.items()})]
             if len(accepted) == len(members):
                 raise
             members = np.array(accepted, dtype=int)
-            results = _run(problem, system, rest, members) if accepted else {}
+            results = _run(problem, system, rest, members, begun) if accepted else {}
         for name, column in results.items():
             if name in arrays:
-                arrays[name][members] = column.reshape(len(members), starts)
-    return population_of(problem, arrays)
+                arrays[name][which[members], columns] = column.reshape(len(members), begun.shape[1])
+            elif (state := name.removeprefix(FINAL)) != name and state in problem.system.state_names:
+                place = problem.system.state_names.index(state)
+                arrays["ends"][which[members], columns, place] = column.reshape(len(members), begun.shape[1])
 
 
 def _plain(value: Any) -> Any:
@@ -125,13 +190,16 @@ def _by_kind(values: Mapping[str, np.ndarray], designs: int) -> list[tuple[dict[
     ]
 
 
-def _run(problem: Problem, system: System, values: Mapping[str, np.ndarray], members: np.ndarray) -> dict[str, Any]:
-    """Results of some designs from all starts, [designs * starts] by name; of samples, what counts of them."""
-    over = {path: np.repeat(column[members], len(problem.starts)) for path, column in values.items()}
-    for state in dict.fromkeys(name for start in problem.starts for name in start):
-        over[INITIAL + state] = np.tile([start.get(state, 0.0) for start in problem.starts], len(members))
-    runs, samples = len(members) * len(problem.starts), problem.samples
-    over = over or {INITIAL + system.state_names[0]: np.zeros(runs)}
+def _run(
+    problem: Problem, system: System, values: Mapping[str, np.ndarray], members: np.ndarray, begun: np.ndarray
+) -> dict[str, Any]:
+    """Results of some designs from states begun [designs, starts, states], [designs * starts] by name; of samples, what
+    counts of them."""
+    over = {path: np.repeat(column[members], begun.shape[1]) for path, column in values.items()}
+    for place, state in enumerate(problem.system.state_names):
+        if state in system.state_names:
+            over[INITIAL + state] = begun[members, :, place].ravel()
+    runs, samples = len(members) * begun.shape[1], problem.samples
     found = ensemble(
         system,
         over if samples is None else samples.spread(over, runs),
@@ -140,6 +208,7 @@ def _run(problem: Problem, system: System, values: Mapping[str, np.ndarray], mem
         settle=problem.settle,
         tolerance=problem.tolerance,
         threads=problem.threads,
+        final_states=True,
     )
     return found if samples is None else _over_samples(problem, found, runs)
 
@@ -153,6 +222,7 @@ def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) 
     finished = each["status"] == FINISHED
     first = np.argmax(finished, axis=1)
     reduced = {"status": each["status"][np.arange(runs), first], "settled": np.all(each["settled"] | ~finished, axis=1)}
+    reduced |= {name: x[np.arange(runs), first] for name, x in each.items() if name.startswith(FINAL)}
     for goal in problem.goals:
         reduced |= goal.over_samples(each, finished, problem.samples.chosen)  # type: ignore[union-attr]
     return reduced

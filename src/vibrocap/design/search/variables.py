@@ -15,6 +15,8 @@ from vibrocap.studies.plan.axes import Axis, axis_of
 from vibrocap.studies.plan.designs import Range, range_from
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
+FAR = 1e3  # distance of designs that differ in a choice: their motions are not of one kind
+
 
 @dataclasses.dataclass(frozen=True)
 class DesignSpace:
@@ -35,6 +37,15 @@ class DesignSpace:
     def continuous(self) -> np.ndarray:
         """Indices of the variables that are ranges."""
         return np.flatnonzero([isinstance(each, Range) for each in self.variables])
+
+    def apart(self, shares: np.ndarray) -> np.ndarray:
+        """Places [designs, variables] whose distances say how near designs are; other choices are far apart."""
+        found = np.array(shares, dtype=float)
+        for i, each in enumerate(self.variables):
+            if isinstance(each, Axis):
+                many = len(each.values)
+                found[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
+        return found
 
     def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
         """Values [designs] by path at shares [designs, variables]; of objects where there are words."""
