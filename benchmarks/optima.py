@@ -37,7 +37,7 @@ class Known:
     best: float
     at_least: bool = False
     per: float = 1.0
-    subject_to: str = ()  # type: ignore[assignment]
+    subject_to: tuple[str, ...] = ()
     starts: tuple[dict[str, float], ...] | None = (START[0],)
 
 
@@ -99,7 +99,7 @@ PROBLEMS = {
     "three phases, w1 and w3 <= s w*, s = 4": Known(
         three_phases(4.0), accelerations(4.0), 1000, 0.6, per=UNIT, starts=None
     ),
-    "trap": Known(trap, FIVE, 10_000, 0.3899, True, subject_to="least_reaction > 0.1"),
+    "trap": Known(trap, FIVE, 10_000, 0.3899, True, subject_to=("least_reaction > 0.1",)),
 }
 
 

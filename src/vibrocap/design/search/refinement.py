@@ -1,7 +1,8 @@
 """Refinement of a design on its closed orbit: measures to rounding, stability by multipliers, an optimum to 1e-9.
 
 The measures of runs are as exact as a run has settled. Those of a closed orbit are exact to rounding, so an optimum can
-be followed until its slopes vanish, or something that can be named is in the way.
+be followed until its slopes vanish, or something that can be named is in the way: along exact gradients where the
+measure has them, and by models that interpolate where the mode sequence changes or a constraint is active.
 """
 
 import dataclasses
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.design.search.ascent import Slopes, ascend, slopes_by_share, vanishes
 from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.sticking import spelled
@@ -22,6 +24,7 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 TOLERANCE = 1e-12  # of the runs that close an orbit
 REGION = 0.01, 1e-9  # first and last radius of the trust region, in shares of the ranges
 STEP = 1e-5  # of the differences that give slopes, in shares of the ranges
+FLAT = 1e-4  # of a slope by differences over the size of the measure, per range, that counts as none
 ALLOWED = 1e-9  # by which a constraint may be violated, relative to its limit: what rounding leaves of an active one
 
 
@@ -73,6 +76,7 @@ class ClosedDesigns:
         many = 1 if problem.samples is None else 1 + len(problem.samples)
         self.near: tuple[PeriodicSolution | None, ...] = (solution,) * many
         self.known: dict[bytes, Refined | None] = {}
+        self.gradients: dict[bytes, np.ndarray | None] = {}
         self.best: Refined | None = self.at(shares)
         if self.best is not None:
             self.near = self.best.solutions
@@ -130,10 +134,27 @@ class ClosedDesigns:
             found["mean_velocity"] = solution.mean_velocity
         return solution, found
 
-    def refine(self, evaluations: int) -> None:
-        """Make the best design better, by a trust region of quadratic models (COBYQA, Ragonneau and Zhang 2024).
+    def gradient(self, found: Refined) -> np.ndarray | None:
+        """d(measure)/d(share) of a design by each continuous variable, exactly; None where there is none."""
+        key = found.shares.tobytes()
+        if key not in self.gradients:
+            value = found.found[self.problem.goal.measure]
+            self.gradients[key] = slopes_by_share(self.problem, found.solution, found.shares, value)
+        return self.gradients[key]
 
-        Its models interpolate, so they serve where the mode sequence changes and a derivative jumps, if more slowly.
+    def _rise(self, found: Refined) -> np.ndarray | None:
+        """d(merit)/d(share), exactly."""
+        gradient, goal = self.gradient(found), self.problem.goal
+        if gradient is None:
+            return None
+        turned = goal.size and found.found[goal.measure] < 0.0
+        return -gradient if turned == goal.maximise else gradient
+
+    def refine(self, evaluations: int) -> None:
+        """Make the best design better: along its gradient, then by a trust region where that does not lead to the end.
+
+        The quadratic models of the trust region (COBYQA, Ragonneau and Zhang 2024) interpolate, so they serve where the
+        mode sequence changes and a derivative jumps, if more slowly.
         """
         from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
@@ -149,6 +170,14 @@ class ClosedDesigns:
             if found is not None and found.allowed and self.best is not None and found.merit > self.best.merit:
                 self.best, self.near = found, found.solutions
             return found
+
+        def slopes(x: np.ndarray) -> Slopes | None:
+            found = at(x)
+            rise = None if found is None or not found.allowed else self._rise(found)
+            return None if found is None or rise is None else (found.merit, rise)
+
+        if ascend(self.best.shares[moving], slopes, evaluations):
+            return
 
         def cost(x: np.ndarray) -> float:
             found = at(x)
@@ -175,26 +204,37 @@ class ClosedDesigns:
                 },
             )
             if self.best.merit - before <= 1e-11 * size:
-                return
+                break
+        ascend(self.best.shares[moving], slopes, evaluations)
 
     def slopes(self) -> dict[str, tuple[float | None, float | None]]:
-        """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached."""
-        best = self.best
+        """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached.
+
+        Exact where the measure has gradients and the mode sequence goes on; beyond a change of it the slope there is
+        extrapolated to the design, with the error of the square of the step.
+        """
+        best, space = self.best, self.problem.space
         assert best is not None
         found = {}
-        for i in map(int, self.problem.space.continuous):
-            sides: list[float | None] = []
-            for sign in (-1.0, 1.0):
-                near = self._beside(i, sign)
-                slope = None
-                if near is not None:
-                    name = self.problem.goal.measure
-                    change = near.found[name] - best.found[name]
-                    slope = change / (near.shares[i] - best.shares[i])
-                    slope /= self.problem.space.derivative(i, float(best.shares[i]))
-                sides.append(slope)
-            found[self.problem.space.paths[i]] = (sides[0], sides[1])
+        for place, i in enumerate(map(int, space.continuous)):
+            sides = (self._slope(place, i, sign) for sign in (-1.0, 1.0))
+            rate = space.derivative(i, float(best.shares[i]))
+            below, above = (None if slope is None else slope / rate for slope in sides)
+            found[space.paths[i]] = (below, above)
         return found
+
+    def _slope(self, place: int, variable: int, sign: float) -> float | None:
+        """d(measure)/d(share) of a variable to one side of the best design; place: its number among the continuous."""
+        best, near, name = self.best, self._beside(variable, sign), self.problem.goal.measure
+        assert best is not None
+        if near is None:
+            return None
+        own = self.gradient(best)
+        if own is not None and near.word == best.word:
+            return float(own[place])
+        secant = (near.found[name] - best.found[name]) / (near.shares[variable] - best.shares[variable])
+        there = self.gradient(near)
+        return secant if there is None else 2.0 * secant - float(there[place])
 
     def _beside(self, variable: int, sign: float) -> Refined | None:
         """The design a little below or above the best one; None beyond a bound."""
@@ -225,4 +265,17 @@ class ClosedDesigns:
                 found.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
             elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):
                 found.append(f"no closed orbit beyond it over {space.paths[i]}")
-        return tuple(found) or ("nothing: the slopes vanish",)
+        return tuple(found) or (self._flatness(),)
+
+    def _flatness(self) -> str:
+        """What is said where nothing has a name: whether the slopes vanish."""
+        best, moving = self.best, self.problem.space.continuous
+        assert best is not None
+        own, level = self.gradient(best), FLAT * max(abs(best.merit), 1e-12)
+        if own is not None and vanishes(best.shares[moving], best.merit, own):
+            return "nothing: the slopes vanish"
+        sides = [[self._slope(place, i, sign) for sign in (-1.0, 1.0)] for place, i in enumerate(map(int, moving))]
+        largest = max((abs(below + above) / 2.0 for below, above in sides if None not in (below, above)), default=0.0)  # type: ignore[operator]
+        if own is None and largest <= level:
+            return "nothing: the slopes vanish, as far as differences tell"
+        return f"nothing that is active: a slope of {largest / max(abs(best.merit), 1e-12):.2g} of it per range is left"
