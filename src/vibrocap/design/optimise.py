@@ -15,6 +15,7 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -54,6 +55,8 @@ class Optimum(Result):
     constraints: values of the constrained measures, by constraint
     limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
     reached_from: the numbers of the starts from which its runs settle to this motion
+    attractors: what starts spread over the states lead to at this design; attractor: which of them its motion is, None
+        where no start led to it
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
     under: what counts of the samples of what is uncertain, "worst", "mean" or "cvar", and the share of them whose orbit
@@ -74,6 +77,8 @@ class Optimum(Result):
     slopes: dict[str, tuple[Number | None, Number | None]]
     starts: tuple[States, ...]
     reached_from: tuple[int, ...]
+    attractors: Attractors | None
+    attractor: int | None
     counts: dict[str, int]
     rejected: tuple[str, ...]
     under: tuple[str, Number] | None
@@ -93,7 +98,31 @@ class Optimum(Result):
         best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": ", ".join(values)}
         if self.under is not None:
             best["under uncertainty"] = f"{self.under[0]} of the samples, {100.0 * self.under[1]:.3g} % of them stable"
-        return best | {"limits": f"limited by {', '.join(self.limits)}"} | found
+        best["limits"] = f"limited by {', '.join(self.limits)}"
+        if self.attractors is not None:
+            best["reached"] = self.reached
+        return best | found
+
+    @property
+    def reached(self) -> str:
+        """What spread starts lead to at this design, in words: its motion, its mirror twin, other motions, none."""
+        known = self.attractors
+        if known is None:
+            return "not asked"
+        own = None if self.attractor is None else known.attractors[self.attractor]
+        twin = None if own is None or own.twin in (None, self.attractor) else known.attractors[own.twin]
+        mine = [each for each in (own, twin) if each is not None]
+        others = len(known.attractors) - len(mine)
+        parts = [f"reached from {100.0 * (own.share if own else 0.0):.3g} % of {len(known.label)} spread starts"]
+        if twin is not None:
+            parts.append(f"its mirror twin from {100.0 * twin.share:.3g} %")
+        if others:
+            share = sum(each.share for each in known.attractors) - sum(each.share for each in mine)
+            parts.append(f"{others} other motion{'s' if others > 1 else ''} from {100.0 * share:.3g} %")
+        lost = float(np.mean(known.label < 0))
+        if lost:
+            parts.append(f"{100.0 * lost:.3g} % fail or do not settle")
+        return ", ".join(parts)
 
     def case(self, periods: float = 40) -> Case:
         """A case of the design that starts on its orbit. Raises ValueError where no design was found."""
@@ -121,6 +150,7 @@ def optimise(
     settle: float = 1e-6,
     tolerance: float = 1e-8,
     refinement: int = 300,
+    spread_starts: int = 64,
     store: str | Path | None = None,
     resume: bool = False,
     threads: int | None = None,
@@ -143,6 +173,7 @@ def optimise(
     evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
     margin: by which the largest multiplier has to be below 1
     periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at most
+    spread_starts: from which the other attractors of the best design are looked for; 0: they are not
     store, resume: a folder for all populations, from which an interrupted search continues
 
     Returns an `Optimum`. Raises CaseError with every complaint about system, over, objective and subject_to,
@@ -166,11 +197,12 @@ def optimise(
         evaluations=(evaluations, 1),
         seed=(seed, 0),
         refinement=(refinement, 0),
+        spread_starts=(spread_starts, 0),
     )
     kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
     found, rejected = _refined(problem, populations, refinement)
-    return _optimum(problem, together(problem, populations), found, rejected)
+    return _optimum(problem, together(problem, populations), found, rejected, spread_starts)
 
 
 def _refined(
@@ -218,7 +250,9 @@ def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str
     return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
 
 
-def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...]) -> Optimum:
+def _optimum(
+    problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...], spread_starts: int
+) -> Optimum:
     """The result of a search."""
     goal, starts = problem.goal, tuple(dict(each) for each in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
@@ -226,12 +260,19 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
         nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
         nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
+        nothing |= {"attractors": None, "attractor": None}
         known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
         return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
     steady = Orbit.of(best.solution, near.map_.of(best.solution.system))
+    found = None
+    if spread_starts:
+        system, start = steady.system, problem.starts[0]
+        begun = {name: x for name, x in start.items() if name in system.state_names}
+        found = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0
+    steady = steady.twin() if turned else steady
     runs = evaluated(problem, best.shares[None])
     with np.errstate(invalid="ignore"):
         away = np.abs(goal.merit(runs.found[goal.measure][0]) - best.merit)
@@ -247,13 +288,15 @@ def _optimum(problem: Problem, every: Population, near: ClosedDesigns | None, re
         scale=scale,
         value=float(sign * value),
         unit=unit,
-        orbit=steady.twin() if turned else steady,
+        orbit=steady,
         constraints={each.words: best.found[each.measure] * measure_unit(problem.system, each.measure)[1]
                      for each in goal.constraints},
         limits=near.limits(),
         slopes=slopes,  # type: ignore[arg-type]
         starts=starts,
         reached_from=tuple(map(int, reached)),
+        attractors=found,
+        attractor=None if found is None else found.of(steady),
         counts=every.counts(),
         rejected=rejected,
         under=None if problem.samples is None else (problem.samples.criterion, stable),

@@ -15,6 +15,7 @@ from vibrocap.plotting.animation import animate_motion
 from vibrocap.plotting.fronts import draw_front
 from vibrocap.plotting.motion import motion_figure
 from vibrocap.plotting.search import search_figure
+from vibrocap.quantities.dimensional import computed, in_si, units_of
 from vibrocap.report.pieces import number, picture, table, titled
 
 FILMED = 2  # drive periods of the film
@@ -28,7 +29,7 @@ def write_design_page(found: Optimum, folder: Path, command: str, film: bool = T
     """
     assert found.orbit is not None
     assert found.value is not None
-    motion = found.case(max(SHOWN, FILMED) * found.orbit.response_period).simulate()
+    motion = computed(found.case(max(SHOWN, FILMED) * found.orbit.response_period).simulate())
     motion_figure(motion).savefig(folder / "motion.png")
     search_figure(found).savefig(folder / "search.png")
     shown = picture(folder / "motion.png", "the motion on its orbit")
@@ -37,8 +38,9 @@ def write_design_page(found: Optimum, folder: Path, command: str, film: bool = T
         shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
     parts = [
         ("The design", _design(found)),
-        ("Its steady motion", _facts(found.orbit.facts) + shown),
+        ("Its steady motion", _facts(in_si(found.orbit).facts) + shown),
         ("What limits it", _limits(found)),
+        ("What starts lead to", _motions(found)),
         ("The search", _facts({k: v for k, v in found.facts.items() if k in ("designs", "under uncertainty")})
          + _list("Better candidates that do not win", found.rejected)
          + picture(folder / "search.png", "the best design over the evaluations")),
@@ -106,7 +108,9 @@ def _design(found: Optimum) -> str:
 
 
 def _limits(found: Optimum) -> str:
-    starts = [", ".join(f"{k} {v:g}" for k, v in found.starts[i].items()) or "rest" for i in found.reached_from]
+    assert found.orbit is not None
+    given = in_si(found, found.orbit.system).starts
+    starts = [", ".join(f"{k} {v:g}" for k, v in given[i].items()) or "rest" for i in found.reached_from]
     reached = f"reached from {'; '.join(starts)}" if starts else "reached from none of the starts within the periods"
     sizes = np.abs(found.orbit.multipliers) if found.orbit is not None else []
     multipliers = [[number(float(np.real(m))), number(float(np.imag(m))), number(float(size))]
@@ -116,6 +120,24 @@ def _limits(found: Optimum) -> str:
         + f"<p>The motion is {escape(reached)}.</p>"
         + table(["real part", "imaginary part", "size of the multiplier"], multipliers, names=0)
     )
+
+
+def _motions(found: Optimum) -> str:
+    """What starts spread over the states lead to at the design."""
+    if found.attractors is None:
+        return ""
+    shown = in_si(found.attractors)
+    units = units_of(shown.attractors[0].motion, "drift") if shown is not found.attractors and shown.attractors else {}
+    rows = []
+    for k, row in enumerate(shown.table()):
+        twin = found.attractor is not None and row["twin"] == found.attractor
+        whose = "the design's" if k == found.attractor else "its mirror twin" if twin else ""
+        drift, multiplier = row["drift"], row["largest_multiplier"]
+        cells = [number(100.0 * row["share"]), *("" if x is None else number(x) for x in (drift, multiplier)), whose]
+        rows.append([escape(row["kind"]), *cells])
+    unit = f" [{escape(units['drift'])}]" if units else ""
+    head = ["motion", "of the starts [%]", f"drift per drive period{unit}", "largest multiplier", ""]
+    return f"<p>{escape(found.reached[0].upper() + found.reached[1:])}.</p>" + table(head, rows)
 
 
 def _facts(facts: dict[str, str]) -> str:

@@ -15,7 +15,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.dimensional import in_si, units_of
 
 CASES = "cases"  # in the folder of a front
 
@@ -133,7 +133,7 @@ def optimise(
             resume=resume,
             progress=share,
         )
-    record = optimum_record(found)
+    record = optimum_record(found, given.system)
     if out is not None:
         write_text(made_folder(out) / "design.json", json_text(record) + "\n")
         if found.orbit is not None:
@@ -151,6 +151,7 @@ def optimise(
         if found.orbit is not None:
             page.rows([("orbit", ", ".join(in_si(found.orbit).facts.values()))], 14)
         page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in found.constraints.items()], 14)
+        page.rows([("motion", words) for words in _motions_in_words(found)], 14)
         page.rows([("rejected", words) for words in found.rejected], 14)
         if out is not None and found.orbit is not None:
             page.rows([("case", str(out / "best.toml"))], 14)
@@ -253,8 +254,8 @@ def _csv(rows: list[dict[str, Any]]) -> str:
     return text.getvalue()
 
 
-def optimum_record(found: Any) -> dict[str, Any]:
-    """What is known of an optimum, by name."""
+def optimum_record(found: Any, system: Any) -> dict[str, Any]:
+    """What is known of an optimum of a system, by name, in SI where the system is."""
     steady = None
     if found.orbit is not None:
         steady = orbit_record(found.orbit)
@@ -262,5 +263,42 @@ def optimum_record(found: Any) -> dict[str, Any]:
             units = {name: unit for name, unit in orbit_units(shown).items() if steady.get(name) is not None}
             steady = in_both(orbit_record(shown), units, steady)
     names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
-    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "under")}
-    return {"status": found.status.value, **known, "orbit": steady}
+    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "under", "attractor")}
+    known["starts"] = in_si(found, system).starts
+    return {"status": found.status.value, **known, "attractors": _attractors_record(found), "orbit": steady}
+
+
+def _motions_in_words(found: Any) -> list[str]:
+    """The motions besides that of the design to which spread starts lead, a line each."""
+    if found.attractors is None:
+        return []
+    shown, lines = in_si(found.attractors), []
+    for k, (each, row) in enumerate(zip(shown.attractors, shown.table(), strict=True)):
+        if k == found.attractor:
+            continue
+        words = [f"{100.0 * row['share']:.3g} % of the starts lead to", row["kind"]]
+        if found.attractor is not None and row["twin"] == found.attractor:
+            words[-1] += " (the mirror twin)"
+        words = [" ".join(words)]
+        if row["drift"] is not None:
+            words.append(f"drift {each.motion.said('drift', 6)} per drive period")
+        if row["largest_multiplier"] is not None:
+            words.append(f"largest multiplier {row['largest_multiplier']:.4g}")
+        lines.append(", ".join(words))
+    return lines
+
+
+def _attractors_record(found: Any) -> dict[str, Any] | None:
+    """What spread starts lead to at a design."""
+    if found.attractors is None:
+        return None
+    shown, plain = in_si(found.attractors), found.attractors
+    lost = float((plain.label < 0).mean())
+    record = {"starts": len(plain.label), "not_settled_or_failed": lost, "motions": plain.table()}
+    if shown is plain:
+        return record
+    motion = shown.attractors[0].motion if shown.attractors else None
+    units = {} if motion is None else units_of(motion, "drift")
+    orbits = [each.motion.orbit for each in shown.attractors if each.motion.orbit is not None]
+    units |= units_of(orbits[0], "mean_velocity") if orbits else {}
+    return in_both(record | {"motions": shown.table()}, {"motions": units}, record)

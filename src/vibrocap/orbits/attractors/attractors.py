@@ -1,6 +1,7 @@
 """All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from vibrocap.orbits.closing.attractor_matching import (
     orbit_points,
     orbits_reached,
 )
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
@@ -76,6 +78,33 @@ class Attractors(Dimensional):
     def share(self, label: int) -> Number:
         """Share of the starts with a label."""
         return float(np.mean(self.label == label))
+
+    def of(self, orbit: PeriodicSolution) -> int | None:
+        """Index of the attractor that an orbit of the system is, whichever drive period it begins at.
+
+        None where no start led to it.
+        """
+        if not is_driven(self.system) or not orbit.closes:
+            return None
+        map_ = StroboscopicMap(self.system, orbit.tolerance)
+        known = {k: each.motion.orbit for k, each in enumerate(self.attractors) if each.motion.orbit is not None}
+        place = nearest(orbit_points(map_, orbit).points, [orbit_points(map_, each) for each in known.values()])
+        return None if place is None else list(known)[place]
+
+    def table(self) -> list[dict[str, Any]]:
+        """Rows of a table, one for each attractor, that with most starts first.
+
+        largest_multiplier: None of what is not periodic; twin: index of its mirror twin
+        """
+        rows = []
+        for each in self.attractors:
+            orbit = each.motion.orbit
+            multipliers = np.abs(orbit.multipliers) if orbit is not None else []
+            row = {"kind": each.motion.kind, "starts": each.starts, "share": each.share, "drift": each.motion.drift}
+            row["mean_velocity"] = None if orbit is None else orbit.mean_velocity
+            row["largest_multiplier"] = float(np.max(multipliers)) if len(multipliers) else None
+            rows.append({**row, "twin": each.twin})
+        return rows
 
 
 @shows_progress("Running the starts")
