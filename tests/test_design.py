@@ -8,7 +8,11 @@ import pytest
 import vibrocap as vc
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
-from vibrocap.design.optimise import optimise
+from vibrocap.design.optimise import optimise, reason_against
+from vibrocap.design.search.ascent import ascend
+from vibrocap.design.search.population import evaluated
+from vibrocap.design.search.problem import stated_problem
+from vibrocap.design.search.refinement import ClosedDesigns
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -73,17 +77,38 @@ def test_bad_input_is_named_before_any_work(biharmonic, asked, said):
         optimise(biharmonic, **({"over": FREQUENCY_AND_PHASE} | asked))
 
 
+def trap():
+    """Dynamic load, one harmonic, five design variables: the closed orbit with the largest known V is unstable."""
+    machine = vc.PendulumCapsule(mass_ratio=1.0, stiffness=1.2, damping=1.0, normal_load="dynamic")
+    over = {"machine.mass_ratio": (0.2, 6.0), "machine.stiffness": (0.1, 6.0), "machine.damping": (0.1, 3.0)}
+    over |= {"drive.amplitude": (0.5, 3.0), "drive.frequency": (0.3, 3.0)}
+    return vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=0.8)), over
+
+
+TRAPPED = (0.2, 1.12594186, 0.1, 0.78712473, 2.38594822)
+
+
+def test_the_fast_orbit_of_the_trap_is_refused_by_its_multiplier():
+    """V = 0.392760054650 with the multiplier -1.79381: it closes, and is no candidate."""
+    system, over = trap()
+    given = system.with_parameters(dict(zip(over, TRAPPED, strict=True)))
+    orbit = vc.orbit(given, initial=START[0], response_period=1)
+    assert abs(orbit.mean_velocity) == pytest.approx(0.392760054650, abs=1e-7)  # the place has eight digits
+    assert orbit.multipliers[0].real == pytest.approx(-1.79381, abs=1e-4)
+    asked = {"periods": 300, "settle": 1e-6, "tolerance": 1e-8, "margin": 1e-3, "threads": None}
+    problem = stated_problem(system, over, ["mean_velocity"], [None], "least_reaction > 0.1", START, **asked)
+    shares = np.array([(x - low) / (high - low) for x, (low, high) in zip(TRAPPED, over.values(), strict=True)])
+    near = ClosedDesigns(problem, orbit, shares)
+    assert near.best is not None
+    assert not near.best.allowed
+    assert reason_against(orbit, near, problem.goal) == f"largest multiplier {abs(orbit.multipliers[0]):.6g}"
+
+
 @pytest.mark.slow
 def test_unstable_orbit_of_the_trap_does_not_win():
     """A closed orbit with V = 0.39276 has the multiplier -1.79; stable designs were known up to 0.3899."""
-    trap = vc.System(
-        machine=vc.PendulumCapsule(mass_ratio=1.0, stiffness=1.2, damping=1.0, normal_load="dynamic"),
-        friction=vc.Exponential(),
-        drive=vc.Harmonic(amplitude=0.8, frequency=1.0),
-    )
-    over = {"machine.mass_ratio": (0.2, 6.0), "machine.stiffness": (0.1, 6.0), "machine.damping": (0.1, 3.0)}
-    over |= {"drive.amplitude": (0.5, 3.0), "drive.frequency": (0.3, 3.0)}
-    found = optimise(trap, over, subject_to="least_reaction > 0.1", starts=START)
+    system, over = trap()
+    found = optimise(system, over, subject_to="least_reaction > 0.1", starts=START)
     assert found.value is not None
     assert found.orbit is not None
     assert 0.3899 < found.value < 0.39276
@@ -449,3 +474,139 @@ def test_pages_of_a_design_and_of_a_front(tmp_path):
     page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
     assert page.count("<tr>") >= len(found["designs"])
     assert main([*asked, "--report"]) == 2
+
+
+# --- the local stage, and what else starts lead to --------------------------------------------------------------------
+
+
+def test_ascent_finds_the_top_of_a_hill_and_stays_within_bounds():
+    """A curved ridge (Rosenbrock, turned over) in the unit square; then a slope that rises beyond a bound."""
+
+    def ridge(x):
+        a, b = 2.0 * x[0], 2.0 * x[1]
+        rise = -np.array([-400.0 * a * (b - a * a) - 2.0 * (1.0 - a), 200.0 * (b - a * a)]) * 2.0
+        return 1.0 - 100.0 * (b - a * a) ** 2 - (1.0 - a) ** 2, rise
+
+    assert ascend(np.array([0.1, 0.4]), ridge, 200) == pytest.approx([0.5, 0.5], abs=1e-9)
+
+    def beyond(x):
+        return x[0] - (x[1] - 0.3) ** 2, np.array([1.0, 0.6 - 2.0 * x[1]])
+
+    assert ascend(np.array([0.2, 0.9]), beyond, 50) == pytest.approx([1.0, 0.3], abs=1e-10)
+
+
+def test_ascent_does_not_pass_what_is_not_allowed_and_does_not_claim_a_kink():
+    kink = 0.6
+
+    def roof(x):
+        return 1.0 - abs(x[0] - kink), np.array([-np.sign(x[0] - kink)])
+
+    assert ascend(np.array([0.2]), roof, 100) is None
+    seen = []
+
+    def wall(x):
+        seen.append(float(x[0]))
+        return (x[0], np.array([1.0])) if x[0] <= kink else None
+
+    assert ascend(np.array([0.2]), wall, 100) is None
+    assert max(x for x in seen if x <= kink) == pytest.approx(kink, abs=1e-3)
+
+
+def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmonic):
+    """At the optimum they are at rounding; with a bound in the way the slope is that of closed orbits on both sides."""
+    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=640, spread_starts=0)
+    assert found.limits == ("nothing: the slopes vanish",)
+    assert all(abs(slope) < 1e-10 for pair in found.slopes.values() for slope in pair)
+    forward = biharmonic.with_parameters({"drive.second_phase": 2.2})
+    bounded = optimise(forward, {"drive.frequency": (0.6, 0.8)}, starts=START, evaluations=64, spread_starts=0)
+    assert bounded.limits == ("upper bound of drive.frequency",)
+    assert bounded.orbit is not None
+    below, above = bounded.slopes["drive.frequency"]
+    assert above is None
+    step = 1e-4
+    speeds = [
+        abs(
+            vc.shoot(biharmonic.with_parameters({"drive.frequency": 0.8 + k * step}), bounded.orbit.state).mean_velocity
+        )
+        for k in (-1, 1)
+    ]
+    assert below == pytest.approx((speeds[1] - speeds[0]) / (2 * step), rel=1e-6)
+
+
+def test_other_motions_of_a_design_are_said():
+    """A machine with mirror twins: half of the starts lead to each, and the design is one of them."""
+    machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=0.88624890, damping=1.40524509)
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(1.8, 1.2))
+    found = optimise(system, {"drive.frequency": (1.2, 1.3)}, starts=START, evaluations=32, refinement=20)
+    assert found.attractors is not None
+    assert found.attractor is not None
+    own = found.attractors.attractors[found.attractor]
+    assert own.motion.drift == pytest.approx(found.orbit.drift, abs=1e-9)
+    twin = found.attractors.attractors[own.twin]
+    assert twin.motion.drift == pytest.approx(-found.orbit.drift, abs=1e-9)
+    assert own.share + twin.share <= 1.0
+    assert f"its mirror twin from {100.0 * twin.share:.3g} %" in found.facts["reached"]
+    rows = found.attractors.table()
+    assert rows[found.attractor]["largest_multiplier"] < 1.0
+    assert sum(row["starts"] for row in rows) + np.sum(found.attractors.label < 0) == 64
+
+
+def test_design_that_lifts_off_on_its_way_is_begun_from_where_its_neighbour_has_settled():
+    """The neighbour of the trap's best lifts off in its first period from pi/3; its settled motion does not."""
+    machine = vc.PendulumCapsule(mass_ratio=0.2, stiffness=1.112276, damping=0.260598, normal_load="dynamic")
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=0.852001, frequency=2.408566))
+    lifting = vc.ensemble(system, {"initial.angle": [np.pi / 3]}, periods=300, settle=1e-6)
+    assert list(vc.Status)[int(lifting["status"][0])].value == "lift off"
+    asked = {"periods": 300, "settle": 1e-6, "tolerance": 1e-8, "margin": 1e-3, "threads": None}
+    over = {"machine.damping": (0.260598, 0.36)}
+    problem = stated_problem(system, over, ["mean_velocity"], [None], (), START, **asked)
+    runs = evaluated(problem, np.array([[0.0], [1.0]]))
+    assert runs.settled.tolist() == [[False, True], [True, False]]
+    assert runs.best_start.tolist() == [1, 0]
+    assert runs.best_cost[0] < runs.best_cost[1] < -0.38
+    alone = evaluated(problem, np.array([[0.0]]))
+    assert not alone.settled.any()
+    again = evaluated(problem, np.array([[0.0]]), [evaluated(problem, np.array([[1.0]]))])
+    assert again.costs[0, 0, 1] == runs.costs[0, 0, 1]
+
+
+def test_designs_in_si_are_in_si_once(capsys):
+    """The optimum in SI is that of the system without units, times its scales, in Python, JSON and text."""
+    case = "examples/bench-in-si.toml"
+    given = vc.read_case(case)
+    asked = {"evaluations": 64, "spread_starts": 8, "starts": [{"angle": 0.5, "velocity": 0.1}]}
+    found = vc.optimise(given.system, {"drive.frequency_Hz": (0.8, 1.2)}, subject_to="peak_drive < 1.2", **asked)
+    unit = given.system.si
+    hertz, speed = 1.0 / (2.0 * np.pi * unit.scales.time_s), unit.factor_of("m/s")
+    own = asked | {"starts": [{"angle": 0.5, "velocity": 0.1 / speed}]}
+    over = {"drive.frequency": (0.8 / hertz, 1.2 / hertz)}
+    plain = optimise(
+        given.system.dimensionless, over, subject_to=f"peak_drive < {1.2 / unit.factor_of('N m')!r}", **own
+    )
+    assert found.design["drive.frequency_Hz"] == pytest.approx(plain.design["drive.frequency"] * hertz, rel=1e-9)
+    assert found.value == pytest.approx(plain.value * speed, rel=1e-9)
+    assert found.starts[0]["velocity"] == pytest.approx(0.1, rel=1e-12)
+    assert found.orbit.mean_velocity == pytest.approx(found.value, rel=1e-9)
+    slopes, scale = found.slopes["drive.frequency_Hz"], speed / hertz
+    for one, other in zip(slopes, plain.slopes["drive.frequency"], strict=True):
+        assert (one is None) == (other is None)
+        assert one is None or one == pytest.approx(other * scale, rel=1e-6)
+    motion, same = found.attractors.attractors[0].motion, plain.attractors.attractors[0].motion
+    assert motion.drift == pytest.approx(same.drift * unit.factor_of("m"), rel=1e-9)
+    own_torque = given.system.parameter("drive.amplitude_N_m") + given.system.parameter("drive.second_amplitude_N_m")
+    assert found.constraints["peak_drive < 1.2"] == pytest.approx(own_torque, rel=1e-9)  # both are largest at once
+    assert found.dimensionless.orbit.mean_velocity == pytest.approx(plain.orbit.mean_velocity, rel=1e-9)
+    capsys.readouterr()
+    command = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "64"]
+    assert main([*command, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["unit"] == "m/s"
+    assert record["orbit"]["mean_velocity"] == pytest.approx(record["value"], rel=1e-9)
+    assert record["orbit"]["dimensionless"]["mean_velocity"] * speed == pytest.approx(record["orbit"]["mean_velocity"])
+    motions, bare = record["attractors"]["motions"], record["attractors"]["dimensionless"]["motions"]
+    assert record["attractors"]["units"]["motions"] == {"drift": "m", "mean_velocity": "m/s"}
+    assert motions[0]["drift"] == pytest.approx(bare[0]["drift"] * unit.factor_of("m"))
+    assert main(command) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"mean_velocity {record['value']:.10g} m/s" in text
+    assert f"drift {record['orbit']['drift']:.10g} m, " in text

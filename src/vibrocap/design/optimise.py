@@ -77,7 +77,7 @@ class Optimum(Result):
     slopes: dict[str, tuple[Number | None, Number | None]]
     starts: tuple[States, ...]
     reached_from: tuple[int, ...]
-    attractors: Attractors | None
+    attractors: Attractors | None = dataclasses.field(compare=False)
     attractor: int | None
     counts: dict[str, int]
     rejected: tuple[str, ...]

@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, che
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
-from vibrocap.measures.of_measure import ByMeasure
+from vibrocap.measures.of_measure import FINAL, ByMeasure
 from vibrocap.measures.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
@@ -33,7 +33,7 @@ CHUNK = 32_768  # runs in memory at a time, some 40 MB
 CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
 DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
-INITIAL, FINAL = "initial.", "final."
+INITIAL = "initial."
 # Index into list(Status) by the number that the kernel gives.
 STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
 for _number, _status in STATUSES.items():

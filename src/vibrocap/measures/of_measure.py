@@ -9,6 +9,8 @@ from vibrocap.measures.standard import known_measure
 from vibrocap.physics.conversion import Along
 from vibrocap.quantities.declared import Context, Declared, In
 
+FINAL = "final."  # before the name of a state in which a run ended
+
 
 class OfMeasure(Declared):
     """A value of the measure that the record or the call around names `measure`."""
@@ -34,8 +36,11 @@ class OfMeasures(Declared):
         asked = next(iter(context.known("measures")), ())
         asked = (asked,) if isinstance(asked, (str, Measure)) else asked
         own = {each.name: each for each in asked if isinstance(each, Measure)}
-        named = {name: own.get(name) or name for name in value}
-        return {name: In(_unit(named[name], context)).converted(each, context, back) for name, each in value.items()}
+        units = {name: _unit(own.get(name) or name, context) for name in value}
+        if context.units is not None:
+            states = {name: name.removeprefix(FINAL) for name in value if name.startswith(FINAL)}
+            units |= {name: context.units.unit(state) for name, state in states.items()}
+        return {name: In(units[name]).converted(each, context, back) for name, each in value.items()}
 
 
 def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None]:

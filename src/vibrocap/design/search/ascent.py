@@ -21,7 +21,7 @@ LONGEST = 0.1  # of a step, in shares of the ranges
 FIRST = 0.01  # of the first step, whose curvature is not known
 HALVINGS = 20
 ENOUGH = 1e-4  # share of the rise that the slope promises (Armijo)
-ROUNDING = 1e-13  # of the measure, relative: smaller differences say nothing
+ROUNDING = 1e-11  # of the measure, relative: smaller differences are those of closing
 
 Slopes = tuple[float, np.ndarray]  # merit, and its derivative by each continuous variable's share
 
@@ -61,14 +61,14 @@ def vanishes(x: np.ndarray, merit: float, gradient: np.ndarray) -> bool:
     return bool(np.max(np.abs(gradient[~outward(x, gradient)]), initial=0.0) <= LEVEL * max(abs(merit), 1e-12))
 
 
-def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: int) -> bool:
-    """Follow the gradient from shares x [variables]; whether it has led to where it vanishes.
+def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: int) -> np.ndarray | None:
+    """Follow the gradient from shares x [variables] to those where it vanishes; None where it does not lead there.
 
     slopes: the merit and its gradient at shares, None where no allowed design is; most: times that it may be asked
     """
     here = slopes(x)
     if here is None:
-        return False
+        return None
     merit, gradient = here
     asked, curve, scaled = 1, np.eye(len(x)), False
     while not vanishes(x, merit, gradient):
@@ -82,12 +82,12 @@ def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: i
         for halving in range(HALVINGS):
             there = np.clip(x + step * 0.5**halving, 0.0, 1.0)
             if asked >= most or np.array_equal(there, x):
-                return False
+                return None
             found, asked = slopes(there), asked + 1
             if found is not None and _better(there - x, merit, gradient, found):
                 break
         else:
-            return False
+            return None
         assert found is not None
         moved, turned = there - x, gradient - found[1]
         if moved @ turned > 1e-12 * np.linalg.norm(moved) * np.linalg.norm(turned):
@@ -95,7 +95,7 @@ def ascend(x: np.ndarray, slopes: Callable[[np.ndarray], Slopes | None], most: i
                 curve, scaled = np.eye(len(x)) * (moved @ turned) / (turned @ turned), True
             curve = _updated(curve, moved, turned)
         x, (merit, gradient) = there, found
-    return True
+    return x
 
 
 def _better(moved: np.ndarray, merit: float, gradient: np.ndarray, found: Slopes) -> bool:

@@ -14,7 +14,8 @@ from vibrocap.case.sections import is_kind
 from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, names
 from vibrocap.design.search.problem import Problem
 from vibrocap.design.search.variables import FAR
-from vibrocap.measures.ensemble import FINAL, FINISHED, INITIAL, ensemble
+from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
+from vibrocap.measures.of_measure import FINAL
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied
 

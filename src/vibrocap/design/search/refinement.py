@@ -176,7 +176,15 @@ class ClosedDesigns:
             rise = None if found is None or not found.allowed else self._rise(found)
             return None if found is None or rise is None else (found.merit, rise)
 
-        if ascend(self.best.shares[moving], slopes, evaluations):
+        def arrived() -> bool:
+            assert self.best is not None
+            top = ascend(self.best.shares[moving], slopes, evaluations)
+            found = None if top is None else at(top)
+            if found is not None:  # as good to rounding as the best so far, and flatter
+                self.best, self.near = found, found.solutions
+            return found is not None
+
+        if arrived():
             return
 
         def cost(x: np.ndarray) -> float:
@@ -205,7 +213,7 @@ class ClosedDesigns:
             )
             if self.best.merit - before <= 1e-11 * size:
                 break
-        ascend(self.best.shares[moving], slopes, evaluations)
+        arrived()
 
     def slopes(self) -> dict[str, tuple[float | None, float | None]]:
         """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached.
