@@ -613,3 +613,58 @@ def test_designs_in_si_are_in_si_once(capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert f"mean_velocity {record['value']:.10g} m/s" in text
     assert f"drift {record['orbit']['drift']:.10g} m, " in text
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """(a fit of the law of the bench to a noisy steady curve, the bench with the fitted law)."""
+    speeds = np.tile(np.linspace(0.02, 0.6, 30), 4)
+    force = 7.0 * (0.05 + 0.10 * np.exp(-6.5 * speeds)) + np.random.default_rng(1).normal(0.0, 0.005, len(speeds))
+    record = vc.Record("curve", np.arange(float(len(speeds))), force, velocity=speeds, normal_force=7.0)
+    fit = vc.steady_fit(record, "exponential", starts=2, intervals="covariance")
+    bench = vc.read_case("examples/bench-in-si.toml").system
+    keys = {"coulomb_coefficient": "coulomb_coefficient", "static_coefficient": "static_coefficient"}
+    keys["decay_rate"] = "decay_rate_s_per_m"
+    values = {f"friction.{keys[each.name]}": each.value for each in fit.parameters}
+    return fit, bench.with_parameters(values)
+
+
+def test_joint_uncertainty_of_a_fit_is_its_covariance(fitted):
+    """Samples of the logarithms have the covariance sum_k s_k^2 e_k e_k^T of the fit, about its values."""
+    fit, system = fitted
+    found = vc.robustness(system, {"friction": fit}, samples=1024, periods=1, settle=1e3)
+    names = [each.name for each in fit.parameters]
+    paths = ["friction.coulomb_coefficient", "friction.static_coefficient", "friction.decay_rate_s_per_m"]
+    assert names == ["coulomb_coefficient", "static_coefficient", "decay_rate"]
+    logs = np.log([found.parameters[path] for path in paths])
+    ways = np.array([[each.exponents[name] for name in names] for each in fit.identifiability.directions])
+    spread = np.array([each.deviation for each in fit.identifiability.directions])
+    expected = ways.T @ np.diag(spread**2) @ ways
+    assert np.cov(logs) == pytest.approx(expected, rel=0.05, abs=0.02 * np.max(expected))
+    assert np.mean(logs, axis=1) == pytest.approx(
+        np.log([each.value for each in fit.parameters]), abs=1e-2 * max(spread)
+    )
+    assert len(found.total) == 3
+    assert all(name.startswith("friction: ") for name in found.total)
+
+
+def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys):
+    fit, system = fitted
+    fit.save(tmp_path / "fit")
+    vc.save_case(system, tmp_path / "case.toml")
+    given = f"friction=fit:{tmp_path / 'fit' / 'fit.json'}"
+    case = str(tmp_path / "case.toml")
+    assert main(["robust", case, "--uncertain", given, "--samples", "16", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["mean"] == pytest.approx(vc.robustness(system, {"friction": fit}, samples=16).mean, rel=1e-9)
+    search = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "32", "--json"]
+    assert main([*search, "--uncertain", given, "--samples", "4"]) == 0
+    assert json.loads(capsys.readouterr().out)["under"][0] == "worst"
+    assert main(["robust", "examples/bench-in-si.toml", "--uncertain", given]) == 2
+    assert "put friction.toml of the fit into the case" in capsys.readouterr().err
+    assert main(["robust", case, "--uncertain", "friction=fit:nowhere.json"]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+    assert main(["robust", case, "--uncertain", f"machine=fit:{tmp_path / 'fit' / 'fit.json'}"]) == 2
+    assert "has no fitted law; give the fit for friction" in capsys.readouterr().err
+    assert main(["robust", case, "--uncertain", f"friction=fit:{case}"]) == 2
+    assert "is no fit.json" in capsys.readouterr().err

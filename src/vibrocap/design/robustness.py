@@ -53,35 +53,35 @@ class Robustness(Result):
     total: dict[str, tuple[Number, Number, Number]] | None
 
     @property
-    def _known(self) -> Numbers:
+    def _finite(self) -> Numbers:
         return self.values[~np.isnan(self.values)]
 
     @property
     def mean(self) -> Number:
         """Over all samples."""
-        return float(np.mean(self._known)) if len(self._known) else float("nan")
+        return float(np.mean(self._finite)) if len(self._finite) else float("nan")
 
     @property
     def deviation(self) -> Number:
         """Standard deviation of the samples."""
-        return float(np.std(self._known, ddof=1)) if len(self._known) > 1 else float("nan")
+        return float(np.std(self._finite, ddof=1)) if len(self._finite) > 1 else float("nan")
 
     @property
     def quantiles(self) -> dict[Number, Number]:
         """Values that the share of samples given by each key stays below."""
-        return {each: float(np.quantile(self._known, each)) if len(self._known) else float("nan") for each in QUANTILES}
+        return {each: float(np.quantile(self._finite, each)) if len(self._finite) else float("nan") for each in QUANTILES}
 
     @property
     def worst(self) -> Number:
         """The worst sample."""
-        if not len(self._known):
+        if not len(self._finite):
             return float("nan")
-        return float(np.min(self._known) if self.worst_is_least else np.max(self._known))
+        return float(np.min(self._finite) if self.worst_is_least else np.max(self._finite))
 
     @property
     def tail_mean(self) -> Number:
         """The mean of the worst tenth of the samples."""
-        ordered = np.sort(self._known)
+        ordered = np.sort(self._finite)
         many = int(np.ceil(TAIL * len(ordered)))
         return float(np.mean(ordered[:many] if self.worst_is_least else ordered[::-1][:many])) if many else float("nan")
 
@@ -142,7 +142,8 @@ def robustness(
     uncertain: {path: distribution}, in SI where the system is: "LOW:HIGH" or (low, high) for uniform,
         "normal:MEAN:DEVIATION", "lognormal:MEDIAN:SIGMA" (sigma of the logarithm), or a frozen distribution of
         scipy.stats. With "factor:" before it, the distribution is that of a factor of the system's own value, which
-        several paths may share: {"friction.coulomb_coefficient,friction.static_coefficient": "factor:0.8:1.2"}
+        several paths may share: {"friction.coulomb_coefficient,friction.static_coefficient": "factor:0.8:1.2"}.
+        {"friction": fit}, or "fit:fit.json", takes the joint uncertainty that a fit of the law leaves, about its values
     through: None, or a function of quantities of one's own: `uncertain` then names its arguments, it is called with an
         array [n] of each and returns arrays by path: `through=lambda mu: {"machine.mass_ratio": 1.0 / mu - 1.0}`
     measure: one that is a number; initial: the start of all runs, by default that of the case

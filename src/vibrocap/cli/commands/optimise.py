@@ -63,7 +63,7 @@ def optimise(
     subject_to
         a constraint such as "least_reaction > 0.1", in the unit of the measure; may be given several times
     uncertain
-        what is not known exactly, as in `vibrocap robust`: PATH=LOW:HIGH, PATH=factor:LOW:HIGH and so on
+        what is not known exactly, as in `vibrocap robust`: PATH=LOW:HIGH, PATH=factor:LOW:HIGH, friction=fit:FILE
     robust
         what counts of the samples of what is uncertain: worst (the default), mean, or cvar, the mean of the worst tenth
     samples

@@ -34,7 +34,8 @@ def robust(
         a case file (.toml), or a motion exported before (.nc, .csv)
     uncertain
         PATH=LOW:HIGH, PATH=normal:MEAN:DEVIATION or PATH=lognormal:MEDIAN:SIGMA; PATH,PATH=factor:LOW:HIGH for one
-        factor of the values of the case; once for each quantity
+        factor of the values of the case; friction=fit:FOLDER/fit.json for what a fit leaves uncertain; once for
+        each quantity
     for_
         the measure; `vibrocap measures` lists them
     samples

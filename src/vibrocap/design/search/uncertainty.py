@@ -10,11 +10,15 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
+from vibrocap.design.search.fitted import Combination, combinations_of_fit, is_fit
 from vibrocap.physics.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 
-FORM = "LOW:HIGH, normal:MEAN:DEVIATION or lognormal:MEDIAN:SIGMA, with factor: before it for factors of the case's own"
+FORM = (
+    "LOW:HIGH, normal:MEAN:DEVIATION or lognormal:MEDIAN:SIGMA, with factor: before it for factors of the case's own, "
+    "or for a law fit:FILE.json"
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,24 +28,28 @@ class Uncertain:
     paths: of the parameters that it sets, as they were given; several share one factor
     distribution: a frozen one of `scipy.stats`, of the values or of the factor; words: it and the paths in a line
     nominal: values of the system itself, by path, which a factor multiplies; empty where it is none
+    powers: of the factor, by path, where it is not the factor itself; label: what it is called, by default its paths
     """
 
     paths: tuple[str, ...]
     distribution: Any = dataclasses.field(compare=False)
     words: str
     nominal: tuple[float, ...] = ()
+    powers: tuple[float, ...] = ()
+    label: str = ""
 
     @property
     def name(self) -> str:
         """What it is called."""
-        return ",".join(self.paths)
+        return self.label or ",".join(self.paths)
 
     def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
         """Values by path at cumulative probabilities [n] from 0 to 1; own: values in the place of the system's."""
         values = np.asarray(self.distribution.ppf(shares), dtype=float)
         if not self.nominal:
             return {self.paths[0]: values}
-        return {path: own.get(path, nominal) * values for path, nominal in zip(self.paths, self.nominal, strict=True)}
+        known = zip(self.paths, self.nominal, self.powers or (1.0,) * len(self.paths), strict=True)
+        return {path: own.get(path, nominal) * values**power for path, nominal, power in known}
 
 
 def uncertain_quantities(
@@ -70,6 +78,14 @@ def uncertain_quantities(
                 found.append(each)
             continue
         paths = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else tuple(key)
+        if is_fit(text):
+            joint = combinations_of_fit(system, ",".join(paths), text)
+            if isinstance(joint, Complaint):
+                complaints += [joint]
+                continue
+            named += dict.fromkeys(path for each in joint for path in each.paths)
+            found += [_of_fit(system, each) for each in joint]
+            continue
         named += paths
         kinds = [path for path in paths if is_kind(path) or path.startswith("initial.")]
         if kinds:
@@ -94,6 +110,15 @@ def uncertain_quantities(
         if twice:
             complaints.add(twice[0], "is given twice; give it once")
     return tuple(found)
+
+
+def _of_fit(system: System, joint: Combination) -> Uncertain:
+    """A combination of parameters that a fit leaves uncertain, as a factor with a power for each."""
+    from scipy import stats
+
+    nominal = tuple(float(system.parameter(path)) for path in joint.paths)
+    words = f"{joint.name}=lognormal:1:{joint.deviation!r}"
+    return Uncertain(joint.paths, stats.lognorm(joint.deviation), words, nominal, joint.powers, joint.name)
 
 
 def _quantity(system: System, paths: tuple[str, ...], given: Any) -> Uncertain | str:
@@ -143,8 +168,10 @@ def _distribution(text: str) -> Any:
 
 def sampled(quantities: Sequence[Uncertain], shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
     """Values [samples] by path at points [samples, quantities] of the unit cube; own: see `Uncertain.columns`."""
-    every = (each.columns(shares[:, i], own) for i, each in enumerate(quantities))
-    return {path: column for columns in every for path, column in columns.items()}
+    found: dict[str, np.ndarray] = {}
+    for i, each in enumerate(quantities):  # combinations of a fit share their paths: each multiplies what is there
+        found |= each.columns(shares[:, i], {**own, **found})
+    return found
 
 
 def sample_points(quantities: int, samples: int, seed: int) -> np.ndarray:
