@@ -668,3 +668,43 @@ def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys)
     assert "has no fitted law; give the fit for friction" in capsys.readouterr().err
     assert main(["robust", case, "--uncertain", f"friction=fit:{case}"]) == 2
     assert "is no fit.json" in capsys.readouterr().err
+
+
+def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
+    """Each is that of the system without units times its scale: twice the scale, or none, would fail."""
+    case = "examples/bench-in-si.toml"
+    system, start = vc.read_case(case).system, vc.read_case(case).initial
+    unit, plain = system.si, system.dimensionless
+    hertz, speed, cost = 1.0 / (2.0 * np.pi * unit.scales.time_s), unit.factor_of("m/s"), unit.factor_of("J/m")
+    assert abs(speed - 1.0) > 0.1
+    assert abs(cost - 1.0) > 0.1
+    sure = vc.robustness(system, {"drive.frequency_Hz": (0.9, 1.1)}, samples=16, initial=start)
+    same = vc.robustness(plain, {"drive.frequency": (0.9 / hertz, 1.1 / hertz)}, samples=16, initial=start)
+    for name in ("nominal", "mean", "worst", "deviation", "tail_mean"):
+        assert getattr(sure, name) == pytest.approx(getattr(same, name) * speed, rel=1e-9), name
+    assert sure.values == pytest.approx(same.values * speed, rel=1e-9)
+    frequencies = sure.parameters["drive.frequency_Hz"]
+    assert frequencies == pytest.approx(same.parameters["drive.frequency"] * hertz, rel=1e-12)
+    assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["mean"] == pytest.approx(sure.mean, rel=1e-12)
+    assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16"]) == 0
+    assert f"{sure.mean:.6g} m/s" in capsys.readouterr().out
+    (bound,), (bare,) = vc.performance_bounds(system), vc.performance_bounds(plain)
+    orbit, other = vc.orbit(system, initial=start), vc.orbit(plain, initial=start)
+    assert bound.value == pytest.approx(bare.value * cost, rel=1e-12)
+    assert bound.of(orbit) == pytest.approx(bare.of(other) * cost, rel=1e-9)
+    assert main(["bound", case, "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)["bounds"]
+    assert (record["bound"], record["unit"]) == (bound.value, "J/m")
+    assert record["value"] == pytest.approx(bound.of(orbit), rel=1e-9)
+    pytest.importorskip("pymoo")
+    damper = system.parameter("machine.damping_N_m_s_per_rad") / system.parameter("machine.damping")
+    asked = {"evaluations": 300, "points": 4, "starts": [start]}
+    over = {"drive.frequency_Hz": (0.6, 2.0), "machine.damping_N_m_s_per_rad": (0.05, 0.1)}
+    front = vc.pareto_front(system, over, **asked)
+    over = {"drive.frequency": (0.6 / hertz, 2.0 / hertz), "machine.damping": (0.05 / damper, 0.1 / damper)}
+    known = vc.pareto_front(plain, over, **asked)
+    assert front.units == ("m/s", "J/m")
+    assert front.values == pytest.approx(known.values * [speed, cost], rel=1e-6)
+    assert abs(front.orbits[0].mean_velocity) == pytest.approx(front.values[0, 0], rel=1e-9)
+    assert front.table()[0]["mean_velocity"] == front.values[0, 0]
