@@ -10,6 +10,7 @@ from benchmarks.laboratories import UNKNOWN, known_system, laboratory
 from thinned import exhaustive_but
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
+from vibrocap.design.calibration.calibration import calibrate
 from vibrocap.identification.inference.identifiability import Verdict
 
 FREQUENCIES = np.linspace(0.6, 1.6, 12)
@@ -162,3 +163,20 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
     assert residual == pytest.approx((measured - predicted) / 0.00259, rel=1e-9)
     assert main([*asked[:2], "--to", "nothing.csv", *asked[4:]]) == 2
     assert "--to" in capsys.readouterr().err
+
+
+def test_calibration_at_the_public_function_is_in_si_once():
+    """What the public function answers of a case in SI is what the room computes, to the last bit, and explains it."""
+    given = vc.read_case("examples/bench-in-si.toml")
+    over = {"friction.coulomb_coefficient": "0.02:0.2", "machine.damping_N_m_s_per_rad": "0.02:0.3"}
+    asked = {"starts": 64, "seed": 1}
+    public = vc.calibrate(given, "examples/bench-in-si-speeds.csv", over, **asked)
+    room = calibrate(given, "examples/bench-in-si-speeds.csv", over, **asked)
+    assert [(each.path, each.value, each.low, each.high) for each in public.parameters] == [
+        (each.path, each.value, each.low, each.high) for each in room.parameters
+    ]
+    for name in public.table.measures:
+        assert np.array_equal(public.predicted[name], room.predicted[name])
+        assert public.predicted[name] == pytest.approx(public.table.targets[name], rel=0.3, abs=0.01)
+    damping = public.parameters[1].value
+    assert public.case().system.parameter("machine.damping_N_m_s_per_rad") == pytest.approx(damping, rel=1e-12)

@@ -55,6 +55,12 @@ def test_constraint_that_no_design_fulfils(biharmonic):
     assert found.status.value == "no allowed design"
     assert found.value is None
     assert found.counts["infeasible"] > 0
+    assert found.nearest is not None
+    design, lacking = found.nearest
+    assert set(design) == set(FREQUENCY_AND_PHASE)
+    assert lacking.endswith(", not least_reaction > 100")
+    nearest = float(lacking.split()[1].rstrip(","))
+    assert nearest == pytest.approx(np.nanmax(found.population.found["least_reaction"]), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -119,6 +125,36 @@ def test_unstable_orbit_of_the_trap_does_not_win():
     assert 0.3899 < found.value < 0.39276
     assert found.orbit.stable
     assert "stability" in found.limits
+
+
+@pytest.mark.parametrize(
+    ("asked", "code", "said"),
+    [
+        (["--for", "speed"], 2, "--for: there is no measure 'speed'; did you mean 'mean_velocity'?"),
+        (["--for", "velocity"], 2, "did you mean 'mean_velocity'?"),
+        (["--for", "distance"], 2, "did you mean 'displacement'?"),
+        (["--subject-to", "speed > 1"], 2, "--subject-to: there is no measure 'speed'"),
+        (["--over", "machine.damping=3:0.5"], 2, "machine.damping: the range '3:0.5' is reversed"),
+        (["--subject-to", "least_reaction > 100"], 3, "no allowed design"),
+        (["--over", "machine.damping=0.00001:0.00002"], 3, "had not settled after 300 drive periods"),
+    ],
+)
+def test_bad_questions_at_the_command_end_with_what_was_found(tmp_path, capsys, asked, code, said):
+    """What cannot be asked is refused before any work; a search without an allowed design says what came nearest."""
+    case, out = tmp_path / "case.toml", tmp_path / "out"
+    small = vc.System(vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0), vc.Exponential(), vc.Harmonic(0.02))
+    vc.save_case(small, case, initial={"angle": 0.3})
+    command = ["optimise", str(case), "--over", "drive.frequency=1.3:1.32", "--evaluations", "32", "--out", str(out)]
+    assert main([*command, *asked]) == code
+    printed = capsys.readouterr()
+    assert said in (printed.err if code == 2 else printed.out + printed.err)
+    assert (out / "design.json").exists() == (code == 3)
+    if code == 3:
+        record = json.loads((out / "design.json").read_text(encoding="utf-8"))
+        assert record["design"] is None
+        assert record["counts"]["evaluated"] == 32
+        assert record["nearest"][1] in " ".join(printed.out.split())
+        assert len(list((out / "populations").iterdir())) == 1
 
 
 def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):

@@ -9,12 +9,13 @@ import numpy as np
 
 from vibrocap.case.case import Case
 from vibrocap.design.search.evolution import best_designs, searched
-from vibrocap.design.search.goal import Goal, measure_unit
-from vibrocap.design.search.population import Population, evaluated, together
+from vibrocap.design.search.goal import FAILED, INFEASIBLE, UNSETTLED, Goal, measure_unit
+from vibrocap.design.search.population import REFUSED, Population, evaluated, together
 from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.motion.status import Status
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
@@ -59,6 +60,7 @@ class Optimum(Result):
         where no start led to it
     counts: how many designs were evaluated, allowed, infeasible, not settled, failed and refused
     rejected: better candidates that do not win, each with the reason
+    nearest: where there is no design, the one that came nearest to being allowed, and what it lacks; else None
     under: what counts of the samples of what is uncertain, "worst", "mean" or "cvar", and the share of them whose orbit
         is stable; None where nothing is uncertain
     population: every design that was evaluated
@@ -81,6 +83,7 @@ class Optimum(Result):
     attractor: int | None
     counts: dict[str, int]
     rejected: tuple[str, ...]
+    nearest: tuple[dict[str, Number | str], str] | None
     under: tuple[str, Number] | None
     population: Population = dataclasses.field(compare=False)
 
@@ -92,10 +95,11 @@ class Optimum(Result):
     def facts(self) -> dict[str, str]:
         found = {"designs": ", ".join(f"{number} {name}" for name, number in self.counts.items() if number)}
         if self.design is None or self.value is None:
+            if self.nearest is not None:
+                found["nearest"] = f"nearest {_in_words(self.nearest[0])}: {self.nearest[1]}"
             return found | {"advice": self.status.advice}
-        values = (f"{path} {x if isinstance(x, str) else format(x, '.8g')}" for path, x in self.design.items())
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": ", ".join(values)}
+        best = {"value": f"{self.measure} {self.value:.10g}{unit}", "design": _in_words(self.design)}
         if self.under is not None:
             best["under uncertainty"] = f"{self.under[0]} of the samples, {100.0 * self.under[1]:.3g} % of them stable"
         best["limits"] = f"limited by {', '.join(self.limits)}"
@@ -129,6 +133,10 @@ class Optimum(Result):
         if self.orbit is None:
             raise ValueError(f"there is no design: {self.status.advice}")
         return Case(self.orbit.system, self.orbit.state, periods=periods)
+
+
+def _in_words(design: Mapping[str, Any]) -> str:
+    return ", ".join(f"{path} {x if isinstance(x, str) else format(x, '.8g')}" for path, x in design.items())
 
 
 @shows_progress("Searching for the best design")
@@ -250,6 +258,25 @@ def reason_against(steady: Orbit, near: ClosedDesigns | None, goal: Goal) -> str
     return f"violates {', '.join(broken)} on its orbit" if broken else "its motion is not certified"
 
 
+def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | str], str]:
+    """The design that came nearest to being allowed, and what it lacks."""
+    k = int(np.argmin(every.best_cost))
+    start, cost = int(every.best_start[k]), float(every.best_cost[k])
+    status = int(every.status[k, start])
+    if cost >= FAILED:
+        why = "a part refuses it" if status == REFUSED else list(Status)[status].value
+    elif cost >= UNSETTLED:
+        why = f"had not settled after {problem.periods} drive periods"
+    elif cost < INFEASIBLE:
+        why = "its orbit is not stable, or does not fulfil the constraints"
+    else:
+        known = [(each, float(every.found[each.measure][k, start])) for each in problem.goal.constraints]
+        lacking = [(each, x) for each, x in known if not each.margin(x) >= 0.0]
+        scaled = [(each, x * measure_unit(problem.system, each.measure)[1]) for each, x in lacking]
+        why = ", ".join(f"{each.measure} {x:.6g}, not {each.words}" for each, x in scaled) or "no value of the measure"
+    return problem.space.design(every.shares[k]), why
+
+
 def _optimum(
     problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...], spread_starts: int
 ) -> Optimum:
@@ -260,7 +287,7 @@ def _optimum(
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
         nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
         nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
-        nothing |= {"attractors": None, "attractor": None}
+        nothing |= {"attractors": None, "attractor": None, "nearest": _nearest(problem, every)}
         known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
         return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
@@ -299,6 +326,7 @@ def _optimum(
         attractor=None if found is None else found.of(steady),
         counts=every.counts(),
         rejected=rejected,
+        nearest=None,
         under=None if problem.samples is None else (problem.samples.criterion, stable),
         population=every,
     )  # fmt: skip

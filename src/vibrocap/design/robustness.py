@@ -69,7 +69,9 @@ class Robustness(Result):
     @property
     def quantiles(self) -> dict[Number, Number]:
         """Values that the share of samples given by each key stays below."""
-        return {each: float(np.quantile(self._finite, each)) if len(self._finite) else float("nan") for each in QUANTILES}
+        return {
+            each: float(np.quantile(self._finite, each)) if len(self._finite) else float("nan") for each in QUANTILES
+        }
 
     @property
     def worst(self) -> Number:

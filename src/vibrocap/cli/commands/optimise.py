@@ -117,7 +117,7 @@ def optimise(
         return _front(given, ranges, *asked, out, resume, plot, again, json)
     with (
         progress("Searching for the best design") as share,
-        refusing("evaluations", "seed", "robust", "samples", store="--out"),
+        refusing("evaluations", "seed", "robust", "samples", "subject_to", objective="--for", store="--out"),
     ):
         found = optimised(
             given,
@@ -198,7 +198,8 @@ def _front(
 
     needs("--against", "pymoo")
     options = {"store": "--out", "objectives[0]": "--for", "objectives[1]": "--against"}
-    with progress("Searching for the Pareto front") as share, refusing("evaluations", "points", "seed", **options):
+    names = ("evaluations", "points", "seed", "subject_to")
+    with progress("Searching for the Pareto front") as share, refusing(*names, **options):
         found = pareto_front(
             given,
             ranges,
@@ -263,7 +264,7 @@ def optimum_record(found: Any, system: Any) -> dict[str, Any]:
             units = {name: unit for name, unit in orbit_units(shown).items() if steady.get(name) is not None}
             steady = in_both(orbit_record(shown), units, steady)
     names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
-    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "under", "attractor")}
+    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "nearest", "under", "attractor")}
     known["starts"] = in_si(found, system).starts
     return {"status": found.status.value, **known, "attractors": _attractors_record(found), "orbit": steady}
 
