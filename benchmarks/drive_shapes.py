@@ -1,8 +1,8 @@
 """Which shape of the drive is fastest at equal peak torque: one, two, three and five harmonics; friction smoothed away.
 
-`python -m benchmarks.drive_shapes OUT [EVALUATIONS]` searches the fastest stable design of machine and drive on four
+`python -m benchmarks.drive_shapes OUT [EVALUATIONS] [LOAD LAW]` searches the fastest stable design of machine and drive on four
 systems (exponential and LuGre friction, constant and dynamic load), and designs on friction smoothed by tanh(v/0.01),
-which are then judged by the exact law. It writes OUT.csv and OUT.png.
+which are then judged by the exact law. It writes OUT.csv and OUT.png; a search that OUT.csv holds is not made again.
 """
 
 import sys
@@ -51,19 +51,29 @@ def exactly(found: vc.Optimum) -> float:
     return abs(steady.mean_velocity) if steady.closes and steady.mean_velocity is not None else 0.0
 
 
-def main(out: str = "drive-shapes", evaluations: int = 10_000) -> None:
-    """Search all, write the table and draw it."""
-    rows = []
+def main(out: str = "drive-shapes", evaluations: int = 10_000, *loads_and_laws: str) -> None:
+    """Search what the table lacks, write it line by line, and draw it.
+
+    loads_and_laws: which of them to search, such as "dynamic load" "exponential"; by default all
+    """
+    table = Path(f"{out}.csv")
+    lines = (
+        table.read_text(encoding="utf-8").splitlines() if table.exists() else ["load,law,harmonics,speed,exact_speed"]
+    )
+    done = {tuple(line.split(",")[:3]) for line in lines}
+    chosen = set(loads_and_laws)
     for load in LOADS:
         for law in LAWS:
             for harmonics in HARMONICS:
+                if (load, law, str(harmonics)) in done or (chosen and not {load, law} <= chosen):
+                    continue
                 found = fastest(law, load, harmonics, evaluations)
                 speed = found.value or 0.0
                 judged = exactly(found) if law == "tanh" and found.design else speed
-                rows.append((load, law, harmonics, speed, judged))
                 print(f"{load:14s} {law:12s} {harmonics} harmonics: {speed:.6f}, exactly {judged:.6f}", flush=True)
-    lines = ["load,law,harmonics,speed,exact_speed", *(f"{a},{b},{c},{d!r},{e!r}" for a, b, c, d, e in rows)]
-    Path(f"{out}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+                lines.append(f"{load},{law},{harmonics},{speed!r},{judged!r}")
+                table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    rows = [(a, b, int(c), float(d), float(e)) for a, b, c, d, e in (line.split(",") for line in lines[1:])]
     draw(rows, f"{out}.png")
 
 
@@ -89,4 +99,4 @@ def draw(rows: list[tuple[str, str, int, float, float]], path: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2], *(int(each) for each in sys.argv[2:3]))
+    main(*sys.argv[1:2], *(int(each) for each in sys.argv[2:3]), *sys.argv[3:])
