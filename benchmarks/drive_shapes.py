@@ -1,8 +1,9 @@
 """Which shape of the drive is fastest at equal peak torque: one, two, three and five harmonics; friction smoothed away.
 
-`python -m benchmarks.drive_shapes OUT [EVALUATIONS] [LOAD LAW]` searches the fastest stable design of machine and drive on four
-systems (exponential and LuGre friction, constant and dynamic load), and designs on friction smoothed by tanh(v/0.01),
-which are then judged by the exact law. It writes OUT.csv and OUT.png; a search that OUT.csv holds is not made again.
+`python -m benchmarks.drive_shapes OUT [EVALUATIONS] [LOAD LAW]` searches the fastest stable design of machine and drive
+on four systems (exponential and LuGre friction, constant and dynamic load), and designs on friction smoothed by
+tanh(v/0.01), which are then judged by the exact law. It writes OUT.csv and OUT.png; a search that OUT.csv holds is not
+made again.
 """
 
 import sys

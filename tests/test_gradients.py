@@ -163,6 +163,45 @@ def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     assert check(orbit) >= 8
 
 
+DRIVES = (
+    lambda u: vc.Square(amplitude=0.8 + 0.8 * u[0], frequency=0.7 + u[1], duty=0.25 + 0.5 * u[2]),
+    lambda u: vc.Biharmonic(0.8 + u[0], 0.7 + u[1], 0.2 + 0.6 * u[2], 6.0 * u[3]),
+    lambda u: vc.Trapezoid(
+        0.8 + u[0], 0.7 + u[1], rise=0.1 + 0.2 * u[2], hold=0.1 + 0.15 * u[3], fall=0.1 + 0.2 * u[4]
+    ),
+    lambda u: vc.Triangle(0.8 + u[0], 0.7 + u[1], rise=0.2 + 0.2 * u[2]),
+)
+LAWS = (
+    lambda u: vc.Exponential(0.03 + 0.07 * u[0], 0.1 + 0.1 * u[1], 4.0 + 8.0 * u[2]),
+    lambda u: vc.LuGre(),
+    lambda u: vc.Coulomb(0.03 + 0.1 * u[0], 0.03 + 0.1 * u[0]),
+)
+
+
+def random_system(seed):
+    """The orbit of a random system: three laws, four drives, most with moving corners, every second load dynamic.
+
+    Drawn again until its steady motion closes, is stable and travels.
+    """
+    rng = np.random.default_rng(seed)
+    load = "dynamic" if seed % 2 else 1.0
+    while True:
+        ratio, stiffness, damping = 1.5 + 2.5 * rng.random(), 1.0 + 3.0 * rng.random(), 0.4 + 1.6 * rng.random()
+        machine = vc.PendulumCapsule(ratio, stiffness, damping, normal_load=load)
+        drawn = vc.System(machine, LAWS[seed % 3](rng.random(3)), DRIVES[seed % 4](rng.random(5)))
+        orbit = vc.orbit(drawn, initial=START, settle_periods=500, tolerance=1e-13)
+        if orbit.closes and orbit.stable and not orbit.symmetric and abs(orbit.mean_velocity) > 1e-3:
+            return orbit
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_slopes_of_random_systems_are_those_of_tight_differences(seed):
+    """Where the mode sequence of all neighbours is that of the orbit, to 1e-8; the others are left out, and are few."""
+    orbit = random_system(seed)
+    assert check(orbit, measures=["mean_velocity", "drive_work"]) >= 2 * 5
+
+
 @pytest.mark.slow
 def test_a_motion_of_two_periods_has_slopes_over_both():
     """The period enters twice, and so does each corner."""
