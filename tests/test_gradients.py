@@ -189,9 +189,9 @@ def random_system(seed):
         ratio, stiffness, damping = 1.5 + 2.5 * rng.random(), 1.0 + 3.0 * rng.random(), 0.4 + 1.6 * rng.random()
         machine = vc.PendulumCapsule(ratio, stiffness, damping, normal_load=load)
         drawn = vc.System(machine, LAWS[seed % 3](rng.random(3)), DRIVES[seed % 4](rng.random(5)))
-        orbit = vc.orbit(drawn, initial=START, settle_periods=500, tolerance=1e-13)
-        if orbit.closes and orbit.stable and not orbit.symmetric and abs(orbit.mean_velocity) > 1e-3:
-            return orbit
+        found = vc.orbit(drawn, initial=START, settle_periods=200, tolerance=1e-10)
+        if found.closes and found.stable and not found.symmetric and abs(found.mean_velocity) > 1e-3:
+            return vc.shoot(drawn, found.state, found.response_period, tolerance=1e-13)
 
 
 @pytest.mark.slow
@@ -199,7 +199,9 @@ def random_system(seed):
 def test_slopes_of_random_systems_are_those_of_tight_differences(seed):
     """Where the mode sequence of all neighbours is that of the orbit, to 1e-8; the others are left out, and are few."""
     orbit = random_system(seed)
-    assert check(orbit, measures=["mean_velocity", "drive_work"]) >= 2 * 5
+    known = [*orbit.gradients().slopes]
+    paths = [x.parameter for x in known if x.parameter.startswith("drive.") or x.parameter == "machine.mass_ratio"]
+    assert check(orbit, paths, ["mean_velocity", "drive_work"]) >= 2 * 2
 
 
 @pytest.mark.slow
