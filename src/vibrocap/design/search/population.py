@@ -141,7 +141,7 @@ def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.nda
     here, there = problem.space.apart(shares), problem.space.apart(places)
     distance, nearest = KDTree(there).query(here)
     near = distance < FAR
-    found[near] = ends[nearest[near]]
+    found[near] = ends[np.asarray(nearest)[near]]
     return found
 
 
