@@ -50,6 +50,21 @@ def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
         optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, seed=1, **asked)
 
 
+def test_search_begins_with_the_guesses(biharmonic):
+    """The best design of fewer evaluations is the first of the next search, so it cannot be worse."""
+    guess = {"drive.frequency": 0.90985583, "drive.second_phase": 2.20068755}
+    found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, guesses=[guess], evaluations=32, refinement=0)
+    first = {path: column[0] for path, column in zip(guess, found.population.shares.T, strict=True)}
+    for path, share in first.items():
+        low, high = FREQUENCY_AND_PHASE[path]
+        assert low + (high - low) * share == pytest.approx(guess[path], rel=1e-12)
+    assert found.value == pytest.approx(0.104919431678, abs=1e-8)
+    with pytest.raises(CaseError, match=r"guesses\[0\]: drive.frequency should be from 0.5 to 3, got 4"):
+        optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[guess | {"drive.frequency": 4.0}])
+    with pytest.raises(CaseError, match=r"guesses\[0\]: should give drive.second_phase"):
+        optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[{"drive.frequency": 1.0}])
+
+
 def test_constraint_that_no_design_fulfils(biharmonic):
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
     assert found.status.value == "no allowed design"

@@ -24,6 +24,7 @@ from vibrocap.quantities.declared import ByName, Number, States
 from vibrocap.results import Advised, Result
 
 APART = 0.05  # share of every range within which designs count as the same candidate
+EACH = 100  # orbits that are closed in the refinement for each variable
 TRIED, REFINED = 20, 3  # most candidates that are closed; most that are refined
 REACHED = 1e-4  # relative difference of a measure within which a start leads to the orbit
 
@@ -148,6 +149,7 @@ def optimise(
     sense: str | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[ByName] | None = None,
+    guesses: Sequence[Mapping[str, Any]] = (),
     uncertain: Mapping[Any, Any] | None = None,
     robust: str = "worst",
     samples: int = 16,
@@ -157,7 +159,7 @@ def optimise(
     periods: int = 300,
     settle: float = 1e-6,
     tolerance: float = 1e-8,
-    refinement: int = 300,
+    refinement: int | None = None,
     spread_starts: int = 64,
     store: str | Path | None = None,
     resume: bool = False,
@@ -174,13 +176,15 @@ def optimise(
         maximised. Of a system with mirror twins the size of travel counts, not its sign
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
+    guesses: designs with which the search begins, such as `Optimum.design` of a smaller problem; none is needed
     uncertain: None, or what is not known exactly, as in `robustness`: each design runs with `samples` samples of it.
         Of a design variable, "factor:..." says how exactly it can be made
     robust: what counts of the samples: the "worst", their "mean", or the mean of the worst tenth ("cvar"). A run that
         lifts off counts as no travel; constraints hold for every sample
     evaluations: designs, about (a whole number of populations); seed: the same one gives the same bits, on any threads
     margin: by which the largest multiplier has to be below 1
-    periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at most
+    periods, settle, tolerance: of the runs, see `ensemble`; refinement: orbits that are closed for a candidate, at
+        most; by default 300, and 100 for each variable where there are more than three
     spread_starts: from which the other attractors of the best design are looked for; 0: they are not
     store, resume: a folder for all populations, from which an interrupted search continues
 
@@ -202,13 +206,16 @@ def optimise(
         uncertain=uncertain,
         robust=robust,
         samples=samples,
+        guesses=guesses,
         evaluations=(evaluations, 1),
         seed=(seed, 0),
-        refinement=(refinement, 0),
+        refinement=(0 if refinement is None else refinement, 0),
         spread_starts=(spread_starts, 0),
     )
     kept = None if store is None else opened_store(store, problem.record(seed), resume)
     populations = searched(problem, evaluations, seed, kept, told(progress))
+    if refinement is None:
+        refinement = EACH * max(3, len(problem.space.variables))
     found, rejected = _refined(problem, populations, refinement)
     return _optimum(problem, together(problem, populations), found, rejected, spread_starts)
 

@@ -96,10 +96,14 @@ def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
     try:
         while True:
             generator = np.random.default_rng([seed, begun] if goal == 0 else [seed, begun, goal])
+            first = first_designs(variables, members, generator)
+            if begun == 0:
+                guesses = made.problem.guesses[:members]
+                first[: len(guesses)] = np.reshape(guesses, (-1, variables))
             differential_evolution(
                 costs,
                 [(0.0, 1.0)] * variables,
-                init=first_designs(variables, members, generator),  # type: ignore[arg-type]
+                init=first,  # type: ignore[arg-type]
                 rng=generator,
                 maxiter=1 + until // members,
                 vectorized=True,

@@ -107,7 +107,7 @@ def evaluated(problem: Problem, shares: np.ndarray, known: Sequence[Population] 
     population = population_of(problem, arrays)
     needing = np.flatnonzero(population.best_cost >= INFEASIBLE)
     begun = settled_nearby(problem, [*known, population], shares[needing])
-    warm = np.flatnonzero(np.all(np.isfinite(begun), axis=1))
+    warm = np.flatnonzero(np.any(np.isfinite(begun), axis=1))  # a law may lack some of the states
     if not len(warm):
         return population
     _fill(problem, arrays, shares, needing[warm], begun[warm, None], slice(len(starts), None))
@@ -130,11 +130,13 @@ def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.nda
     NaN where none is known that has the same choices.
     """
     found = np.full((len(shares), len(problem.system.state_names)), np.nan)
+    if not len(shares):
+        return found
     allowed = [np.flatnonzero(each.best_cost < INFEASIBLE) for each in known]
     pairs = list(zip(known, allowed, strict=True))
     places = np.concatenate([each.shares[good] for each, good in pairs])
     ends = np.concatenate([each.ends[good, each.best_start[good]] for each, good in pairs])
-    if not len(places) or not len(shares):
+    if not len(places):
         return found
     from scipy.spatial import KDTree
 

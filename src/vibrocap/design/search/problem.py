@@ -23,7 +23,8 @@ class Problem:
 
     goals: one, or several of which none can be bettered without another's loss; each has the same constraints
     measures: all that the goals need; starts: from which each design runs; margin: by which the largest multiplier has
-    to be below 1; samples: of what is uncertain, with which each design is run
+    to be below 1; samples: of what is uncertain, with which each design is run; guesses: [designs, variables] shares of
+    designs with which the search begins
     """
 
     system: System
@@ -37,6 +38,7 @@ class Problem:
     margin: float
     threads: int | None = None
     samples: Samples | None = None
+    guesses: tuple[tuple[float, ...], ...] = ()
 
     @property
     def goal(self) -> Goal:
@@ -65,6 +67,7 @@ class Problem:
             "seed": seed,
             **{name: getattr(self, name) for name in ("periods", "settle", "tolerance")},
             **({"uncertain": self.samples.words} if self.samples else {}),
+            **({"guesses": [list(each) for each in self.guesses]} if self.guesses else {}),
             **further,
         }
 
@@ -85,6 +88,7 @@ def stated_problem(
     uncertain: Any = None,
     robust: str = "worst",
     samples: int = 16,
+    guesses: Any = (),
     **counts: tuple[Any, int],
 ) -> Problem:
     """The problem that the arguments of `optimise` or `pareto_front` describe.
@@ -118,6 +122,12 @@ def stated_problem(
         measures |= dict.fromkeys(needed)
     if several and len({each.measure for each in goals}) < len(goals) and not complaints:
         complaints.add("objectives", f"should be different measures, got {goals[0].measure} twice")
+    first: list[tuple[float, ...]] = []
+    for k, each in enumerate(guesses if not complaints else ()):
+        try:
+            first.append(tuple(map(float, space.share_of(each))))
+        except ValueError as error:
+            complaints.add(f"guesses[{k}]", str(error))
     drawn = None
     if uncertain is not None:
         drawn = _samples(system, space, uncertain, robust, samples, complaints)
@@ -128,7 +138,18 @@ def stated_problem(
     if complaints:
         raise CaseError(complaints, "the search")
     return Problem(
-        system, space, tuple(goals), tuple(measures), tuple(begun), periods, settle, tolerance, margin, threads, drawn
+        system,
+        space,
+        tuple(goals),
+        tuple(measures),
+        tuple(begun),
+        periods,
+        settle,
+        tolerance,
+        margin,
+        threads,
+        drawn,
+        tuple(first),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, is_number
+from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.conversion import quantity
 from vibrocap.physics.system import System
@@ -55,6 +55,27 @@ class DesignSpace:
         """The values of one design, at its shares [variables]."""
         values = self.values(share[None])
         return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
+
+    def share_of(self, design: Mapping[str, Any]) -> np.ndarray:
+        """The shares [variables] of a design, which names every variable by its path; ValueError for one outside."""
+        found = np.empty(len(self.variables))
+        for i, each in enumerate(self.variables):
+            if each.path not in design:
+                raise ValueError(f"should give {each.path}")
+            value = design[each.path]
+            if isinstance(each, Axis):
+                if value not in each.values:
+                    raise ValueError(
+                        f"{each.path} should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
+                    )
+                found[i] = (each.values.index(value) + 0.5) / len(each.values)
+                continue
+            if not (is_number(value) and each.low <= value <= each.high):
+                raise ValueError(f"{each.path} should be from {each.low:g} to {each.high:g}, got {shown(value)}")
+            ends = np.array([each.low, value, each.high])
+            low, here, high = np.log(ends) if each.logarithmic else ends
+            found[i] = (here - low) / (high - low)
+        return found
 
     def derivative(self, index: int, share: float) -> float:
         """d(value)/d(share) of a range."""
