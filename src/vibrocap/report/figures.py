@@ -12,6 +12,7 @@ from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
 from vibrocap.plotting import style as plots
+from vibrocap.plotting.labels import LABELS as QUANTITIES
 from vibrocap.plotting.branches import branch_figure
 from vibrocap.plotting.colours import BLACK, GREEN
 from vibrocap.plotting.finishing import save
@@ -59,7 +60,7 @@ def draw(figure: Figure, path: Path) -> Path:
 
 
 def _panel(ax: Any, panel: Panel) -> None:
-    labels = plots.LABELS | LABELS
+    labels = QUANTITIES | LABELS
     for curve in panel.curves:
         style = _style(curve)
         ax.plot(curve.x, curve.y, label=curve.label, **style)
