@@ -386,6 +386,31 @@ def test_many_motions_are_each_what_it_is_alone():
     assert not many.ended.any()
 
 
+def test_many_motions_take_slopes_and_stop_at_their_own_events():
+    """A machine whose inner motion is imposed feels nothing but slope and curvature."""
+    system = OWN["imposed"]
+    many = vc.stepper(system, input="drive", count=3)
+    alone = [vc.stepper(system, input="drive") for _ in range(3)]
+    for k in range(40):
+        slopes, curvatures = np.array([0.5, 1.0, -1.5]) * (-1) ** k, [0.0, 0.2, -0.4]
+        given = 0.0, 0.4, slopes, curvatures
+        each = [(0.0, 0.4, *pair) for pair in zip(slopes.tolist(), curvatures, strict=True)]
+        if k % 2:
+            stopped = [motion.step_to_event(*one) for motion, one in zip(alone, each, strict=True)]
+            assert many.step_to_event(*given).tolist() == stopped
+        else:
+            many.step(*given)
+            for motion, one in zip(alone, each, strict=True):
+                motion.step(*one)
+    np.testing.assert_array_equal(many.values, [motion.values for motion in alone])
+    assert np.ptp(many.values[:, 0]) > 0.01
+    for name, counts in many.events.items():
+        assert counts.tolist() == [motion.events[name] for motion in alone]
+    assert sum(many.events["stick"]) > 3
+    with pytest.raises(ValueError, match="slope should be finite"):
+        many.step(0.0, 0.1, math.nan)
+
+
 # --- ends and bad input -----------------------------------------------------------------------------------------------
 
 LIGHT = vc.System(

@@ -1,12 +1,13 @@
 """Many motions of one case that are moved on from outside, side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown, suggestion
 from vibrocap.exchange.stepped_case import SteppedCase
+from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
@@ -66,19 +67,35 @@ class StepperArray:
         return [StepperMemory(*each) for each in zip(self._floats, self._ints, self._trace, strict=True)]
 
     def step(self, *given: Any) -> None:
-        """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count]."""
-        wanted = ("length",) if self.stepped.input is None else ("value", "length")
-        if len(given) != len(wanted):
-            raise TypeError(f"step takes {' and '.join(wanted)}, got {len(given)} values")
-        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=True)}
-        if not np.all(columns["length"] > 0.0):
-            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[-1])}")
-        self._floats[:, self._places["LENGTH"]] = columns["length"]
-        if "value" in columns:
-            self._floats[:, self._places["INPUT"]] = columns["value"]
-            self._ints[:, self._places["NEW_INPUT"]] = 1
+        """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count].
+
+        After the length may stand slope and curvature of the input, 0 by default, as of `InputStepper`.
+        """
+        self._set(given)
         for take in self._take:
             take(0)
+
+    def step_to_event(self, *given: Any) -> np.ndarray:
+        """As `step`, but each motion stops at its first event; whether it did: array [count] of bool."""
+        self._set(given)
+        self._ints[:, self._places["STOPPED"]] = 0
+        for take in self._take:
+            take(1)
+        return self._ints[:, self._places["STOPPED"]] == 1
+
+    def _set(self, given: Sequence[Any]) -> None:
+        """Lengths and inputs of the next step."""
+        wanted, last = (("length",), 1) if self.stepped.input is None else (("value", "length", *INPUT_NAMES[1:]), 2)
+        if not last <= len(given) <= len(wanted):
+            raise TypeError(f"step takes {' and '.join(wanted[:last])}, got {len(given)} values")
+        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=False)}
+        if not np.all(columns["length"] > 0.0):
+            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[last - 1])}")
+        self._floats[:, self._places["LENGTH"]] = columns["length"]
+        if self.stepped.input is not None:
+            for i, name in enumerate(INPUT_NAMES):
+                self._floats[:, self._places["INPUT"] + i] = columns.get(name, 0.0)
+            self._ints[:, self._places["NEW_INPUT"]] = 1
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -107,6 +124,14 @@ class StepperArray:
         """+1, -1 where a contact slides, 0 where it is at rest: array [count, contacts] of ints."""
         first = self._places["SHOWN_SIDE"]
         return self._floats[:, first : first + self.stepped.contacts].astype(int)
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """How often each kind of event occurred, by name as of `Stepper`: arrays [count]."""
+        first, found = self._places["COUNTED"], dict.fromkeys(self.stepped.counted, np.zeros(self.count, int))
+        for i, name in enumerate(self.stepped.counted):
+            found[name] = found[name] + self._ints[:, first + i]
+        return found
 
     @property
     def ended(self) -> np.ndarray:
