@@ -243,6 +243,21 @@ class TestCompiled:
                 at_events = {event.time for event in motion.events if event.kind != "graze"}
                 np.testing.assert_array_less([np.min(np.abs(found["time"] - each)) for each in at_events], 1e-9)
 
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_an_input_has_slope_and_curvature(self, fmi):
+        """Of a machine whose inner motion the drive imposes, which feels nothing else: the bits of the stepper."""
+        case = read_case(EXAMPLES["worm-of-two-bodies"])
+        motion = vc.stepper(case, input="drive")
+        slave = Slave(fmu("worm-of-two-bodies", fmi=fmi, input="drive")).begin()
+        for k in range(60):
+            slope, curvature = 0.8 * np.cos(0.4 * k), -0.3 * np.sin(0.4 * k)
+            slave.set(drive=0.1, drive_slope=slope, drive_curvature=curvature)
+            slave.fmu.doStep(0.25 * k, 0.25)
+            motion.step(0.1, 0.25, slope, curvature)
+            assert slave.get(*case.system.state_names) == motion.states.tolist()
+        assert abs(motion["position"]) > 0.01
+        assert slave.whole("events.stick") == [motion.events["stick"] + motion.events["stick_2"]]
+
     def test_a_continuous_input_would_be_interpolated(self, tmp_path):
         """A planted fault: declared continuous, FMPy changes a held input between events."""
         case = square_wave()

@@ -54,7 +54,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         *before,
         *states,
         *of.rates(stepped),
-        *of.inputs(stepped, "continuous"),
+        *of.inputs(stepped, segments=False),
         *of.observables(stepped),
         *indicators,
         *sides,
