@@ -218,7 +218,12 @@ class TestCompiled:
         np.testing.assert_allclose(times, length * np.arange(1, 2501), rtol=4e-16)
         motion, inside = README.simulate(), np.minimum(times, README.simulate().end)
         exact = np.column_stack([motion.at(inside, name) for name in STATES])
-        assert np.max(np.abs(exact - found)) < 1e-13  # `simulate` fuses: 4.7e-14 of the angle, 1.9e-14 of the position
+        off = np.max(np.abs(exact - found), axis=0)  # `simulate` fuses
+        resolved = np.spacing(motion.end) * np.max(
+            np.abs(exact[:, 1])
+        )  # by which the angle turns in a last bit of time
+        assert np.all(off[2:] < 2.5e-14)  # position, velocity
+        assert np.all(off[:2] < 2.5e-14 + resolved)  # measured: 4.7e-14, 2.9e-14
         kinds = Counter(event.kind for event in motion.events)
         assert slave.whole(*(f"events.{kind}" for kind in kinds)) == list(kinds.values())
 
@@ -340,6 +345,17 @@ class TestCompiled:
         )
         assert abs(found["position"][-1] - motion.state["position"]) < bound
         assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
+
+    def test_euler_without_location_of_events_travels_the_wrong_way_or_elsewhere(self):
+        """In FMPy its step is the interval of outputs, whatever `step_size` says."""
+        exact, path = README.simulate(), fmu("readme", kind="model-exchange")
+        off = {}
+        for step in (0.1, 0.01):
+            given = {"stop_time": exact.end, "solver": "Euler", "step_size": step, "output_interval": step}
+            found = fmpy.simulate_fmu(path, output=["position"], record_events=False, **given)
+            off[step] = found["position"][-1] - exact.state["position"]
+        assert off[0.1] < -exact.state["position"]  # it ends behind where it started
+        assert 0.5 < abs(off[0.01]) < 3.0  # CVode at a tolerance of 1e-4: 0.08
 
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_examples_for_model_exchange_have_the_events_of_their_motion(self, name, tmp_path):
