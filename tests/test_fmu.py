@@ -311,20 +311,18 @@ class TestCompiled:
         motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
         slave.fmu.doStep(0.0, 9.0)
         for name in (*STATES, "energy", "friction", "reaction"):
-            assert slave.get(name)[0] == pytest.approx(at(motion.si, 9.0, name), rel=1e-11, abs=1e-11)
+            assert slave.get(name)[0] == pytest.approx(at(motion, 9.0, name), rel=1e-11, abs=1e-11)
 
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):
         case = read_case(EXAMPLES[name], periods=5)
         export_fmu(case, tmp_path / "own.fmu")
         slave, motion = Slave(str(tmp_path / "own.fmu")).begin(), case.simulate()
-        factor = 1.0 if case.system.units is None else case.system.si.factor("time")
-        seen = motion if case.system.units is None else motion.si
-        end = 0.999 * motion.end * factor
+        end = 0.999 * motion.end
         slave.fmu.doStep(0.0, end)
         names = case.system.state_names
         found = slave.get(*names)
-        exact = [at(seen, end, each) for each in names]
+        exact = [at(motion, end, each) for each in names]
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
 
     # --- model exchange -----------------------------------------------------------------------------------------------
@@ -365,8 +363,7 @@ class TestCompiled:
         except ArgumentError as error:
             pytest.skip(str(error))
         motion = case.simulate()
-        in_si = case.system.units is not None
-        end = 0.999 * (motion.si.end if in_si else motion.end)
+        end = 0.999 * motion.end
         early = (event.kind for event in motion.events if event.time < 0.999 * motion.end)
         # impacts in quick succession are fewer, down to their rounding
         kinds = Counter(kind for kind in early if kind in ("stick", "slip_forward", "slip_back", "reversal"))
@@ -375,7 +372,7 @@ class TestCompiled:
         found = fmpy.simulate_fmu(str(tmp_path / "rates.fmu"), relative_tolerance=1e-10, output=output, **given)
         assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
         for each in motion.state:
-            exact = at(motion.si if in_si else motion, end, each)
+            exact = at(motion, end, each)
             assert found[each][-1] == pytest.approx(exact, rel=1e-6, abs=1e-6)  # at most 1e-7
 
     @pytest.mark.parametrize("given", [{"relative_tolerance": 1e-6}, {"solver": "Euler", "step_size": 1e-2}])

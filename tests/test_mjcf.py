@@ -159,7 +159,7 @@ def ending_errors(case, name, steps):
     """How far MuJoCo ends from the exact motion, for two steps."""
     from vibrocap.exchange.mujoco_motion import mujoco_ending
 
-    exact = case.simulate()
+    exact = case.simulate().dimensionless
     return [mujoco_ending(case, mujoco_model(case, h), exact.end, True).place - exact.state[name] for h in steps]
 
 
