@@ -194,7 +194,7 @@ def test_every_kind_of_machine_comes_near(name, machine, units):
     case = Case(system, start, periods=2, tolerance=1e-10)
     time = 1.0 if scales is None else scales.time_s
     (error,) = ending_errors(case, name, [5e-4 * time])
-    size = np.ptp(case.simulate()[name])
+    size = np.ptp(case.simulate().dimensionless[name])
     assert size > 0.01
     # of first order, and a step is 5e-4 of the time in which it moves so far; a soft contact keeps an error of its own
     assert abs(error) < (6e-3 if machine.follows_load else 3e-3) * size
@@ -218,6 +218,19 @@ def test_the_command_judges(tmp_path, capsys):
     place = read_case(case).simulate().state["position"]
     assert f"{place:.6g}" in said
     assert "friction rewritten at each step" in said
+
+
+def test_a_case_in_si_is_judged_in_si(tmp_path, capsys):
+    pytest.importorskip("mujoco", reason=needs_mujoco)
+    case = tmp_path / "case.toml"
+    read_case("examples/bench-in-si.toml", periods=2).save(case)
+    assert main(["export", str(case), "--to", "mjcf", "--judge", "--out", str(tmp_path / "capsule.xml")]) == 0
+    rows = [row.split() for row in capsys.readouterr().out.splitlines() if " m" in row and "MuJoCo cannot" not in row]
+    exact, rewritten = (next(row for row in rows if each in row) for each in ("exact", "rewritten"))
+    motion = read_case(case).simulate()
+    assert exact[1:3] == [f"{motion.state['position']:.6g}", "m"]
+    place = float(rewritten[rewritten.index("m") - 1])
+    assert abs(place - motion.state["position"]) < 0.05 * np.ptp(motion["position"])
 
 
 def test_bad_input_is_named(tmp_path, capsys, monkeypatch):
