@@ -431,6 +431,8 @@ def test_lift_off_within_a_step_is_told_with_its_time():
     with pytest.raises(vc.MotionEnded):
         motion.step(0.0, 1.0)
     assert motion.time == caught.value.time
+    assert "lift off" in str(vc.MotionEnded(2.0, vc.Status.LIFT_OFF, "s"))
+    assert "t = 2 s: " in str(vc.MotionEnded(2.0, vc.Status.LIFT_OFF, "s"))
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.time, again.status) == (caught.value.time, caught.value.status)
     many = vc.stepper(LIGHT, input="drive", tolerance=1e-10, count=2)
@@ -662,6 +664,62 @@ def test_quantities_cross_the_border_with_their_units():
         assert port.least <= port.value <= port.most
     text = c_files(case, input="drive")["capsule.c"]
     assert f'"{stepped.time.unit}", {stepped.time.scale.hex()}' in text
+
+
+def test_a_case_in_si_is_stepped_in_si():
+    case = read_case(EXAMPLES / "bench-in-si.toml")
+    si, state = case.system.si, {"angle": 0.4, "velocity": 0.2}
+    motion = vc.stepper(case, input="drive", initial=state)
+    plain = vc.stepper(
+        case.system.dimensionless, input="drive", initial={"angle": 0.4, "velocity": 0.2 / si.factor("velocity")}
+    )
+    assert [motion.unit_of(name) for name in ("time", "position", "friction", "drive")] == ["s", "m", "N", "N m"]
+    assert motion.unit_of("drive_slope") == "N m/s"
+    assert {motion.dimensionless.unit_of(name) for name in ("time", "position", "drive")} == {"1"}
+    for k in range(200):
+        torque, slope = 0.9 * math.cos(0.3 * k), 0.4
+        motion.step(torque, 0.05, slope)
+        given = torque / si.factor("drive"), 0.05 / si.factor("time"), slope / si.factor("drive") * si.factor("time")
+        plain.step(*given)
+    scales = [si.factor(name) for name in motion.names]
+    np.testing.assert_allclose(motion.values, plain.values * scales, rtol=1e-8, atol=1e-12)
+    assert motion.time == pytest.approx(10.0, rel=1e-14)
+    assert motion.events == plain.events
+    assert motion.last_event.time == pytest.approx(plain.last_event.time * si.factor("time"), rel=1e-10)
+    for again in (motion.copy(), pickle.loads(pickle.dumps(motion))):
+        assert again.values.tolist() == motion.values.tolist()
+        assert again.time == motion.time
+    np.testing.assert_allclose(motion.dimensionless.states, motion.states / scales[:4], rtol=1e-15)
+    motion.dimensionless.step(0.0, 1.0)  # the same motion
+    assert motion.time == pytest.approx(10.0 + si.factor("time"), rel=1e-14)
+    own = vc.stepper(case)
+    own.step(2.5)
+    assert own["position"] == pytest.approx(case.simulate().at(2.5, "position")[0], rel=1e-9)
+
+
+def test_many_motions_in_si():
+    case = read_case(EXAMPLES / "bench-in-si.toml")
+    masses, places, angles = np.array([0.4, 0.6]), np.array([0.1, 0.2]), [20.0, 30.0]
+    many = vc.stepper(
+        case,
+        count=2,
+        initial={"position_m": places, "angle_deg": angles, "velocity": 0.1},
+        parameters={"machine.capsule_mass_kg": masses, "drive.frequency_Hz": 1.1},
+    )
+    assert many.unit_of("position") == "m"
+    many.step(3.0)
+    for i in range(2):
+        one = vc.stepper(
+            case,
+            initial={"position_m": float(places[i]), "angle_deg": angles[i], "velocity": 0.1},
+            parameters={"machine.capsule_mass_kg": float(masses[i]), "drive.frequency_Hz": 1.1},
+        )
+        one.step(3.0)
+        np.testing.assert_array_equal(many.values[i], one.values)
+    assert many.time.tolist() == [one.time] * 2
+    assert many.copy().values.tolist() == pickle.loads(pickle.dumps(many)).values.tolist() == many.values.tolist()
+    with pytest.raises(ValueError, match="mass_ratio: should be greater than 0"):
+        vc.stepper(case, count=2, parameters={"machine.capsule_mass_kg": np.array([0.4, -1.0])})
 
 
 # --- Gymnasium --------------------------------------------------------------------------------------------------------
