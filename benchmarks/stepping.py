@@ -150,8 +150,8 @@ def motions(folder: Path) -> None:
 
 def in_fmu(path: Path, end: float) -> Callable[[], object]:
     """The same step in FMPy, of an instance that is reset before."""
-    import fmpy
-    from fmpy.fmi3 import FMU3Slave
+    import fmpy  # pyright: ignore[reportMissingImports]
+    from fmpy.fmi3 import FMU3Slave  # pyright: ignore[reportMissingImports]
 
     from vibrocap.exchange.fmu.fmu import export_fmu
 

@@ -27,7 +27,7 @@ class Ending:
 class Judgement:
     """The exact motion, the model as its file says, and the same with friction rewritten at every step.
 
-    exact: the motion, without units. exact_ending, as_written, rewritten: where each ended. steps: how many MuJoCo took.
+    exact: without units. exact_ending, as_written, rewritten: where each ended. steps: how many MuJoCo took.
     """
 
     exact: Trajectory

@@ -7,7 +7,7 @@ makes it take and answer in SI.
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self, overload
 
 import numpy as np
 
@@ -73,6 +73,36 @@ class SameInSI(Declared):
         return value.dimensionless if back else value.in_si
 
 
+@overload
+def stepper(
+    case: Case | System,
+    *,
+    input: None = None,
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: None = None,
+) -> "Stepper": ...
+@overload
+def stepper(
+    case: Case | System,
+    *,
+    input: Literal["drive"],
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: None = None,
+) -> "InputStepper": ...
+@overload
+def stepper(
+    case: Case | System,
+    *,
+    input: Input = None,
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: int,
+) -> StepperArray: ...
 def stepper(
     case: Case | System,
     *,
