@@ -1,8 +1,8 @@
 """`python -m benchmarks stepping`: what a step and a whole motion cost from outside, in C, in Python and in an FMU.
 
 The capsule of the README. A step: under a random torque, held for 0.2. A motion: 40 periods of its own drive in one
-step, beside the package's kernel, which records it, and `simulate`. All run in turn, again and again; medians. Needs a
-C compiler; the FMU needs FMPy, and is left out without.
+step, beside the package's kernel, which records it, and `simulate`. All run in turn, again and again; medians of
+processor times. Needs a C compiler; the FMU needs FMPy, and is left out without.
 """
 
 import ctypes
@@ -73,15 +73,15 @@ def in_c(folder: Path, input: Input) -> Callable[..., float]:
 
 
 def in_turn(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """Median time [s] of each, after one call that prepares."""
+    """Median processor time [s] of each, after one call that prepares."""
     times: dict[str, list[float]] = {label: [] for label in runs}
     for run in runs.values():
         run()
     for _ in range(rounds):
         for label, run in runs.items():
-            before = time.perf_counter()
+            before = time.thread_time()
             run()
-            times[label].append(time.perf_counter() - before)
+            times[label].append(time.thread_time() - before)
     return {label: statistics.median(each) for label, each in times.items()}
 
 
@@ -90,7 +90,7 @@ def steps(folder: Path) -> None:
     torques = np.random.default_rng(1).uniform(-1.8, 1.8, STEPS)
     values, call = torques.tolist(), in_c(folder, "drive")
     begun, many = vc.stepper(CASE, input="drive"), vc.stepper(CASE, input="drive", count=MANY)
-    motion = begun.copy()
+    motion, rows = begun.copy(), np.random.default_rng(2).uniform(-1.8, 1.8, (20, MANY))
 
     def in_python() -> None:
         motion.restore(begun)
@@ -98,8 +98,8 @@ def steps(folder: Path) -> None:
             motion.step(value, LENGTH)
 
     def side_by_side() -> None:
-        for value in values[:5]:
-            many.step(value, LENGTH)
+        for row in rows:
+            many.step(row, LENGTH)
 
     def by_simulate() -> None:
         """Runs of a square wave whose first half is the step."""
@@ -112,7 +112,7 @@ def steps(folder: Path) -> None:
     counts = {
         "in C, -O2": (lambda: call(torques.ctypes.data, STEPS, LENGTH), STEPS),
         "in Python": (in_python, STEPS),
-        f"of each of {MANY} side by side": (side_by_side, 5 * MANY),
+        f"of each of {MANY} side by side": (side_by_side, len(rows) * MANY),
     }
     found = in_turn({label: run for label, (run, _) in counts.items()}, ROUNDS)
     found |= in_turn({"by simulate, from state to state": by_simulate}, 5)
