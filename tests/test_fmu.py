@@ -543,7 +543,7 @@ def test_what_cannot_be_exported_is_named(tmp_path, capsys):
     case = str(EXAMPLES["bristles-lugre"])
     out = ["--out", str(tmp_path / "a.fmu")]
     for options, said in (
-        (["--to", "fmu", "--kind", "model-exchange", *out], "takes set-valued laws of friction, lugre is none"),
+        (["--to", "fmu", "--kind", "model-exchange", *out], "take set-valued laws of friction, lugre is none"),
         (["--to", "fmu", "--kind", "model-exchange", "--fmi", "2.0", *out], "--fmi should be 3.0 for model exchange"),
         (["--to", "fmu", "--name", "A b", *out], "--name should be"),
         (["--to", "fmu", "--platforms", "vax", *out], "--platforms should be"),
