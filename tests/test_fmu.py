@@ -175,6 +175,31 @@ def test_variables_carry_units_starts_and_meanings():
     assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
 
 
+@pytest.mark.parametrize(("kind", "fmi"), VARIANTS)
+def test_sides_counts_and_status_are_declared(kind, fmi):
+    found = fmpy.read_model_description(fmu("readme", kind=kind, fmi=fmi, platforms=("none",)))
+    variables = {each.name: each for each in found.modelVariables}
+    side = variables["side"]
+    assert (side.type, side.declaredType.name, side.variability) == ("Enumeration", "Side", "discrete")
+    items = {each.name: int(each.value) for each in side.declaredType.items}
+    assert items == {"slides back": -1, "rests": 0, "slides forward": 1}
+    for name in ("stick", "slip_forward", "slip_back", "reversal"):
+        assert variables[f"events.{name}"].type in ("Int64", "Integer")
+        assert variables[f"events.{name}"].causality == "output"
+    assert variables["status"].type == "String"
+    assert {"friction", "reaction", "energy"} <= variables.keys()
+    if kind == "model-exchange":
+        indicators = [each.variable.name for each in found.eventIndicators]
+        assert indicators == ["guard_1", "guard_2"]
+        assert found.numberOfEventIndicators == 2
+    else:
+        about = found.coSimulation
+        assert about.canGetAndSetFMUstate
+        assert about.canSerializeFMUstate
+        assert about.canHandleVariableCommunicationStepSize
+        assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
+
+
 def test_an_fmu_is_the_same_bytes_again(tmp_path):
     for i in range(2):
         export_fmu(README, tmp_path / f"{i}.fmu", input="drive", platforms=("none",))
@@ -312,6 +337,30 @@ class TestCompiled:
         slave.fmu.doStep(0.0, 9.0)
         for name in (*STATES, "energy", "friction", "reaction"):
             assert slave.get(name)[0] == pytest.approx(at(motion, 9.0, name), rel=1e-11, abs=1e-11)
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_the_importer_asks_for_a_tolerance(self, fmi):
+        """The bits of a stepper with that tolerance and the order of the case."""
+        given = {"stop_time": 60.0, "output_interval": 60.0, "output": STATES}
+        off = {}
+        for tolerance in (1e-6, README.tolerance, None):
+            found = fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=tolerance, **given)
+            off[tolerance] = abs(found["position"][-1] - at(README.simulate(), 60.0, "position"))
+        assert off[None] == off[README.tolerance] < 1e-9 < off[1e-6] < 1e-4
+        for refused in (1e-15, 0.1):
+            with pytest.raises(Exception, match=r"nitializ|etupExperiment"):
+                fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=refused, **given)
+
+    def test_whoever_looks_sees_the_side(self):
+        slave, motion = Slave(fmu("readme", fmi="3.0")).begin(), vc.stepper(README)
+        seen = set()
+        for i in range(300):
+            slave.fmu.doStep(0.2 * i, 0.2)
+            motion.step(0.2)
+            assert slave.whole("side") == list(motion.sides)
+            assert (slave.get("velocity") == [0.0]) == (motion.sides == (0,))
+            seen |= set(motion.sides)
+        assert seen == {-1, 0, 1}
 
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):

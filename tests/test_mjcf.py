@@ -1,21 +1,27 @@
 """MuJoCo models of cases: what is lost is named, and what is said is the equations, by MuJoCo's own accelerations."""
 
 import math
+import re
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from benchmarks.mujoco_contact import contact_case, loss_case
 from law_instances import LAW_NAMES, LAWS
+from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
+from vibrocap.measures.travel import drift
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 
+PAGE = (Path(__file__).parents[1] / "docs" / "exchange.md").read_text(encoding="utf-8")
 TRAVELS = "examples/travels-by-stick-slip.toml"
 COULOMB = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.1)
 SCALES = PendulumScales(pendulum_mass_kg=0.02, pendulum_length_m=0.04)
@@ -198,6 +204,39 @@ def test_every_kind_of_machine_comes_near(name, machine, units):
     assert size > 0.01
     # of first order, and a step is 5e-4 of the time in which it moves so far; a soft contact keeps an error of its own
     assert abs(error) < (6e-3 if machine.follows_load else 3e-3) * size
+
+
+TABLE = re.findall(r"^\| (\S+) ms, (.+?) \| (\S+) \| (\S+) \|$", PAGE, re.MULTILINE)
+
+
+def test_the_exact_row_of_the_documented_table():
+    loss, contact = (case.simulate().dimensionless for case in (loss_case(), contact_case()))
+    row = f"| exact | {loss.state['position']:.4f} | {drift(contact):.6f} |"
+    assert row == "| exact | 6.8597 | -0.230592 |"
+    assert row in PAGE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "how", "position", "travel"), exhaustive_but([0, 1, 2], TABLE))
+def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
+    pytest.importorskip("mujoco", reason=needs_mujoco)
+    from vibrocap.exchange.mujoco_motion import mujoco_ending
+
+    tight, found = how == "tight", []
+    for case in (loss_case(), contact_case()):
+        model = mujoco_model(case, float(step) * 1e-3, tight)
+        found.append(mujoco_ending(case, model, case.simulate().dimensionless.end, rewritten=True))
+    assert found[0].place == pytest.approx(float(position), abs=2e-3)  # half of the last digit, thrice
+    assert found[1].drift == pytest.approx(float(travel), abs=2e-4)
+
+
+def test_the_table_has_its_rows():
+    assert [row[:2] for row in TABLE] == [
+        ("2", "all defaults"),
+        ("0.1", "default `solref`"),
+        ("0.1", "tight"),
+        ("0.02", "tight"),
+    ]
 
 
 def test_the_command_writes_the_model_and_says_what_is_lost(tmp_path, capsys):
