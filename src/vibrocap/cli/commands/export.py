@@ -18,7 +18,7 @@ def export(
     case: Path,
     /,
     *,
-    to: Literal["c", "fmu", "mjcf"] = "c",
+    to: Literal["c", "rates", "fmu", "mjcf"] = "c",
     input: Literal["drive"] | None = None,
     out: Path,
     name: str = "capsule",
@@ -30,6 +30,7 @@ def export(
     """A case for other programs: with its exact contact a library in C99 or an FMU, or the nearest MuJoCo model.
 
     The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
+    With --to rates they hold rates, guards and decisions only, for an integrator of your own, whose error they have.
     With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
     With --to mjcf a MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
 
@@ -38,7 +39,8 @@ def export(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources, fmu for an FMU, mjcf for a MuJoCo model
+        what to write: c for C sources, rates for C sources without an integrator, fmu for an FMU, mjcf
+        for a MuJoCo model
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
@@ -68,17 +70,18 @@ def export(
         if input is not None:
             raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
         return _mjcf(setup, out, judge)
-    return _c(setup, out, name, input)
+    return _c(setup, out, name, input, to)
 
 
-def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
-    """The C library."""
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None, to: Literal["c", "rates"]) -> int:
+    """The C library, with an integrator or without."""
     from vibrocap.exchange.c_library import export_c
+    from vibrocap.exchange.rates_library import export_rates
 
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = export_c(case, out, name, input)
+        written = (export_c if to == "c" else export_rates)(case, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
