@@ -44,8 +44,8 @@ def export(
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of an FMU FILE.fmu, of a MuJoCo
-        model FILE.xml
+        of C sources a folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; else FILE.fmu or
+        FILE.xml
     name
         of the library or of the model, with which all its names begin
     kind
@@ -53,8 +53,8 @@ def export(
     fmi
         version of an FMU: 3.0 by default
     platforms
-        for which an FMU holds machine code, x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin,
-        all or none: by default this computer's, if a C compiler is found; for others zig is needed (package ziglang)
+        for which an FMU holds machine code: all, none, or some of x86_64-linux, aarch64-linux, x86_64-windows,
+        x86_64-darwin, aarch64-darwin; by default this computer's, if a C compiler is found; others need ziglang
     judge
         run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
