@@ -461,6 +461,10 @@ def test_an_own_drive_reads_up_to_the_end_of_its_motion_and_not_beyond():
         (lambda motion: motion.step(1.0, -0.1), "length should be .* got -0.1"),
         (lambda motion: motion.step_to_event(1.0, math.inf), "length should be .* got inf"),
         (lambda motion: motion.step(1.0, math.nan), "length should be .* got nan"),
+        (lambda motion: motion.step(1.0, "long"), "length should be .* got 'long'"),
+        (lambda motion: motion.step(1.0, np.ones(2)), "length should be .* got array"),
+        (lambda motion: motion.step("much", 0.1), "value should be a finite number, got 'much'"),
+        (lambda motion: motion.step(np.ones(2), 0.1), "value should be a finite number, got array"),
         (lambda motion: motion["fricton"], "did you mean 'friction'"),
         (lambda motion: motion.restore(vc.stepper(README)), "kept should be a copy"),
     ],
@@ -479,6 +483,7 @@ def test_bad_steps_are_named_and_do_nothing(call, said):
     [
         ({"input": "torque"}, "input should be 'drive' or None, got 'torque'"),
         ({"initial": {"angel": 1.0}}, "initial.angel.*did you mean 'angle'"),
+        ({"initial": {"angle": np.zeros(3)}}, "initial.angle should be a finite number, got array"),
         ({"tolerance": 1.0}, "tolerance should be a number from"),
         ({"parameters": {"machine.mass": 1.0}}, "machine.mass.*no such parameter.*machine.mass_ratio"),
         ({"parameters": {"machine.mass_ratio": -1.0}}, "mass_ratio.*greater than 0"),

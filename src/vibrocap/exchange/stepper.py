@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self, overload
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole, shown, suggestion
+from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.case.case import Case
 from vibrocap.exchange.stepped_case import NO_UNITS, Input, PortScales, SteppedCase
 from vibrocap.exchange.stepper_array import StepperArray
@@ -169,16 +169,14 @@ class SteppedMotion:
         return self.stepped.kernel.entry(name, self._memory)
 
     def _go_on(self, length: float) -> None:
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
+        _check_length(length)
         self._floats[self._length] = length / self._time_scale
         self._take(0)
         if self._ints[self._ended]:
             raise MotionEnded(self.time, self._status(), self.unit_of("time"))
 
     def _go_on_to_event(self, length: float) -> bool:
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
+        _check_length(length)
         self._floats[self._length] = length / self._time_scale
         self._ints[self._stopped] = 0
         self._take(1)
@@ -325,9 +323,13 @@ class InputStepper(SteppedMotion):
     """
 
     def _set(self, value: float, slope: float, curvature: float) -> None:
-        if not (value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0):
+        try:
+            finite = value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0
+        except (TypeError, ValueError):  # a text, an array
+            finite = False
+        if not finite:
             given = zip(INPUT_NAMES, (value, slope, curvature), strict=True)
-            name, wrong = next((name, number) for name, number in given if number - number != 0.0)
+            name, wrong = next(pair for pair in given if not is_number(pair[1]) or not math.isfinite(pair[1]))
             raise ArgumentError(name, f"should be a finite number, got {shown(wrong)}")
         floats, place, (v, w, c) = self._floats, self._input, self._input_scales
         floats[place], floats[place + 1], floats[place + 2] = value / v, slope / w, curvature / c
@@ -335,8 +337,7 @@ class InputStepper(SteppedMotion):
 
     def step(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> None:
         """Set the drive and go on by a length of time > 0. Raises MotionEnded where the motion cannot go on."""
-        if not 0.0 < length < math.inf:  # before the drive is set
-            raise _not_a_length(length)
+        _check_length(length)  # before the drive is set
         self._set(value, slope, curvature)
         self._go_on(length)
 
@@ -345,14 +346,18 @@ class InputStepper(SteppedMotion):
 
         Where the drive jumps and a side changes at once, that is an event: no time has passed then.
         """
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
+        _check_length(length)
         self._set(value, slope, curvature)
         return self._go_on_to_event(length)
 
 
-def _not_a_length(length: Any) -> ArgumentError:
-    return ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
+def _check_length(length: Any) -> None:
+    try:
+        right = 0.0 < length < math.inf
+    except (TypeError, ValueError):  # a text, an array
+        right = False
+    if not right:
+        raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
 
 
 def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> Any:

@@ -39,13 +39,11 @@ def export(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources, rates for C sources without an integrator, fmu for an FMU, mjcf
-        for a MuJoCo model
+        what to write: c for C sources, rates for some without an integrator, fmu for an FMU, mjcf for a MuJoCo model
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        of C sources a folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; else FILE.fmu or
-        FILE.xml
+        a folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; else FILE.fmu or FILE.xml
     name
         of the library or of the model, with which all its names begin
     kind
