@@ -24,7 +24,7 @@ from vibrocap.exchange.rates_library import export_rates, rates_files
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 README = next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip")
-NAMES = ("square-wave-travels", "weight-as-load")
+NAMES = ("square-wave-travels", "weight-as-load", "forward-or-back-by-its-start")
 RUN = [i for i, path in enumerate(EXAMPLES) if path.stem in NAMES]
 KINDS = ("stick", "slip_forward", "slip_back", "reversal")
 
@@ -85,6 +85,18 @@ def test_an_input_that_jumps_is_an_event(tmp_path):
 
 
 @needs_gcc
+def test_segments_of_a_drive_follow_one_another_at_its_corners(tmp_path):
+    case = read_case(README, periods=5)
+    system = dataclasses.replace(case.system, drive=vc.Triangle(amplitude=1.8))
+    case = dataclasses.replace(case, system=system)
+    _, rows = run(case, tmp_path)
+    motion = case.simulate()
+    states, found = ended(rows, case)
+    assert {kind: found[kind] for kind in counted(motion)} == counted(motion)
+    np.testing.assert_allclose(states, [*motion.state.values()], atol=1e-6)
+
+
+@needs_gcc
 @pytest.mark.slow
 @pytest.mark.parametrize("path", exhaustive_but(RUN, EXAMPLES), ids=lambda path: path.stem)
 def test_examples_have_the_events_of_their_motion(path, tmp_path):
@@ -94,6 +106,9 @@ def test_examples_have_the_events_of_their_motion(path, tmp_path):
         _, rows = run(case, tmp_path)
     except ArgumentError as error:
         pytest.skip(str(error))
+    if path.stem == "bounces-and-rests-at-a-wall":  # by impacts that become ever smaller
+        assert rows[-1][1] == "too many events"
+        return
     motion = case.simulate().dimensionless
     states, found = ended(rows, case)
     assert rows[-1][1] == ("finished" if motion.status.ok else motion.status.value)

@@ -156,6 +156,7 @@ MAIN = """\
 #include <string.h>
 
 #define STEPS 16 /* between two lines */
+#define MOST_EVENTS 1000 /* in one step, as of a body that comes to rest on a stop by ever smaller impacts */
 
 static @name@ motion;
 
@@ -203,6 +204,7 @@ static int decide(double time) {
 /* Go on until a time; the status. */
 static int go_on(double *time, double end) {
   double from[@NAME@_STATES];
+  int events = 0;
   while (*time < end) {
     double corner = @name@_corner(&motion), until = corner < end ? corner : end, h = until - *time;
     int at_corner = corner <= end, fallen, status;
@@ -221,7 +223,9 @@ static int go_on(double *time, double end) {
       at_corner = at_corner && high == h;
     }
     *time = until;
-    if ((fallen || at_corner) && (status = decide(*time))) return status;
+    if (!fallen && !at_corner) continue;
+    if ((status = decide(*time))) return status;
+    if (++events > MOST_EVENTS) return @NAME@_TOO_MANY_EVENTS;
   }
   return @NAME@_RUNNING;
 }
