@@ -27,23 +27,23 @@ def export(
     platforms: list[str] | None = None,
     judge: bool = False,
 ) -> int:
-    """A case for other programs: with its exact contact a library in C99 or an FMU, or the nearest MuJoCo model.
+    """Write a case for other programs: with its exact contact as C99 or as an FMU, or as the nearest MuJoCo model.
 
-    The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
-    With --to rates they hold rates, guards and decisions only, for an integrator of your own, whose error they have.
-    With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
-    With --to mjcf a MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
+    --to c writes a stepper in C, which needs no other library and gives the same bits with every compiler.
+    --to rates writes rates, guards and decisions only; the integrator and its error are yours.
+    --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI.
+    --to mjcf writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources, rates for some without an integrator, fmu for an FMU, mjcf for a MuJoCo model
+        what to write: C sources (c), the same without an integrator (rates), an FMU (fmu), a MuJoCo model (mjcf)
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        a folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; else FILE.fmu or FILE.xml
+        folder of the C sources, made where it is missing; of an FMU FILE.fmu, of a MuJoCo model FILE.xml
     name
         of the library or of the model, with which all its names begin
     kind
@@ -51,8 +51,7 @@ def export(
     fmi
         version of an FMU: 3.0 by default
     platforms
-        for which an FMU holds machine code: all, none, or some of x86_64-linux, aarch64-linux, x86_64-windows,
-        x86_64-darwin, aarch64-darwin; by default this computer's, if a C compiler is found; others need ziglang
+        of an FMU's machine code, such as x86_64-windows, all or none; by default this computer's if it has a compiler
     judge
         run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
