@@ -232,7 +232,7 @@ def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
 
 def test_the_table_has_its_rows():
     assert [row[:2] for row in TABLE] == [
-        ("2", "all defaults"),
+        ("2", "default `solref`"),
         ("0.1", "default `solref`"),
         ("0.1", "tight"),
         ("0.02", "tight"),
