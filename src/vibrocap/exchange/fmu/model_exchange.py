@@ -26,7 +26,7 @@ def model_exchange(stepped: SteppedCase, name: str) -> Package:
         *before,
         *states,
         *of.rates(stepped),
-        *of.inputs(stepped, segments=False),
+        *of.inputs(stepped, "continuous"),
         *of.observables(stepped),
         *indicators,
         *sides,
