@@ -10,6 +10,8 @@ import functools
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self, TypeVar
 
+import numpy as np
+
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.hints import call_hints, declared_anywhere, field_hints, fitting, of_elements, undeclared
 
@@ -99,6 +101,8 @@ def _in_words(record: Any, name: str) -> str:
     if isinstance(value, Mapping) and isinstance(units, dict):
         each = (f"{key!r}: {one!r}" + f" {units[key]}" * (units.get(key, "1") != "1") for key, one in value.items())
         return "{" + ", ".join(each) + "}"
+    if isinstance(value, np.ndarray) and isinstance(units, dict):
+        return f"{value!r} {', '.join(f'{key} [{unit}]' for key, unit in units.items())}"
     plain = isinstance(units, str) and units != "1" and not isinstance(value, (str, type(None)))
     return f"{value!r} {units}" if plain else repr(value)
 
