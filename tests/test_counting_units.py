@@ -19,7 +19,18 @@ COUNTED = ({"length_unit_m": 0.01}, {"length_unit_m": 0.023, "time_unit_s": 0.07
 OVER = "drive.frequency_Hz"
 # numbers of the integration, and of how surely a number is known
 OF_THE_RUN = {"certify", "certificate", "steps", "noise", "error", "residual", "reason", "ratio", "remaining"}
-OF_THE_RUN |= {"population", "scale", "scales", "facts", "text", "system", "coefficients", "observe", "slopes", "counts"}
+OF_THE_RUN |= {
+    "population",
+    "scale",
+    "scales",
+    "facts",
+    "text",
+    "system",
+    "coefficients",
+    "observe",
+    "slopes",
+    "counts",
+}
 STEPPED = {"arclength", "parts", "start", "taylor_steps"}  # where a run or a branch made its steps
 
 
@@ -80,16 +91,28 @@ def columns(dataset):
 
 OF_MOTIONS = {
     name: getattr(vc, name)
-    for name in (
-        "displacement drift mean_velocity winding settling response_class energy_balance stick_fraction stick_phases "
-        "friction_loop"
-    ).split()
+    for name in [
+        "displacement",
+        "drift",
+        "mean_velocity",
+        "winding",
+        "settling",
+        "response_class",
+        "energy_balance",
+        "stick_fraction",
+        "stick_phases",
+        "friction_loop",
+    ]
 } | {
     "the motion": lambda motion: motion,
     "its power": lambda motion: vc.energy_balance(motion).mean_power,
     "its work in a period": lambda motion: vc.energy_balance(motion).per_period,
     "all measures": lambda motion: vc.measured(motion, list(vc.measure_table(motion.system))),
-    "a moment": lambda motion: [motion.at(0.5, "velocity"), motion.states([0.1, 0.2]), motion.crossings("velocity", 0.02)],
+    "a moment": lambda motion: [
+        motion.at(0.5, "velocity"),
+        motion.states([0.1, 0.2]),
+        motion.crossings("velocity", 0.02),
+    ],
     "a window": lambda motion: vc.energy_balance(motion, window=(1.0, 2.0)),
 }
 OF_SYSTEMS = {

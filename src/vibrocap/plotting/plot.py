@@ -174,7 +174,18 @@ FIGURES: dict[type, Callable[..., Figure]] = {
 }
 
 
-PLOTTED = (Orbit, Trajectory, Branch, BranchDiagram, EquilibriumBranch, Fit, Basins, BifurcationDiagram, ParetoFront, Law)
+PLOTTED = (
+    Orbit,
+    Trajectory,
+    Branch,
+    BranchDiagram,
+    EquilibriumBranch,
+    Fit,
+    Basins,
+    BifurcationDiagram,
+    ParetoFront,
+    Law,
+)
 
 
 def thumbnail(result: Any) -> str:

@@ -50,7 +50,9 @@ class Declared:
 
     def unit(self, context: Context) -> str:
         """The SI unit, "1" where there is none; ArgumentError where it holds quantities of several units."""
-        raise ArgumentError("name", "should name one quantity; this holds several, each with its own unit, see its names")
+        raise ArgumentError(
+            "name", "should name one quantity; this holds several, each with its own unit, see its names"
+        )
 
     def units(self, value: Any, context: Context) -> Any:
         """The unit of a value, or the units of what it holds by name."""
@@ -110,13 +112,21 @@ class OfNames(Declared):
         return In(context.units.unit(name)).converted(value, context, back)
 
 
+class Keyed(dict):
+    """Values by name that know the keys under which they were given, such as "angle_deg"."""
+
+    keys_given: tuple[str, ...] = ()
+
+
 class OfKeys(OfNames):
     """The same; what is given under a name with its unit becomes what it is without."""
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         if not back or not isinstance(value, Mapping):
             return super().converted(value, context, back)
-        return context.units.states_of(super().converted(value, context, back))
+        found = Keyed(context.units.states_of(super().converted(value, context, back)))
+        found.keys_given = tuple(value)
+        return found
 
 
 @dataclasses.dataclass(frozen=True)

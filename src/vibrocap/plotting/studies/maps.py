@@ -156,8 +156,9 @@ def study_axes(view: View, panels: int) -> tuple[Figure, list[Axes]]:
 def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     """Title above and legend below; the figure grows by them, so that the axes keep their size and nothing is cut."""
     width, height = fig.get_size_inches()
-    title = textwrap.fill(view.title, round(12.5 * width))
-    setting = filled(f"{view.setting}; {view.note}", round(19 * width))
+    broad = page().width_or(width)
+    title = textwrap.fill(view.title, round(12.5 * broad))
+    setting = filled(f"{view.setting}; {view.note}", round(19 * broad))
     first = 0.06 + LINE_TITLE * (title.count("\n") + 1)
     above = first + LINE_SMALL * (setting.count("\n") + 1) + 0.04 if page().header else 0.0
     below = 0.04
