@@ -17,6 +17,7 @@ from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, B
 from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import EQUALS, bracketed, quantity_label, scale, value_text
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
@@ -86,6 +87,7 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     return fig
 
 
+@in_own_lines
 def draw_basins(
     basins: Basins, what: str = "direction", *, axes: Sequence[str] | None = None, ax: Axes | None = None
 ) -> Axes:

@@ -20,6 +20,7 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
@@ -117,6 +118,7 @@ def branch_figure(
     return fig
 
 
+@in_own_lines
 def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
@@ -135,6 +137,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     return ax
 
 
+@in_own_lines
 def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1.
 

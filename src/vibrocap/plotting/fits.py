@@ -16,6 +16,7 @@ from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     blank_figure,
@@ -203,6 +204,7 @@ def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
+@in_own_lines
 def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Measured and predicted force of a record over time.
 
@@ -220,6 +222,7 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     return ax
 
 
+@in_own_lines
 def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
     """The 95 % interval of each searched parameter, as its distance from the fitted value in percent.
 

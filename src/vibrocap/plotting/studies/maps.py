@@ -26,6 +26,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.finishing import save
 from vibrocap.plotting.labels import filled
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.studies.cells import (
     Categories,
@@ -109,6 +110,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     return fig
 
 
+@in_own_lines
 def draw_study(
     dataset: Any,
     measure: str | None = None,
