@@ -157,7 +157,7 @@ def test_lines_have_the_users_widths_and_colours(motion, tmp_path):
     with matplotlib.rc_context(own):
         drawn = next(line for line in vc.plot(motion, ax=frame).get_lines() if line is not given)
         loops = vc.plot(motion, "friction loop")
-        sheet = vc.figure(motion, width="column")
+        sheet = finished(vc.figure(motion, width="column"))  # finished again, as when it is saved
         path = tmp_path / "sheet.svg"
         vc.figure(motion, path, width="column")
     assert drawn.get_color() == "0.0"
@@ -166,6 +166,7 @@ def test_lines_have_the_users_widths_and_colours(motion, tmp_path):
     assert {"0.0", "0.5"} <= {line.get_color() for line in loops.get_lines()}
     lines = [line for ax in sheet.findobj(Axes) for line in ax.get_lines()]
     assert {line.get_color() for line in lines} & {"#0072B2", "#D55E00"} == set()
+    assert min(line.get_linewidth() for line in lines if line.get_color() == "0.0") > 0.3  # of 0.8 and 1.5: halved once
     assert "#0072b2" not in path.read_text(encoding="utf-8").lower()
     legends = [line for ax in sheet.findobj(Axes) if ax.get_legend() for line in ax.get_legend().get_lines()]
     assert legends
