@@ -159,8 +159,8 @@ class _InSI(_Plain):
         record = classes["machine"].si_scales
         table = parameter_table(record)
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
-        self.given = record(**{name: BENCH[name] for name in self.needed})
         self.head = SI_HEAD if self.needed else SI_AS_IT_STANDS
+        self.given = record(**{name: BENCH[name] for name in self.needed})
         self.units = Units(self.given, classes["machine"].effort, state_units(classes))
 
     def scales(self) -> list[str]:
