@@ -19,7 +19,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         of.states(stepped),
         of.parameters(stepped, range(len(stepped.parameters))),
     )
-    inputs, sides = of.inputs(stepped, "discrete"), of.sides(stepped.contacts)
+    inputs, sides = of.inputs(stepped, segments=True), of.sides(stepped.contacts)
     kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
     variables = (
         *before,
@@ -37,8 +37,8 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         "STATE": len(parameters),
         "OBSERVED": len(values),
         "HELD": len(values) + len(stepped.observables),
-        "TIME": len(values) + len(stepped.observables) + 1,
-        "VALUES": len(values) + len(stepped.observables) + 2,
+        "TIME": len(values) + len(stepped.observables) + len(inputs),
+        "VALUES": len(values) + len(stepped.observables) + len(inputs) + 1,
         "COUNTS": len(sides) + len(kinds),
         "PARAMETERS": len(parameters),
         "STATES": len(states),

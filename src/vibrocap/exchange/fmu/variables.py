@@ -107,12 +107,16 @@ def rates(stepped: SteppedCase) -> list[Variable]:
     return found
 
 
-def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
-    """The input, where there is one. variability: "discrete" for one that is held, else "continuous"."""
-    held = dataclasses.replace(stepped.inputs[0], name=INPUT) if stepped.inputs else None
-    meaning = "what drives the machine, held until it is set again" if variability == "discrete" else "what drives"
-    given = {"causality": "input", "variability": variability, "starts": True}
-    return [] if held is None else [Variable(held, meaning, "HELD", **given)]
+def inputs(stepped: SteppedCase, segments: bool) -> list[Variable]:
+    """The input, where there is one. segments: with slope and curvature, of a case that holds it; else continuous."""
+    meanings = ("what drives the machine, from when it is set on", "slope of the drive from then on", "its curvature")
+    if not segments:
+        meanings = ("what drives the machine",)
+    given = {"causality": "input", "variability": "discrete" if segments else "continuous", "starts": True}
+    return [
+        Variable(each, meaning, f"HELD + {i}", **given)
+        for i, (each, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))
+    ]
 
 
 def observables(stepped: SteppedCase) -> list[Variable]:
