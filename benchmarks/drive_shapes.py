@@ -63,10 +63,9 @@ def main(out: str = "drive-shapes", evaluations: int = 10_000, *loads_and_laws: 
     loads_and_laws: which of them to search, such as "dynamic load" "exponential"; by default all
     """
     table = Path(f"{out}.csv")
-    lines = (
-        table.read_text(encoding="utf-8").splitlines() if table.exists() else ["load,law,harmonics,speed,exact_speed"]
-    )
-    done = {tuple(line.split(",")[:3]) for line in lines}
+    heading = "load,law,harmonics,speed,exact_speed,design"
+    lines = table.read_text(encoding="utf-8").splitlines() if table.exists() else [heading]
+    done = {tuple(line.split(",")[:3]): line.split(",")[5] for line in lines}
     chosen = set(loads_and_laws)
     for load in LOADS:
         for law in LAWS:
