@@ -89,7 +89,7 @@ UNIT = math.sqrt(SHARE * DECELERATION)
 PROBLEMS = {
     "biharmonic, frequency and phase": Known(biharmonic, TWO, 2000, 0.104919431678),
     "biharmonic, stiffness and damping too": Known(biharmonic, FOUR, 8000, 0.129810242, True),
-    "harmonic with twins": Known(harmonic, THREE, 4000, 0.082456224884),
+    "harmonic with twins": Known(harmonic, THREE, 10_000, 0.082456224884),
     "three phases, w1 and w3 <= w*, s = 2": Known(
         three_phases(2.0), accelerations(1.0), 1000, 0.0707106781187 / UNIT, per=UNIT, starts=None
     ),

@@ -17,8 +17,8 @@ from vibrocap.design.search.search_store import SearchStore
 
 MEMBERS = 16  # of a population for each variable
 LEAST, MOST = 32, 256  # members of a population
-CONVERGED = 1e-10  # spread of the costs of a population, relative, at which it is begun again
-IDLE = 40  # generations without a better design after which it is begun again
+CONVERGED = 1e-3  # relative spread of costs at which a population is begun again: refinement finds the digits
+IDLE = 20  # generations without a better design after which it is begun again
 
 
 def members_of(variables: int) -> int:
