@@ -45,7 +45,8 @@ def undefined_measures(system: System) -> frozenset[str]:
         "symmetric": not system.mirrored,
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
-        **{each.name: system.machine.cyclic is None for each in (*TRAVEL, COST_OF_TRANSPORT)},
+        **{each.name: system.cyclic is None for each in TRAVEL},
+        COST_OF_TRANSPORT.name: system.cyclic is None or "drive" not in system.channels,
     }
     return frozenset(name for name, undefined in nothing.items() if undefined)
 

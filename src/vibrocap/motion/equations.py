@@ -264,6 +264,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
+    if system.controller is not None:
+        observables["reference"] = flow.reference
     observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
     expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
@@ -278,7 +280,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         rows=None if flow.rows is None else decision_rows(flow, expression),
         internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
-        cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        cyclic_state=-1 if system.cyclic is None else system.state_names.index(system.cyclic),
         turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),

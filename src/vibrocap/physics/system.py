@@ -4,8 +4,9 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
-from vibrocap.arguments import ArgumentError, is_number, suggestion
+from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
+from vibrocap.physics.controllers.controller import ControlledMachine, Controller
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
@@ -17,17 +18,18 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import NoUnits, Units, state_units
+from vibrocap.physics.units import NoUnits, Units, state_units, units_of
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", "actuator")  # besides laws of further contacts
+OPTIONAL = ("environment", "actuator", "controller")  # besides laws of further contacts
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
     "drive": Drive,
     "environment": Environment,
     "actuator": Actuator,
+    "controller": Controller,
 }
 
 
@@ -49,6 +51,8 @@ class System:
     has no way to go on, or could as well be at rest.
 
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
+    controller: what makes the command of what it measures and of a reference, which then is the drive; None: the drive
+    is the command.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
     friction: a law; of a machine with several contacts (`contacts.py`) as well a list of laws, the first contact's
     first. A contact whose law is None or missing has that of the first. `system.friction` is the law of the first
@@ -66,6 +70,7 @@ class System:
     environment: Environment | None = None
     actuator: Actuator | None = None
     further: tuple[Law | None, ...] = ()
+    controller: Controller | None = None
 
     def __init__(
         self,
@@ -76,6 +81,7 @@ class System:
         environment: Environment | None = None,
         actuator: Actuator | None = None,
         further: Sequence[Law | None] = (),
+        controller: Controller | None = None,
         **others: Never,
     ):
         for name in others:
@@ -96,6 +102,7 @@ class System:
             environment=environment,
             actuator=actuator,
             further=laws[1:],
+            controller=controller,
         )
         self.__post_init__()
 
@@ -122,6 +129,8 @@ class System:
             if self.actuator is not None:
                 what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
+        if self.controller is not None:
+            self._check_controller(self.controller)
         if self.environment is not None:
             self.environment.check(self.machine)
         if self.units is not None:
@@ -140,6 +149,42 @@ class System:
         if not self.drive.continuous:
             what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
             raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
+
+    def _check_controller(self, controller: Controller) -> None:
+        """ArgumentError for a controller that measures what there is not, or asks the reference for its slope."""
+        if isinstance(self.machine, Imposed):
+            what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
+            raise ArgumentError("controller", f"should be left out: the drive {what}")
+        if controller.uses_slope and type(self.drive).slope is Drive.slope:
+            what = f"does not say its slope, which the {controller.name} asks for"
+            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
+        taken = {*self.machine.states, *(() if self.actuator is None else self.actuator.states)}
+        if shared := taken.intersection(controller.states):
+            raise ArgumentError("controller", f"has the state {min(shared)}, as the {self.machine.name} has")
+        placed = self.placed
+        wanted = {"displacement": "m", "speed": "m/s", "number": "rad"}[controller.reference]
+        units = state_units({**self.parts, "controller": None})
+        own = [name for name in self.machine.states if name not in self.machine.switched]
+        names = controller.measures(placed.machine)
+        for name in names:
+            state = name.removesuffix("_rate")
+            if state not in own:
+                useful = [each for each in own if units[each] in (wanted, "1")]
+                what = f"the {self.machine.name} has no state {state!r} to be measured"
+                raise ArgumentError("controller.measured", f"{what}; {suggestion(state, useful, cutoff=0.0)}")
+        first = names[0]
+        if len({*names}) <= 2 and units.get(first, "1") not in (wanted, "1"):
+            useful = [each for each in own if units[each] == wanted]
+            what = f"should be a state in {wanted} with a {controller.name}, got {first!r} in {units[first]}"
+            raise ArgumentError("controller.measured", f"{what}; {listed(useful, ' or ')}" if useful else what)
+        rates, still = [name for name in names if name not in own], (0.0,) * len(self.machine.contact_states)
+        at = (0.0, (0.3,) * len(placed.machine.states))
+        low, high = (placed.machine.rates(*at, u, still) for u in (0.0, 1.0))
+        for name in rates:
+            place = placed.machine.states.index(name.removesuffix("_rate"))
+            if low[place] != high[place]:
+                what = f"should not be a state whose rate the command decides, got {name.removesuffix('_rate')!r}"
+                raise ArgumentError("controller.measured", f"{what}; leave out derivative_gain, or measure a place")
 
     @classmethod
     def of_parts(cls, parts: Mapping[str, Any], units: Scales | None = None) -> "System":
@@ -166,7 +211,18 @@ class System:
         """The machine under its drive as it stands in its environment, on the slope, behind its actuator."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
+        machine = machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
+        return machine if self.controller is None else ControlledMachine(machine, self.controller, self.drive)
+
+    @property
+    def cyclic(self) -> str | None:
+        """The state on which nothing depends: that of the machine, unless the controller measures it."""
+        return self.machine.cyclic if self.controller is None else self.placed.cyclic
+
+    @property
+    def turns(self) -> Mapping[str, float]:
+        """The states on which everything depends with a period: those of the machine that no controller measures."""
+        return self.machine.turns if self.controller is None else self.placed.turns
 
     @property
     def si(self) -> Units:
@@ -174,7 +230,7 @@ class System:
         if self.units is None:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
-        return Units(self.units, self.machine.effort, state_units(self.parts))
+        return units_of(self.parts, self.units)
 
     @property
     def result_units(self) -> Units | NoUnits:
@@ -204,7 +260,7 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if len(self.machine.contact_states) == 1 and self.actuator is None:  # at once: every run asks
+        if len(self.machine.contact_states) == 1 and self.actuator is self.controller is None:  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
@@ -311,6 +367,8 @@ class System:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
             if str(path).startswith("actuator.") and self.actuator is None:
                 raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
+            if str(path).startswith("controller.") and self.controller is None:
+                raise ArgumentError(str(path), "this system has no controller; give it one, controller=PositionPID()")
             part = str(path).partition(".")[0]
             if 2 <= number_in(part, "friction") <= len(self.machine.contact_states):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"

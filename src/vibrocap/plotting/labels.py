@@ -194,8 +194,9 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
 
 def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
     """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
-    keys = parameter_keys(type(part), system.si.effort)
-    return _worded(name, written_in_si(part, system.si, exactly=False) or {}, keys, varied, fixed)
+    units = system.si.of_part(name)
+    keys = parameter_keys(type(part), units.effort)
+    return _worded(name, written_in_si(part, units, exactly=False) or {}, keys, varied, fixed)
 
 
 def _worded(

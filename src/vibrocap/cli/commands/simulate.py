@@ -172,7 +172,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
     whole = max(0, whole_periods(computed(motion)))
     started = len(motion.piece_start) > 0
-    travels = whole > 0 and motion.system.machine.cyclic is not None
+    travels = whole > 0 and motion.system.cyclic is not None
     velocity = mean_velocity(motion) if travels else None
     nothing = {"value": None, "window": None, "settled": False}
     counts = collections.Counter(motion.event_kinds)
@@ -182,7 +182,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
     works = {} if balance is None else {**dataclasses.asdict(balance), **balance.own}
     works = {name: value for name, value in works.items() if name not in {"own", *absent}}
-    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.machine.turns else {}
+    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.turns else {}
     record = plain(
         {
             "state": motion.state,

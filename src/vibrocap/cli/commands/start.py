@@ -18,7 +18,7 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import STATES
-from vibrocap.physics.units import UNDECLARED, Units, one_way, parameter_keys, state_keys, state_units, undeclared
+from vibrocap.physics.units import UNDECLARED, effort_of, one_way, parameter_keys, state_keys, undeclared, units_of
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -161,7 +161,7 @@ class _InSI(_Plain):
         table = parameter_table(record)
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
         self.given = record(**{name: BENCH[name] for name in self.needed})
-        self.units = Units(self.given, classes["machine"].effort, state_units(classes))
+        self.units = units_of(classes, self.given)
 
     def scales(self) -> list[str]:
         """What says the units of the machine."""
