@@ -123,6 +123,7 @@ def _corners(corners: Corners) -> dict[str, float]:
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
     """SI unit of quantities, and their exponents of mass, length and time."""
     known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.parts)
+    known |= {} if system.controller is None else {"reference": DRIVE_UNITS[system.controller.reference]}
     found = {}
     for name in names:
         unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)

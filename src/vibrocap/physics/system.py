@@ -158,6 +158,9 @@ class System:
         if controller.uses_slope and type(self.drive).slope is Drive.slope:
             what = f"does not say its slope, which the {controller.name} asks for"
             raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
+        if "controller" in self.machine.channels:
+            what = "is a channel of energy of the machine itself; give that another name"
+            raise ArgumentError("controller", what)
         taken = {*self.machine.states, *(() if self.actuator is None else self.actuator.states)}
         if shared := taken.intersection(controller.states):
             raise ArgumentError("controller", f"has the state {min(shared)}, as the {self.machine.name} has")

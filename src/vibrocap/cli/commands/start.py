@@ -8,7 +8,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
-from vibrocap.case.sections import CHOICES
+from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.example_files import examples_folder, shows
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
@@ -120,6 +120,10 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
         lines.append(f"# [{part.name}]: {words}")
         texts = (text for info in parameter_table(part) for text in form.lines(part, info))
         lines += [*(text if text.startswith("#") else f"# {text}" for text in texts), ""]
+    key, catalogue = CHOICES_LEFT_OUT["controller"]
+    lines += ["# [controller]: what makes the command of what it measures; the drive is then its reference."]
+    first, *others = catalogue()
+    lines += ["# " + _line(key, first, "or " + ", ".join(others)), ""]
     lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
     lines += ["", "[run]", *(_line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
     return "\n".join(lines) + "\n"
