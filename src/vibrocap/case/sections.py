@@ -12,7 +12,14 @@ from vibrocap.physics.numbering import number_in
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
 CHOICES_LEFT_OUT = {"controller": ("kind", controllers)}  # the same of sections that may be left out
-SECTIONS = (*CHOICES, *OPTIONAL, *CHOICES_LEFT_OUT, "scales", "initial", "run")  # and [friction_2], ... for the laws of further contacts
+SECTIONS = (
+    *CHOICES,
+    *OPTIONAL,
+    *CHOICES_LEFT_OUT,
+    "scales",
+    "initial",
+    "run",
+)  # and [friction_2], ... for the laws of further contacts
 
 
 def of_further_contact(section: object) -> bool:

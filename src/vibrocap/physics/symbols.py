@@ -139,7 +139,10 @@ QUANTITIES = {
         for name, (symbol, _) in STATES.items()
         if name not in MECHANICAL
     },
-    "controller_work": ("W_control", "work of the command of a controller since the start, in the place of the drive's"),
+    "controller_work": (
+        "W_control",
+        "work of the command of a controller since the start, in the place of the drive's",
+    ),
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
@@ -188,7 +191,12 @@ def page() -> str:
         "`bristle_2`; `side_2` is the direction in which the second one slides.",
         "",
     ]
-    for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives()), ("Controller", controllers())):
+    for title, parts in (
+        ("Machine", machines()),
+        ("Friction law", laws()),
+        ("Drive", drives()),
+        ("Controller", controllers()),
+    ):
         for name, part in parts.items():
             lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
         if title == "Friction law":

@@ -263,7 +263,9 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if len(self.machine.contact_states) == 1 and self.actuator is self.controller is None:  # at once: every run asks
+        if (
+            len(self.machine.contact_states) == 1 and self.actuator is self.controller is None
+        ):  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 

@@ -130,7 +130,7 @@ class PositionPID(Linear):
 class AnglePID(Linear):
     """PID controller of an angle, such as that of a pendulum or a rotor; the reference is the angle that it should have.
 
-        u = K_P e + K_D e' + S,  S' = K_I e,     e = r - theta
+    u = K_P e + K_D e' + S,  S' = K_I e,     e = r - theta
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per rad of error", "effort")
