@@ -1,7 +1,8 @@
-"""Controllers: hunting to published and closed values, limits and windup, another solver, units, and what is refused."""
+"""Controllers: hunting to published values, limits and windup, another solver, units, and what is refused."""
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -44,7 +45,8 @@ def test_first_stops_of_a_hunting_block_are_those_of_the_literature():
 
 def test_orbit_finds_the_hunting_cycle_with_both_of_its_sticks():
     found = vc.orbit(servo(), initial=START)
-    assert found.status is vc.OrbitStatus.CONVERGED and found.stable
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.stable
     assert found.period == pytest.approx(23.369272293088, abs=1e-11)
     assert abs(found.state["position"]) == pytest.approx(0.067240146921, abs=1e-11)
     motion = found.motion()
@@ -57,8 +59,10 @@ def test_orbit_finds_the_hunting_cycle_with_both_of_its_sticks():
 def test_with_one_level_of_friction_hunting_dies_out():
     """Peaks at rest shrink from stop to stop, and their sign changes."""
     places = [each.state["position"] for each in events(servo(vc.Coulomb(1.0, 1.0)), "stick", periods=400)]
-    assert len(places) >= 6 and np.all(np.diff(np.sign(places)) != 0)
-    assert np.all(np.abs(places[1:]) < np.abs(places[:-1])) and abs(places[-1]) < 0.005
+    assert len(places) >= 6
+    assert np.all(np.diff(np.sign(places)) != 0)
+    assert np.all(np.abs(places[1:]) < np.abs(places[:-1]))
+    assert abs(places[-1]) < 0.005
 
 
 @pytest.mark.parametrize(
@@ -76,7 +80,8 @@ def test_a_limited_command_leaves_its_limit_and_stops_at_the_published_instants(
     assert left == pytest.approx(leaves, abs=LOCATED)
     assert [each.time for each in found] == pytest.approx(stops, abs=LOCATED)
     assert [each.state["position"] for each in found] == pytest.approx(places, abs=LOCATED)
-    assert np.max(np.abs(motion["drive"])) <= 2.2 and np.any(motion[SATURATED] == 1.0)
+    assert np.max(np.abs(motion["drive"])) <= 2.2
+    assert np.any(motion[SATURATED] == 1.0)
 
 
 def test_the_limit_is_held_on_both_sides_of_a_swinging_command():
@@ -150,8 +155,10 @@ def test_its_power_is_a_channel_of_its_own():
     times = 1.7 * (times + 1.0)  # to 3.4, before the first stop
     power = 1.7 * weights @ (motion.at(times, "drive") * motion.at(times, "sliding_velocity"))
     assert motion.at([3.4], "controller_work")[0] == pytest.approx(power, abs=1e-11)
-    assert balance.drive == 0.0 and balance.controller == pytest.approx(-balance.friction, abs=1e-11)
-    assert abs(balance.residual) <= 1e-11 and "drive" not in motion.system.channels
+    assert balance.drive == 0.0
+    assert balance.controller == pytest.approx(-balance.friction, abs=1e-11)
+    assert abs(balance.residual) <= 1e-11
+    assert "drive" not in motion.system.channels
 
 
 def test_a_measured_place_is_no_longer_cyclic_and_a_measured_angle_no_longer_turns():
@@ -164,11 +171,13 @@ def test_a_measured_place_is_no_longer_cyclic_and_a_measured_angle_no_longer_tur
         vc.mean_velocity(vc.simulate(held, periods=2))
     rotor = vc.RotorCapsule()
     turned = vc.System(rotor, law, drive, controller=vc.AnglePID())
-    assert rotor.turns and not turned.turns
+    assert rotor.turns
+    assert not turned.turns
 
 
 def test_symmetry_is_that_of_machine_reference_and_command():
-    assert servo().mirrored and servo(drive=vc.Harmonic(0.2, 1.0)).mirrored
+    assert servo().mirrored
+    assert servo(drive=vc.Harmonic(0.2, 1.0)).mirrored
     assert not servo(drive=vc.Constant(0.2)).mirrored
     assert not servo(machine=vc.Oscillator(stiffness=0.0, belt_speed=0.1)).mirrored
 
@@ -279,7 +288,8 @@ def test_no_controller_means_the_equations_of_before():
     """The same states, channels and observables: nothing of a controller is recorded."""
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     recorded = equations(system)
-    assert "reference" not in recorded.observables and "controller" not in recorded.integral_names
+    assert "reference" not in recorded.observables
+    assert "controller" not in recorded.integral_names
     assert recorded.state_names == ("angle", "angle_rate", "position", "velocity")
 
 
@@ -309,14 +319,14 @@ def test_no_controller_means_the_equations_of_before():
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(make, said):
-    with pytest.raises(ValueError) as error:
+    with pytest.raises(ValueError, match=re.escape(said)):
         make()
-    assert said in str(error.value)
 
 
 def test_an_unstable_loop_ends_with_a_status():
     motion = vc.simulate(servo(derivative_gain=None, integral_gain=4e4), initial=START, periods=50, max_steps=5000)
-    assert motion.status is vc.Status.TOO_MANY_STEPS and abs(motion.state["position"]) > 1e6
+    assert motion.status is vc.Status.TOO_MANY_STEPS
+    assert abs(motion.state["position"]) > 1e6
 
 
 def test_a_reference_without_a_slope_is_refused_where_it_is_asked_for():

@@ -82,7 +82,7 @@ def _parts(names: tuple[str, ...]) -> list[Any]:
     if not names:
         if not registered():
             raise Refusal(
-                "Name a law, a machine, a drive or a controller, such as lugre, or a file of your own: --parts mylaws.py."
+                "Name a law, a machine, a drive or a controller, such as lugre, or a file of yours: --parts mylaws.py."
             )
         return list(registered())
     catalogues = (laws(), machines(), drives(), controllers())

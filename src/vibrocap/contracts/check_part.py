@@ -1,4 +1,4 @@
-"""check_part(MyLaw): whether a law, a machine, a drive or a controller keeps its contract, clause by clause, in words."""
+"""check_part(MyLaw): whether a part (law, machine, drive, controller) keeps its contract, clause by clause, in words."""
 
 import dataclasses
 import inspect
@@ -42,8 +42,8 @@ class ClauseResult:
 class PartReport:
     """What was found of a part; as text, a line for each clause.
 
-    name: of the part; kind: law, machine, drive or controller; clauses: results in order; notes: what is no fault, but should be
-    known, such as parameters that fits and units know nothing of.
+    name: of the part; kind: law, machine, drive or controller; clauses: results in order; notes: what is no fault, but
+    should be known, such as parameters that fits and units know nothing of.
     """
 
     name: str

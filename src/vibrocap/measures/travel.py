@@ -74,7 +74,7 @@ def travelling(system: System) -> str:
     """The cyclic coordinate of a system; ValueError for one that is held to its place."""
     if system.cyclic is None:
         raise ValueError(
-            f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its states "
-            "instead, such as largest_position"
+            f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its "
+            "states instead, such as largest_position"
         )
     return system.cyclic

@@ -1,7 +1,7 @@
 """What there is to choose from: every law, machine, drive and controller, under the `name` of its class.
 
-A new file in friction/, machines/, drives/ or controllers/ appears here by itself. So do the parts of installed packages, which
-announce them under the entry points `vibrocap.parts`, and those that a script registers.
+A new file in friction/, machines/, drives/ or controllers/ appears here by itself. So do the parts of installed
+packages, which announce them under the entry points `vibrocap.parts`, and those that a script registers.
 """
 
 import functools
@@ -136,7 +136,7 @@ def controllers() -> Mapping[str, type[Controller]]:
 
 # --- parts of one's own -----------------------------------------------------------------------------------------------
 def register(part: Part) -> Part:
-    """Make a law, a machine, a drive or a controller of one's own known by its name, to cases, axes of sweeps, fits and tests.
+    """Make a part of one's own (law, machine, drive, controller) known by its name, to cases, sweeps, fits and tests.
 
     Returns the class, so that it may stand above it as a decorator. To register a class again changes nothing; one that
     was defined anew under the same name in the same module takes the place of the old one.

@@ -58,9 +58,7 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
     parts = tuple(parts_in(module))
     try:
         if not parts:
-            raise PartsError(
-                f"{path}: defines no law, machine, drive or controller: no class that extends Law, Machine, Drive or Controller"
-            )
+            raise PartsError(f"{path}: defines no part: no class that extends Law, Machine, Drive or Controller")
         for part in parts:
             register(part)
             _files[part] = path, found

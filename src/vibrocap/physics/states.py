@@ -21,7 +21,7 @@ def laws_by_state(parts: Mapping[str, Any]) -> tuple[tuple[int, Any], ...]:
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
-    """All states: of the machine, its actuator and its controller, of the laws of its further contacts, and of that of the first."""
+    """All states: of machine, actuator and controller, of the laws of further contacts, and of that of the first."""
     internal = (numbered(name, i) for i, law in laws_by_state(parts) for name in law.internal)
     return (*parts["machine"].states, *between_states(parts), *internal)
 

@@ -18,7 +18,7 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import STATES
-from vibrocap.physics.units import UNDECLARED, effort_of, one_way, parameter_keys, state_keys, undeclared, units_of
+from vibrocap.physics.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with

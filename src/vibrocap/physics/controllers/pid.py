@@ -128,7 +128,7 @@ class PositionPID(Linear):
 
 @parameters
 class AnglePID(Linear):
-    """PID controller of an angle, such as that of a pendulum or a rotor; the reference is the angle that it should have.
+    """PID controller of an angle, such as that of a pendulum or a rotor; the reference is the angle wanted.
 
     u = K_P e + K_D e' + S,  S' = K_I e,     e = r - theta
     """
