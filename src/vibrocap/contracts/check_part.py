@@ -1,4 +1,4 @@
-"""check_part(MyLaw): whether a part (law, machine, drive, controller) keeps its contract, clause by clause, in words."""
+"""check_part(MyLaw): whether a law, machine, drive or controller keeps its contract, clause by clause, in words."""
 
 import dataclasses
 import inspect
