@@ -23,6 +23,7 @@ from vibrocap.physics.flow import LOCATED, Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.sampling import SampledReference
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import System
 
@@ -181,6 +182,8 @@ def form(system: System) -> tuple:
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
         result.append((part, type(record), fixed))
+    if isinstance(system.timed_drive, SampledReference):
+        result.append(("samples", system.timed_drive.count))
     return tuple(result)
 
 
@@ -212,8 +215,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
-        _put_on_segment(recorded, graph, corners.place)
-        drive: Any = system.drive
+        _put_on_segment(system, recorded, graph, corners.place)
+        drive: Any = system.timed_drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
@@ -313,9 +316,9 @@ def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
     return still.value == 0.0 and balance.holds(rates, parameters)
 
 
-def _put_on_segment(recorded: System, graph: Graph, place: int) -> None:
+def _put_on_segment(system: System, recorded: System, graph: Graph, place: int) -> None:
     """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
-    drive: Any = recorded.drive
+    drive = _timed(system, recorded.drive, recorded.controller)
     _, *segment = segment_paths(drive)
     start, *coefficients = (graph.node("parameter", place + 1 + k) for k in range(len(segment)))
     object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
@@ -325,7 +328,15 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
     """The corners of the drive, recorded in a graph of their own: a table may have very many."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    return recorded_corners(_with_symbols("drive", system.drive, symbols), len(paths))
+    named = ("drive", "controller")
+    parts = {part: _with_symbols(part, each, symbols) for part, each in system.parts.items() if part in named}
+    return recorded_corners(_timed(system, parts["drive"], parts.get("controller")), len(paths))
+
+
+def _timed(system: System, drive: Any, controller: Any) -> Any:
+    """What a drive and a controller with symbols make of it, as `System.timed_drive` does with numbers."""
+    timed = system.timed_drive
+    return SampledReference(drive, controller.delay, timed.count) if isinstance(timed, SampledReference) else drive
 
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
@@ -355,7 +366,7 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
     recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     if recording.corners is not None:
-        _put_on_segment(recorded, graph, recording.corners.place)
+        _put_on_segment(system, recorded, graph, recording.corners.place)
     return graph, recorded.placed
 
 

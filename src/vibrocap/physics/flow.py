@@ -81,7 +81,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
     machine = system.placed
     mechanical, count = y[: len(machine.states)], len(machine.contact_states)
     sides = side if isinstance(side, tuple) else (side,) * count
-    drive = system.drive.value(t)
+    drive = system.timed_drive.value(t)
     given = tuple(machine.contacts(t, mechanical, drive))
     outside = None
     if system.environment is not None:

@@ -16,6 +16,7 @@ from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
+from vibrocap.physics.sampling import SampledReference, sample_count
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
 from vibrocap.physics.units import NoUnits, Units, state_units, units_of
@@ -161,6 +162,8 @@ class System:
         if "controller" in self.machine.channels:
             what = "is a channel of energy of the machine itself; give that another name"
             raise ArgumentError("controller", what)
+        if controller.sampled:
+            sample_count(self.drive, controller)
         taken = {*self.machine.states, *(() if self.actuator is None else self.actuator.states)}
         if shared := taken.intersection(controller.states):
             raise ArgumentError("controller", f"has the state {min(shared)}, as the {self.machine.name} has")
@@ -215,7 +218,15 @@ class System:
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
         machine = machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
-        return machine if self.controller is None else ControlledMachine(machine, self.controller, self.drive)
+        return machine if self.controller is None else ControlledMachine(machine, self.controller, self.timed_drive)
+
+    @property
+    def timed_drive(self) -> Any:
+        """The drive; as a sampled controller is given it where there is one, in segments from sample to sample."""
+        controller = self.controller
+        if controller is None or not controller.sampled or isinstance(self.drive, SampledReference):
+            return self.drive
+        return SampledReference(self.drive, controller.delay, sample_count(self.drive, controller))
 
     @property
     def cyclic(self) -> str | None:

@@ -35,6 +35,9 @@ class Controller(Part):
     all_states: the names of all states that one of the class may have, where that depends on its parameters.
     switch_events: the name of what happens at each guard. effort_states: those of its states that count in units of the
     command; the others have no unit. odd: whether the command changes its sign with all that it is given.
+    sampled: whether it acts at samples alone, every `sample_time` and `delay` later (None: at once). The last of its
+    states is then whether a sample or an action came last, +1 or -1; `after_sample` and `after_action` say what the
+    others are after each, and `command` is one of them.
     """
 
     name: ClassVar[str]
@@ -45,6 +48,7 @@ class Controller(Part):
     switch_events: Any = ()
     effort_states: ClassVar[tuple[str, ...]] = ()
     odd: ClassVar[bool] = True
+    sampled: ClassVar[bool] = False
 
     def measures(self, machine: Any) -> tuple[str, ...]:
         """What it measures of a machine: names of states ("position"), or of their rates ("position_rate").
@@ -76,6 +80,15 @@ class Controller(Part):
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
         """All of its own states after guard number `which` has fallen to zero."""
+        raise NotImplementedError
+
+
+    def after_sample(self, t, measured, own, reference, slope) -> tuple:
+        """Of a sampled one: its states, but for the last, after a sample; reference, slope: r and r' at it."""
+        raise NotImplementedError
+
+    def after_action(self, own) -> tuple:
+        """Of a sampled one: its states, but for the last, after the action that follows a sample."""
         raise NotImplementedError
 
 
@@ -135,7 +148,7 @@ class ControlledMachine:
     def symmetric(self) -> bool:
         """Where the machine is, and the command changes its sign with it."""
         signs = dict(zip(self.machine.states, self.machine.symmetry, strict=True))
-        odd = self.controller_part.odd and all(signs[name] == -1 for name in self.measured_states)
+        odd = self.controller_part.odd and not self.controller_part.sampled and all(signs[name] == -1 for name in self.measured_states)
         return odd and self.machine.symmetric
 
     def _parted(self, y) -> tuple[tuple, tuple]:
@@ -189,7 +202,7 @@ class ControlledMachine:
 
     def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the controller."""
-        own = self.controller_part.switches(*self._given(t, y, drive))
+        own = self._due(t, y) if self.controller_part.sampled else self.controller_part.switches(*self._given(t, y, drive))
         return *self.machine.switches(t, *self._passed(t, y, drive), frictions), *own
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
@@ -198,7 +211,20 @@ class ControlledMachine:
         guards = len(self.machine.switches(t, mechanical, command, frictions))
         if which < guards:
             return *self.machine.after_switch(which, t, mechanical, command, frictions), *own
+        if self.controller_part.sampled:
+            return *mechanical, *self._after_corner(t, y, drive)
         return *mechanical, *self.controller_part.after_switch(which - guards, *self._given(t, y, drive))
+
+    def _due(self, t, y) -> tuple:
+        """The guard of a sampled controller, 1 until a sample or an action is due: it falls where the corner is."""
+        last = y[len(self.states) - 1]
+        return (last * self.reference_part.sign(t) - (1.0 - last * last),)
+
+    def _after_corner(self, t, y, reference) -> tuple:
+        """The states of a sampled controller after a sample, where the sign of the segment is +1, or an action, -1."""
+        given, sign = self._given(t, y, reference), self.reference_part.sign(t)
+        both = zip(self.controller_part.after_sample(*given), self.controller_part.after_action(given[2]), strict=True)
+        return *(0.5 * (1.0 + sign) * sample + 0.5 * (1.0 - sign) * action for sample, action in both), sign
 
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """Of an imposed motion, which has no controller."""

@@ -12,9 +12,11 @@ from vibrocap.physics.controllers.controller import (
     limited,
     parameter,
     parameters,
+    sqrt,
 )
 
 INTEGRAL, SATURATED = "integral_command", "command_saturated"
+HELD, PENDING, SAMPLING = "held_command", "pending_command", "sampling"
 OWN = "own"  # what is measured where nothing else is said
 
 
@@ -175,3 +177,100 @@ class VelocityPI(Linear):
     def own_measured(self, machine) -> str:
         """The sliding velocity."""
         return machine.contact_states[0]
+
+
+SHIFT = 1.5 * 2.0**52  # added and taken off again, it rounds a number to a whole one
+
+
+class Sampled(Linear):
+    """The same law in a processor: it samples every h, and its command is held until the next one.
+
+        at k h:  u_raw = K_P e + K_D (r' - y') + S,   u = u_raw cut off at +-u_max,   S -> S + K_I h [e + a (u - u_raw)]
+
+    The command acts after the delay, or at once, and is 0 before. With `quantum` what is measured is rounded to whole
+    multiples of it, as an encoder does. Samples and actions are corners of time, k h and k h + delay, at which the
+    states of the controller jump.
+    """
+
+    sample_time: Any
+    delay: Any
+    quantum: Any
+
+    all_states: ClassVar = (HELD, PENDING, INTEGRAL, SAMPLING)
+    effort_states: ClassVar = (HELD, PENDING, INTEGRAL)
+    sampled: ClassVar[bool] = True
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """u that acts, u that is to act where there is a delay, S, and whether a sample or an action came last."""
+        return (HELD, *(() if self.delay is None else (PENDING,)), INTEGRAL, SAMPLING)
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """1 after a sample, -1 after its action, 0 before the first."""
+        return (SAMPLING,)
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of samples and actions."""
+        return ("sample",)
+
+    def command(self, t, measured, own, reference, slope):
+        """u as it is held."""
+        return own[0]
+
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """Nothing changes between samples."""
+        return (0.0,) * len(own)
+
+    def switches(self, t, measured, own, reference, slope) -> tuple:
+        """None of its own."""
+        return ()
+
+    def after_sample(self, t, measured, own, reference, slope) -> tuple:
+        """Its states, but for the last one, after a sample."""
+        if self.quantum is not None:
+            whole = (measured[0] / self.quantum + SHIFT) - SHIFT
+            measured = (self.quantum * whole, *measured[1:])
+        *_, integral, _ = own
+        raw = self._raw(measured, (integral,), reference, slope)
+        command = raw
+        if self.limit is not None:
+            above, below = raw + self.limit, raw - self.limit
+            command = 0.5 * (sqrt(above * above) - sqrt(below * below))
+        error = reference - measured[0] + self.anti_windup * (command - raw)
+        integral = integral + self.integral_gain * self.sample_time * error
+        return (command, integral) if self.delay is None else (own[0], command, integral)
+
+    def after_action(self, own) -> tuple:
+        """The same after the action."""
+        return own[:-1] if self.delay is None else (own[1], own[1], own[2])
+
+
+@parameters
+class SampledPositionPID(Sampled):
+    """Sampled PID controller of a place; the reference is where it should be.
+
+    See `PositionPID`, of which this is what a processor makes; the rate of the place is measured, too.
+    """
+
+    proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per length of error", "position gain")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per length of error", "position integral gain")
+    derivative_gain: NonNegative | None = parameter(
+        None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
+    )
+    anti_windup: NonNegative = parameter(
+        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "position anti-windup"
+    )
+    limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
+    sample_time: Positive = parameter(0.01, "h", "time between two samples", "duration")
+    delay: Positive | None = parameter(None, "d", "from a sample to its action; none where it acts at once", "duration")
+    quantum: Positive | None = parameter(None, "q", "to whose multiples the place is rounded; none: it is not", "gap")
+    measured: str = parameter(OWN, "x", "the state that is measured; own: the place of the machine")
+
+    name: ClassVar[str] = "sampled-position-pid"
+    reference: ClassVar = "displacement"
+
+    def own_measured(self, machine) -> str:
+        """The place."""
+        return machine.place or machine.cyclic or machine.states[0]
