@@ -26,8 +26,10 @@ def declarations(controller: Any) -> str | None:
         return f"states: should be a tuple of names, each once, got {states!r}"
     if missing := [name for name in states if name not in (controller.all_states or states)]:
         return f"all_states: should have every state that one of the class may have; {missing[0]!r} is missing"
-    if missing := [name for name in (*switched, *controller.effort_states) if name not in states]:
-        return f"switched, effort_states: should be named by states, got {missing[0]!r}"
+    if missing := [name for name in switched if name not in states]:
+        return f"switched: should be named by states, got {missing[0]!r}"
+    if missing := [name for name in controller.effort_states if name not in (controller.all_states or states)]:
+        return f"effort_states: should be named by states, got {missing[0]!r}"
     machine = machine_for(controller)
     names = controller.measures(machine)
     if not names or (unknown := [name for name in names if name.removesuffix("_rate") not in machine.states]):
@@ -43,6 +45,11 @@ def finite(controller: Any) -> str | None:
         return f"scales: should be {count} positive numbers, got {scales}"
     for given in _samples(controller):
         command, rates, guards = (getattr(controller, each)(*given) for each in ("command", "rates", "switches"))
+        if controller.sampled:
+            found = controller.after_sample(*given), controller.after_action(given[2])
+            if wrong := [each for each in found if len(each) != count - 1]:
+                return f"after_sample, after_action: should be all {count} states but the last, got {len(wrong[0])}"
+            guards = (1.0,)  # which every sampled one has
         if len(rates) != count:
             return f"rates: should be {count} numbers, one for each of states, got {len(rates)}"
         if len(guards) != len(controller.switch_events):
@@ -52,7 +59,7 @@ def finite(controller: Any) -> str | None:
         for name, rate in zip(controller.states, rates, strict=True):
             if name in controller.switched and rate != 0.0:
                 return f"rates: that of {name}, which says what branch holds, should be 0.0, got {rate:g}"
-        for which in range(len(guards)):
+        for which in range(0 if controller.sampled else len(guards)):
             if len(after := controller.after_switch(which, *given)) != count:
                 return f"after_switch: should be all {count} states, got {len(after)}"
     return None

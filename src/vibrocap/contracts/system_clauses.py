@@ -36,7 +36,11 @@ def system_of(part: Any) -> System:
     if isinstance(part, Drive):
         return System(machines()["pendulum-capsule"](), laws()["stribeck"](), part)
     if isinstance(part, Controller):
-        return System(machine_for(part), laws()["stribeck"](), Harmonic(1.8, 1.3), controller=part)
+        reference = Harmonic(1.8, 1.3)
+        if part.sampled:  # a whole number of times in its period
+            time = reference.period / SAMPLES
+            part = dataclasses.replace(part, sample_time=time, delay=None if part.delay is None else 0.3 * time)
+        return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
     if isinstance(part, Imposed):
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
     return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))

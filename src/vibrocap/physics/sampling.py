@@ -1,4 +1,4 @@
-"""The reference as a sampled controller is given it: its value at each sample, and where a sample or an action is due."""
+"""The reference as a sampled controller is given it: its value at each sample, and where one is due."""
 
 from typing import Any, ClassVar
 
@@ -77,8 +77,18 @@ class SampledReference(Piecewise):
         return False
 
 
+def check_unsampled(system: Any, what: str) -> None:
+    """ArgumentError for a system whose controller samples. what: is not found of those, in words."""
+    if system.controller is not None and system.controller.sampled:
+        name = system.controller.name
+        raise ArgumentError("controller", f"should be continuous, got a {name}: {what} of sampled controllers")
+
+
 def sample_count(drive: Any, controller: Any) -> int:
-    """How many samples a period of the drive has. ArgumentError where that is no whole number, or the delay too long."""
+    """How many samples a period of the drive has.
+
+    Raises ArgumentError where that is no whole number, and for a delay that is too long.
+    """
     h, period = controller.sample_time, drive.period
     count = round(period / h)
     if not (1 <= count <= MOST and abs(count * h - period) <= WHOLE * period):

@@ -65,6 +65,9 @@ STATES = {
     "actuator_output": ("u", "force or torque behind an actuator"),
     "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
     "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
+    "held_command": ("u_h", "command of a sampled controller that is held from sample to sample"),
+    "pending_command": ("u_p", "command that is to act after its delay"),
+    "sampling": ("s_s", "1 after a sample, -1 after its action, 0 before the first (sampled controllers)"),
     "integral_command": ("S", "part of the command of a controller that integrates its error"),
     "command_saturated": ("s_r", "1 or -1 while the command of a controller is at its limit"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
@@ -106,8 +109,11 @@ MECHANICAL = (
     "actuator_output",
     "saturated",
     "clipped",
+    "held_command",
+    "pending_command",
     "integral_command",
     "command_saturated",
+    "sampling",
 )
 QUANTITIES = {
     "time": ("tau", "time"),

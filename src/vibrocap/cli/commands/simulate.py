@@ -52,6 +52,7 @@ PART_EVENTS = {  # of an actuator and of a controller, counted where there is on
     "unsaturated": "the actuator leaves its limit",
     "clipped": "the command reaches its limit",
     "unclipped": "the command comes back from its limit",
+    "sample": "the controller samples, or its command acts",
     "command_saturated": "the command of the controller reaches its limit",
     "command_unsaturated": "the command of the controller leaves its limit",
 }

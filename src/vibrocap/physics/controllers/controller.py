@@ -82,7 +82,6 @@ class Controller(Part):
         """All of its own states after guard number `which` has fallen to zero."""
         raise NotImplementedError
 
-
     def after_sample(self, t, measured, own, reference, slope) -> tuple:
         """Of a sampled one: its states, but for the last, after a sample; reference, slope: r and r' at it."""
         raise NotImplementedError
@@ -148,7 +147,11 @@ class ControlledMachine:
     def symmetric(self) -> bool:
         """Where the machine is, and the command changes its sign with it."""
         signs = dict(zip(self.machine.states, self.machine.symmetry, strict=True))
-        odd = self.controller_part.odd and not self.controller_part.sampled and all(signs[name] == -1 for name in self.measured_states)
+        odd = (
+            self.controller_part.odd
+            and not self.controller_part.sampled
+            and all(signs[name] == -1 for name in self.measured_states)
+        )
         return odd and self.machine.symmetric
 
     def _parted(self, y) -> tuple[tuple, tuple]:
@@ -202,7 +205,11 @@ class ControlledMachine:
 
     def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the controller."""
-        own = self._due(t, y) if self.controller_part.sampled else self.controller_part.switches(*self._given(t, y, drive))
+        own = (
+            self._due(t, y)
+            if self.controller_part.sampled
+            else self.controller_part.switches(*self._given(t, y, drive))
+        )
         return *self.machine.switches(t, *self._passed(t, y, drive), frictions), *own
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:

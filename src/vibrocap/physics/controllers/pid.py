@@ -247,30 +247,38 @@ class Sampled(Linear):
         return own[:-1] if self.delay is None else (own[1], own[1], own[2])
 
 
+SAMPLE_TIME = parameter(0.01, "h", "time between two samples", "duration")
+DELAY = parameter(None, "d", "from a sample to its action; none where it acts at once", "duration")
+
+
 @parameters
-class SampledPositionPID(Sampled):
-    """Sampled PID controller of a place; the reference is where it should be.
+class SampledPositionPID(Sampled, PositionPID):
+    """Sampled PID controller of a place, a `PositionPID` in a processor; the rate of the place is measured, too."""
 
-    See `PositionPID`, of which this is what a processor makes; the rate of the place is measured, too.
-    """
-
-    proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per length of error", "position gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per length of error", "position integral gain")
-    derivative_gain: NonNegative | None = parameter(
-        None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
-    )
-    anti_windup: NonNegative = parameter(
-        0.0, "a", "error that a unit of cut-off command counts as; 0: none", "position anti-windup"
-    )
-    limit: Positive | None = parameter(None, "u_max", "largest command; none where there is no limit", "effort")
-    sample_time: Positive = parameter(0.01, "h", "time between two samples", "duration")
-    delay: Positive | None = parameter(None, "d", "from a sample to its action; none where it acts at once", "duration")
+    sample_time: Positive = SAMPLE_TIME
+    delay: Positive | None = DELAY
     quantum: Positive | None = parameter(None, "q", "to whose multiples the place is rounded; none: it is not", "gap")
-    measured: str = parameter(OWN, "x", "the state that is measured; own: the place of the machine")
 
     name: ClassVar[str] = "sampled-position-pid"
-    reference: ClassVar = "displacement"
 
-    def own_measured(self, machine) -> str:
-        """The place."""
-        return machine.place or machine.cyclic or machine.states[0]
+
+@parameters
+class SampledAnglePID(Sampled, AnglePID):
+    """Sampled PID controller of an angle, an `AnglePID` in a processor; the rate of the angle is measured, too."""
+
+    sample_time: Positive = SAMPLE_TIME
+    delay: Positive | None = DELAY
+    quantum: Positive | None = parameter(None, "q", "to whose multiples the angle is rounded; none: it is not", "phase")
+
+    name: ClassVar[str] = "sampled-angle-pid"
+
+
+@parameters
+class SampledVelocityPI(Sampled, VelocityPI):
+    """Sampled PI controller of a velocity, a `VelocityPI` in a processor."""
+
+    sample_time: Positive = SAMPLE_TIME
+    delay: Positive | None = DELAY
+    quantum: Positive | None = parameter(None, "q", "to whose multiples the velocity is rounded; none: not", "speed")
+
+    name: ClassVar[str] = "sampled-velocity-pi"
