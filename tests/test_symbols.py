@@ -35,7 +35,11 @@ def test_every_parameter_is_on_the_page_of_symbols(part):
 def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     friction = [*(law() for law in laws().values()), vc.anisotropic(vc.LuGre)(), vc.backlash(vc.LuGre)()]
     states = {name for m in machines().values() for name in m.states} | {n for law in friction for n in law.internal}
-    states |= {*vc.Actuator(limit=1.0, command_limit=1.0).states, *vc.PositionPID(limit=1.0).states}
+    states |= {
+        *vc.Actuator(limit=1.0, command_limit=1.0).states,
+        *vc.PositionPID.all_states,
+        *vc.SampledPositionPID.all_states,
+    }
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
     names = {"time", "side", "impulse", "command", "reference", "controller_work"}
     every, few = [machine() for machine in machines().values()], [vc.PendulumCapsule(), vc.TwoBodyCrawler()]

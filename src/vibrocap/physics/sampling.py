@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.drives.drive import Drive, Piecewise, Segment
 
-MOST = 100_000  # samples in a period of the drive
+MOST_SAMPLES = 100_000  # samples in a period of the drive
 WHOLE = 1e-9  # how far from a whole number the count of them may be
 
 
@@ -91,9 +91,11 @@ def sample_count(drive: Any, controller: Any) -> int:
     """
     h, period = controller.sample_time, drive.period
     count = round(period / h)
-    if not (1 <= count <= MOST and abs(count * h - period) <= WHOLE * period):
-        what = f"should be a whole part of the period {period:g} of the drive, at least {period / MOST:g}, got {h:g}"
-        raise ArgumentError("controller.sample_time", what)
+    if not (1 <= count < MOST_SAMPLES and abs(count * h - period) <= WHOLE * period):
+        least = f"at least {period / MOST_SAMPLES:g}, got {h:g}"
+        raise ArgumentError(
+            "controller.sample_time", f"should be a whole part of the period {period:g} of the drive, {least}"
+        )
     if controller.delay is not None and not controller.delay < h:
         raise ArgumentError("controller.delay", f"should be less than the sample time {h:g}, got {controller.delay:g}")
     return count
