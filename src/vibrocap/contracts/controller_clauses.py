@@ -32,8 +32,9 @@ def declarations(controller: Any) -> str | None:
         return f"effort_states: should be named by states, got {missing[0]!r}"
     machine = machine_for(controller)
     names = controller.measures(machine)
-    if not names or (unknown := [name for name in names if name.removesuffix("_rate") not in machine.states]):
-        what = f"got {unknown[0]!r}" if names else "got none"
+    unknown = [name for name in names if name.removesuffix("_rate") not in machine.states]
+    if unknown or not names:
+        what = f"got {unknown[0]!r}" if unknown else "got none"
         return f"measures: should name states of the machine or their rates, {', '.join(machine.states)}, {what}"
     return None
 

@@ -39,7 +39,8 @@ def system_of(part: Any) -> System:
         reference = Harmonic(1.8, 1.3)
         if part.sampled:  # a whole number of times in its period
             time = reference.period / SAMPLES
-            part = dataclasses.replace(part, sample_time=time, delay=None if part.delay is None else 0.3 * time)
+            times = {"sample_time": time, "delay": None if part.delay is None else 0.3 * time}
+            part = dataclasses.replace(part, **times)  # type: ignore[type-var]
         return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
     if isinstance(part, Imposed):
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))

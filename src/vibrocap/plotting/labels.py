@@ -90,6 +90,7 @@ def percent(share: float) -> str:
 def law_words(name: str) -> str:
     """The name of a part in words, as a title begins: "Maxwell slip", "LuGre"."""
     words = re.sub(r"\blugre\b", "LuGre", name.replace("-", " "))
+    words = re.sub(r"\bpid?\b", lambda found: found[0].upper(), words)
     return words[0].upper() + words[1:]
 
 
@@ -116,6 +117,8 @@ def quantity_label(name: str, system: System) -> str:
         label = LABELS["sliding_velocity"]
     elif name == "drive" and isinstance(machine, Imposed):
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
+    elif name == "drive" and system.controller is not None:
+        label = "command $u$"
     return label
 
 

@@ -49,6 +49,8 @@ class Controller(Part):
     effort_states: ClassVar[tuple[str, ...]] = ()
     odd: ClassVar[bool] = True
     sampled: ClassVar[bool] = False
+    sample_time: Any
+    delay: Any
 
     def measures(self, machine: Any) -> tuple[str, ...]:
         """What it measures of a machine: names of states ("position"), or of their rates ("position_rate").
