@@ -11,6 +11,7 @@ import vibrocap as vc
 GAINS = {"proportional_gain": 3.0, "integral_gain": 4.0, "derivative_gain": 6.0}
 START = {"position": -1.0}
 ROUNDING = 1e-12
+TRACKED = vc.Harmonic(0.3, 2.0 * math.pi)
 
 
 def servo(drive=None, machine=None, **controller):
@@ -20,7 +21,7 @@ def servo(drive=None, machine=None, **controller):
     )
 
 
-# --- an independent loop: exact parabolas -----------------------------------------------------------------------------
+# --- an independent loop: exact parabolas ----------------------------------------------------------------------------
 
 
 def moved(x, v, u, length, time):
@@ -57,7 +58,7 @@ def sampled_loop(periods, h, delay=0.0, limit=math.inf, quantum=None, anti_windu
     return (x, v, u, integral), stops
 
 
-# --- values -----------------------------------------------------------------------------------------------------------
+# --- values ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_block_under_a_loop_of_1_khz_stops_where_the_issue_says():
@@ -101,8 +102,7 @@ def test_samples_and_actions_are_at_whole_multiples_exactly():
 
 
 def test_a_reference_in_motion_is_taken_at_the_samples():
-    drive = vc.Harmonic(0.3, 2.0 * math.pi)
-    motion = vc.simulate(servo(sample_time=0.05, drive=drive), periods=3, initial=START, tolerance=1e-13)
+    motion = vc.simulate(servo(sample_time=0.05, drive=TRACKED), periods=3, initial=START, tolerance=1e-13)
 
     def reference(t):
         return 0.3 * math.cos(2.0 * math.pi * t), -0.6 * math.pi * math.sin(2.0 * math.pi * t)
@@ -140,7 +140,40 @@ def test_an_angle_and_a_velocity_are_sampled_alike():
     assert vc.simulate(system, periods=60).state["sliding_velocity"] == pytest.approx(0.7, abs=2e-6)
 
 
-# --- its place in the house -------------------------------------------------------------------------------------------
+# --- orbits ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("given", [{}, {"delay": 0.02, "limit": 3.0}])
+def test_an_orbit_of_a_sampled_loop_has_the_multipliers_of_its_differences(given):
+    """States jump at corners of time: what a small change becomes there is the derivative of the jump."""
+    system = servo(drive=TRACKED, sample_time=0.05, **given)
+    found = vc.orbit(system)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    names, step = [name for name in system.state_names if name != "sampling"], 1e-6
+
+    def image(start):
+        return np.array([*vc.simulate(system, periods=1, initial=start, tolerance=1e-13).state.values()])[:-1]
+
+    start = dict(found.state)
+    assert image(start) == pytest.approx([start[name] for name in names], abs=1e-13)
+    sides = [[image(start | {name: start[name] + sign * step}) for name in names] for sign in (1.0, -1.0)]
+    matrix = (np.array(sides[0]) - np.array(sides[1])).T / (2.0 * step)
+    expected = np.sort(np.abs(np.linalg.eigvals(matrix)))
+    assert np.sort(np.abs(found.multipliers)) == pytest.approx(expected, abs=3e-8)
+
+
+@pytest.mark.slow
+def test_a_branch_over_a_gain_of_a_sampled_loop_is_that_of_orbits():
+    system = servo(drive=TRACKED, sample_time=0.05)
+    branch = vc.branch(system, "controller.integral_gain", (3.5, 4.5), orbit=vc.orbit(system))
+    own = vc.orbit(system.with_parameters({"controller.integral_gain": 4.5}))
+    assert branch.parameter.max() == 4.5
+    state = branch.states[int(branch.parameter.argmax())]
+    assert list(state) == pytest.approx(list(own.state.values())[: len(state)], abs=1e-9)
+
+
+# --- its place in the house ------------------------------------------------------------------------------------------
 
 
 def test_sweeps_over_the_sample_time_and_the_period_count_samples_anew():
@@ -171,9 +204,16 @@ def test_a_case_in_si_has_its_times_in_seconds(tmp_path):
         (lambda: vc.SampledPositionPID(sample_time=0.0), "sample_time: should be greater than 0, got 0.0"),
         (lambda: servo(sample_time=0.3), "controller.sample_time should be a whole part of the period 1 of the drive"),
         (lambda: servo(delay=0.02), "controller.delay should be less than the sample time 0.02, got 0.02"),
-        (lambda: vc.orbit(servo(), initial=START), "controller should be continuous, got a sampled-position-pid"),
-        (lambda: vc.equilibria(servo()), "controller should be continuous"),
-        (lambda: vc.basins(servo(), ("position", "sliding_velocity"), 8), "controller should be continuous"),
+        (lambda: vc.orbit(servo(quantum=0.01)), "controller.quantum should be left out: with rounded measurements"),
+        (
+            lambda: vc.branch(servo(drive=TRACKED), "drive.frequency", (6.0, 7.0)),
+            "over: drive.frequency decides how many samples a period has",
+        ),
+        (
+            lambda: vc.bifurcation_diagram(servo(drive=TRACKED), "controller.sample_time", (0.01, 0.02)),
+            "over: controller.sample_time decides how many samples a period has",
+        ),
+        (lambda: vc.equilibria(servo()), "should not be driven in time"),
         (lambda: vc.stepper(vc.Case(servo())), "other programs are not given the samples"),
     ],
 )

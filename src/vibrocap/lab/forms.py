@@ -8,7 +8,8 @@ from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
-from vibrocap.motion.equations import equations, recorded_room, recorded_scene
+from vibrocap.motion.equations import equations
+from vibrocap.motion.recorded_machine import recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order

@@ -77,6 +77,13 @@ class SampledReference(Piecewise):
         return False
 
 
+def check_smooth(system: Any) -> None:
+    """ArgumentError for a system whose controller rounds what it measures: its motions have no derivatives."""
+    if getattr(system.controller, "quantum", None) is not None:
+        what = "with rounded measurements motions have no derivatives, by which orbits are found"
+        raise ArgumentError("controller.quantum", f"should be left out: {what}")
+
+
 def check_unsampled(system: Any, what: str) -> None:
     """ArgumentError for a system whose controller samples. what: is not found of those, in words."""
     if system.controller is not None and system.controller.sampled:

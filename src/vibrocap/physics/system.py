@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
-from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
+from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.controllers.controller import ControlledMachine, Controller
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
@@ -13,13 +13,14 @@ from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
+from vibrocap.physics.measuring import check_controller
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.sampling import SampledReference, sample_count
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import NoUnits, Units, state_units, units_of
+from vibrocap.physics.units import NoUnits, Units, units_of
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
@@ -131,7 +132,9 @@ class System:
                 what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.controller is not None:
-            self._check_controller(self.controller)
+            if self.controller.sampled:
+                sample_count(self.drive, self.controller)
+            check_controller(self.parts, self.placed)
         if self.environment is not None:
             self.environment.check(self.machine)
         if self.units is not None:
@@ -150,47 +153,6 @@ class System:
         if not self.drive.continuous:
             what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
             raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
-
-    def _check_controller(self, controller: Controller) -> None:
-        """ArgumentError for a controller that measures what there is not, or asks the reference for its slope."""
-        if isinstance(self.machine, Imposed):
-            what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
-            raise ArgumentError("controller", f"should be left out: the drive {what}")
-        if controller.uses_slope and type(self.drive).slope is Drive.slope:
-            what = f"does not say its slope, which the {controller.name} asks for"
-            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
-        if "controller" in self.machine.channels:
-            what = "is a channel of energy of the machine itself; give that another name"
-            raise ArgumentError("controller", what)
-        if controller.sampled:
-            sample_count(self.drive, controller)
-        taken = {*self.machine.states, *(() if self.actuator is None else self.actuator.states)}
-        if shared := taken.intersection(controller.states):
-            raise ArgumentError("controller", f"has the state {min(shared)}, as the {self.machine.name} has")
-        placed = self.placed
-        wanted = {"displacement": "m", "speed": "m/s", "number": "rad"}[controller.reference]
-        units = state_units({**self.parts, "controller": None})
-        own = [name for name in self.machine.states if name not in self.machine.switched]
-        names = controller.measures(placed.machine)
-        for name in names:
-            state = name.removesuffix("_rate")
-            if state not in own:
-                useful = [each for each in own if units[each] in (wanted, "1")]
-                what = f"the {self.machine.name} has no state {state!r} to be measured"
-                raise ArgumentError("controller.measured", f"{what}; {suggestion(state, useful, cutoff=0.0)}")
-        first = names[0]
-        if len({*names}) <= 2 and units.get(first, "1") not in (wanted, "1"):
-            useful = [each for each in own if units[each] == wanted]
-            what = f"should be a state in {wanted} with a {controller.name}, got {first!r} in {units[first]}"
-            raise ArgumentError("controller.measured", f"{what}; {listed(useful, ' or ')}" if useful else what)
-        rates, still = [name for name in names if name not in own], (0.0,) * len(self.machine.contact_states)
-        at = (0.0, (0.3,) * len(placed.machine.states))
-        low, high = (placed.machine.rates(*at, u, still) for u in (0.0, 1.0))
-        for name in rates:
-            place = placed.machine.states.index(name.removesuffix("_rate"))
-            if low[place] != high[place]:
-                what = f"should not be a state whose rate the command decides, got {name.removesuffix('_rate')!r}"
-                raise ArgumentError("controller.measured", f"{what}; leave out derivative_gain, or measure a place")
 
     @classmethod
     def of_parts(cls, parts: Mapping[str, Any], units: Scales | None = None) -> "System":

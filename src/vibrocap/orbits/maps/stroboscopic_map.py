@@ -12,7 +12,7 @@ from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.sampling import check_unsampled
+from vibrocap.physics.sampling import check_smooth
 from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
@@ -39,9 +39,6 @@ class Images:
     certified: np.ndarray
 
 
-UNSAMPLED = "no tangent is carried through the jumps"
-
-
 class StroboscopicMap:
     """The map of the state over drive periods, for one form of system; parameters and states differ from run to run.
 
@@ -53,7 +50,7 @@ class StroboscopicMap:
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
         """tolerance: error per step over the natural size of each state; plain: as plain Python, not compiled."""
-        check_unsampled(system, UNSAMPLED)
+        check_smooth(system)
         self.system = system
         self.tolerance = tolerance
         self.threads = threads
@@ -255,9 +252,9 @@ class StroboscopicMap:
 def is_driven(system: System) -> bool:
     """Whether the equations contain the time; otherwise motions have periods of their own.
 
-    Raises ArgumentError for a controller that samples.
+    Raises ArgumentError for a controller that rounds what it measures.
     """
-    check_unsampled(system, UNSAMPLED)
+    check_smooth(system)
     recording = equations(system)
     return recording.corners is not None or depends_on_time(recording.rates)
 

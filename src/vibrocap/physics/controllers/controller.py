@@ -133,7 +133,8 @@ class ControlledMachine:
     @property
     def measured_states(self) -> tuple[str, ...]:
         """The states on which the command depends by what is measured."""
-        return tuple(name.removesuffix("_rate") for name in self.controller_part.measures(self.machine))
+        names, states = self.controller_part.measures(self.machine), self.machine.states
+        return tuple(name if name in states else name.removesuffix("_rate") for name in names)
 
     @property
     def cyclic(self) -> Any:
