@@ -11,6 +11,7 @@ import scipy.linalg
 
 import vibrocap as vc
 from vibrocap.cli.main import main
+from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.motion.equations import equations
 from vibrocap.physics.controllers.pid import SATURATED
 
@@ -321,6 +322,20 @@ def test_no_controller_means_the_equations_of_before():
 def test_what_makes_no_sense_is_refused_by_name(make, said):
     with pytest.raises(ValueError, match=re.escape(said)):
         make()
+
+
+def test_other_programs_that_know_no_controller_refuse_it():
+    case = vc.Case(vc.System(vc.TwoMassCapsule(), STICKS, vc.Harmonic(), controller=vc.VelocityPI()), periods=1)
+    with pytest.raises(ValueError, match="controller should be left out: a MuJoCo model"):
+        mujoco_model(case)
+
+
+def test_exported_steps_are_those_of_the_motion():
+    case = vc.Case(servo(), START, periods=6, tolerance=1e-12)
+    stepped = vc.stepper(case)
+    for _ in range(12):
+        stepped.step(0.5)
+    assert stepped.state == pytest.approx(case.simulate().state, abs=1e-10)
 
 
 def test_an_unstable_loop_ends_with_a_status():

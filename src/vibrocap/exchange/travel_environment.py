@@ -70,6 +70,8 @@ class TravelEnvironment(gymnasium.Env):
         if case.system.machine.effort not in ("force", "torque"):
             what = f"a machine that a force or a torque drives, got the {case.system.machine.name}"
             raise ArgumentError("case", f"should have {what}")
+        if case.system.controller is not None:
+            raise ArgumentError("case", "should have no controller: the policy is to be one")
         names, spread = case.system.state_names, dict(spread or {})
         for name, value in spread.items():
             if name not in names:
