@@ -1,7 +1,7 @@
 """The page docs/symbols.md: how the symbols of the literature, the names in code and their meanings belong together.
 
 `python -m vibrocap.physics.symbols > docs/symbols.md` writes it; a test keeps it complete. Parameters come from the
-parts themselves, so a new law, machine or drive brings its own rows.
+parts themselves, so a new law, machine, drive or controller brings its own rows.
 """
 
 import contextlib
