@@ -13,7 +13,9 @@ import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.motion.equations import equations
+from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.controllers.pid import SATURATED
+from vibrocap.physics.part_files import load_parts
 
 GAINS = {"proportional_gain": 3.0, "integral_gain": 4.0, "derivative_gain": 6.0}
 LOCATED = 2e-12  # of event times and states along a motion at the tolerance 1e-13, with gains of some units
@@ -355,3 +357,44 @@ def test_a_reference_without_a_slope_is_refused_where_it_is_asked_for():
     with pytest.raises(ValueError, match="does not say its slope, which the position-pid asks for"):
         servo(drive=Unsloped())
     assert servo(drive=Unsloped(), derivative_gain=None).controller.measures(vc.Oscillator()) == ("position",)
+
+
+OWN = '''
+from typing import ClassVar
+
+from vibrocap.physics.controllers.controller import Controller, Positive, parameter, parameters
+
+
+@parameters
+class Spring(Controller):
+    """A spring to the reference."""
+
+    gain: Positive = parameter(1.0, "K", "stiffness", "position gain")
+    name: ClassVar[str] = "own-spring"
+    reference: ClassVar = "displacement"
+
+    def measures(self, machine):
+        """The place."""
+        return (machine.place,)
+
+    def command(self, t, measured, own, reference, slope):
+        """u."""
+        return self.gain * (reference - measured[0])
+'''
+
+
+def test_a_controller_of_ones_own_stands_in_cases_and_studies_know_its_code(tmp_path, capsys):
+    file, path, out = tmp_path / "spring.py", tmp_path / "spring.toml", tmp_path / "study"
+    file.write_text(OWN)
+    (part,) = load_parts(file)
+    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(0.0, 0.0), vc.Constant(0.3), controller=part(gain=4.0))
+    motion = vc.simulate(system, periods=2, tolerance=1e-12)
+    assert motion.state["position"] == pytest.approx(0.3 * (1.0 - math.cos(4.0)), abs=1e-11)
+    assert vc.read_case(vc.save_case(system, path, periods=2)).system == system
+    sweep = ["sweep", str(path), "--over", "controller.gain=2:9:2", "--measure", "largest_position", "--out", str(out)]
+    assert main([*sweep, "--parts", str(file)]) == 0
+    file.write_text(OWN.replace("self.gain *", "2.0 * self.gain *"))
+    assert main([*sweep, "--parts", str(file), "--resume"]) == 2
+    assert "the code of controller.kind = own-spring" in capsys.readouterr().err
+    for each in load_parts(file):
+        unregister(each)

@@ -1,6 +1,6 @@
 """Elementary functions of the physics, for numbers and for recorded expressions alike.
 
-The equations of a law, machine, drive or controller are written once, as scalar code on `+ - * /` and the functions below.
+The equations of a law, a machine or a drive are written once, as scalar code on `+ - * /` and the functions below.
 Called with floats they compute; called with an object that has a method of the same name (a recorded expression, a
 SymPy wrapper) they record. That is how one source serves plain Python, compiled code, series, derivatives and proofs.
 """
