@@ -22,8 +22,8 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, STEP, STEP_LIMIT, WINDOW_START
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
+from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, SLOW, SOME_SLOW, STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -33,6 +33,8 @@ from vibrocap.numerics.kernel.generated.facts import (
     SEVERAL,
     SHARED,
     SHARP,
+    SLOWED,
+    SLOWS,
     SPARSE,
     STATE_OF,
     STICKS,
@@ -65,11 +67,13 @@ from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROW
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
+from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
 
+CUTS, CUT = 6, 0.6  # of steps on a slow manifold at whose end something else is to be decided
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
@@ -78,7 +82,10 @@ def advance(floats, ints, trace, rounds):
     running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        jet(floats)
+        if SLOWED and ints[SOME_SLOW] != 0:
+            slow_jet(floats)
+        else:
+            jet(floats)
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -101,6 +108,9 @@ def step_simd(floats, ints, trace, running):
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
+    slow = damped
+    if SLOWED:
+        slow = running & slow_lanes(floats)
     turning = damped  # so near rest that the sign of its velocity counts
     reach = longest
     if MAYBE_STIFF and SEVERAL:
@@ -119,11 +129,11 @@ def step_simd(floats, ints, trace, running):
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
-        gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
+        gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
         gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
         for c in range(1, CONTACTS):
             gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
-        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
+        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
@@ -142,6 +152,12 @@ def step_simd(floats, ints, trace, running):
             if LOCATED[i] == 1:
                 holds = within_piece(floats, row, h)
             plain = plain & (clear | holds)
+    settled, near, far = plain, plain, plain
+    if SLOWED:
+        if bits(slow) != 0:
+            h = before_turning(floats, side, start, slow, h)
+        settled, near, far = settled_lanes(floats, h)
+        plain = plain & (~slow | (settled & near))
     event = plain & ~plain
     which = 0.0 * h  # number of the contact of the event
     if SHARP and not (KINKED or SET_VALUED):
@@ -162,6 +178,8 @@ def step_simd(floats, ints, trace, running):
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
+            if SLOWED and SLOWS[c] == 1:
+                plain = plain & (ahead | ~(load(floats, SLOW + c * LANES) > 0.0))
             if SHARP and c == 0:
                 plain = plain & resolved_simd(floats, side, start, change, h, plain)
             clear = ~plain | ahead
@@ -185,6 +203,8 @@ def step_simd(floats, ints, trace, running):
     end = series_values(floats, VELOCITY, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
+    if SLOWED:
+        follow_manifolds(floats, ints, slow, settled, near, far, plain, h)
     move_simd(floats, ints, trace, plain, h, end)
     if SEVERAL:
         store(floats, EVENT_CONTACT, which)
@@ -194,7 +214,7 @@ def step_simd(floats, ints, trace, running):
             if (moved >> lane) & 1:
                 pin(floats, lane)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
-    return bits(plain)
+    return bits(plain | slow)
 
 
 def within_piece(floats, row, h):
@@ -234,6 +254,25 @@ def rest_simd(floats):
         if STICKS[c] == 1:
             rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
     return rests
+
+
+def before_turning(floats, side, start, slow, h):
+    """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
+    for _ in range(CUTS):
+        fine = slow | ~slow
+        for c in range(CONTACTS):
+            if SLOWS[c] == 1:
+                off = ~(load(floats, SLOW + c * LANES) > 0.0)
+                none = off & ~off
+                ahead, change = ahead_simd(floats, c, load(floats, SIDE + c * LANES), none, none, none, h)
+                fine = fine & (off | ahead)
+                if SHARP and c == 0:
+                    fine = fine & resolved_simd(floats, side, start, change, h, slow)
+        fine = fine | ~slow
+        if bits(~fine) == 0:
+            break
+        h = where(fine, h, CUT * h)
+    return h
 
 
 def ahead_simd(floats, c, side, stuck, one, two, h):
