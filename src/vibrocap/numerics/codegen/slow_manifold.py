@@ -39,7 +39,9 @@ def slow_states(equations: Any) -> tuple[int, ...]:
 class SlowWriter(JetWriter):
     """A writer of the series of lanes of which some are on the manifold."""
 
-    def __init__(self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int):
+    def __init__(
+        self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int
+    ):
         """slow: contact by internal state."""
         super().__init__(graph, rates, code, balance)
         self.slow, self.order = slow, order
@@ -123,4 +125,6 @@ class Trial(JetWriter):
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""
-        return self.code.name(f"{kind}t{self.state}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula)
+        return self.code.name(
+            f"{kind}t{self.state}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
+        )

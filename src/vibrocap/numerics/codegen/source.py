@@ -116,7 +116,9 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     simd = loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
-    body = series_lines(equations, integrals, layout, JetWriter(equations.graph, list(equations.rates), code, equations.balance))
+    body = series_lines(
+        equations, integrals, layout, JetWriter(equations.graph, list(equations.rates), code, equations.balance)
+    )
     if simd:
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, _limits_are_constant(equations))

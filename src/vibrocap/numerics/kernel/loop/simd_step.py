@@ -22,7 +22,15 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, SLOW, SOME_SLOW, STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.generated.ensemble import (
+    EVENT_CONTACT,
+    LIFTED,
+    SLOW,
+    SOME_SLOW,
+    STEP,
+    STEP_LIMIT,
+    WINDOW_START,
+)
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
@@ -138,6 +146,9 @@ def step_simd(floats, ints, trace, running):
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
+    if SLOWED:
+        if bits(slow) != 0:
+            longest = before_turning(floats, side, start, slow, longest)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
@@ -154,9 +165,7 @@ def step_simd(floats, ints, trace, running):
             plain = plain & (clear | holds)
     settled, near, far = plain, plain, plain
     if SLOWED:
-        if bits(slow) != 0:
-            h = before_turning(floats, side, start, slow, h)
-        settled, near, far = settled_lanes(floats, h)
+        settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     event = plain & ~plain
     which = 0.0 * h  # number of the contact of the event

@@ -18,8 +18,8 @@ from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor_simd import lesser
 
 ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
-PAYING = 16.0  # rate times length of a step from which on it pays
-SETTLED = 0.1  # of the tolerance: by how much two sweeps may differ
+PAYING = 20.0  # rate times length of a step from which on it pays
+SETTLED = 0.1  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
@@ -35,8 +35,8 @@ def slow_lanes(floats):
     return found
 
 
-def settled_lanes(floats, h):
-    """(lanes whose sweeps have settled, lanes that are on their manifolds, lanes that are far off)."""
+def settled_lanes(floats, h, longest):
+    """(lanes whose sweeps have settled, lanes that are on their manifolds, lanes that are far off or do not pay)."""
     settled = load(floats, TOLERANCE) > 0.0
     near = settled
     far = ~settled
@@ -49,7 +49,9 @@ def settled_lanes(floats, h):
             for k in range(ORDER - 1, 0, -1):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
             gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[c] * LANES))
-            settled = settled & (~slow | (change * h <= SETTLED * allowed))
+            rate = load(floats, OWN_DECAY + c * LANES)
+            settled = settled & (~slow | (change * ORDER <= SETTLED * allowed * rate))
+            far = far | (slow & ~(rate * longest >= PAYING))
             near = near & (~slow | (gap <= OFF * allowed))
             late = load(floats, SWEEPS + c * LANES)
             far = far | (slow & (late >= EARLY) & ~(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
@@ -65,17 +67,17 @@ def follow_manifolds(floats, ints, slow, settled, near, far, plain, h):
         if SLOWS[c] == 1:
             was = load(floats, SLOW + c * LANES) > 0.0
             rate = load(floats, OWN_DECAY + c * LANES)
-            pays = plain & was & (rate * h >= PAYING)
+            pays = plain & was
             pause = load(floats, PAUSE + c * LANES)
             wait = load(floats, WAIT + c * LANES)
-            failed = (was & left & ~(settled & near)) | (was & plain & ~pays)
+            failed = was & left & (far | ~(settled & near))
             moved = where(plain, wait - 1.0, wait)
             moved = where(was & left, 1.0, moved)
             moved = where(failed, pause, moved)
             store(floats, WAIT + c * LANES, moved)
             store(floats, PAUSE + c * LANES, where(failed, lesser(2.0 * pause, LONGEST_PAUSE), where(pays, 1.0, pause)))
             enters = plain & ~was & (wait <= 0.0) & (rate * h >= ENTERING)
-            stays = was & ~left & ~failed
+            stays = was & ~left
             sweeps = load(floats, SWEEPS + c * LANES)
             store(floats, SWEEPS + c * LANES, where(waiting, sweeps + 1.0, 0.0))
             store(floats, SLOW + c * LANES, where(stays | enters, 1.0, 0.0))
