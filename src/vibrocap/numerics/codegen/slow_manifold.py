@@ -6,18 +6,19 @@ series of its own, whose coefficients follow from those of r at the same order:
 
     (k + 1) z_(k+1) = r_k(z_k) = r_k(0) + (dr/dz)_0 z_k,     so that     z_k = [(k + 1) z^_(k+1) - r_k(0)]/(dr/dz)_0,
 
-where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's method
-from the state. The rate r takes the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping. Only
-of the lanes that are on the manifold; all others have their ordinary series.
+where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
+method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
+All this in the lanes that are on the manifold of a contact; the others have their ordinary series.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
 from vibrocap.numerics.expressions.forms import Forms
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
+from vibrocap.numerics.kernel.memory_layout import Layout
 
 
 def slow_states(equations: Any) -> tuple[int, ...]:
@@ -34,6 +35,39 @@ def slow_states(equations: Any) -> tuple[int, ...]:
                 state = -1
         found.append(state)
     return tuple(found)
+
+
+def slow_constants(layout: Layout) -> dict[str, Any]:
+    """What a kernel knows of them."""
+    states = layout.slow or (-1,) * layout.contacts
+    return {"SLOWED": bool(layout.slow), "SLOW_STATE": states, "SLOWS": tuple(int(each >= 0) for each in states)}
+
+
+def series_writer(equations: Any, layout: Layout, code: Code) -> JetWriter:
+    """The writer of the series of these equations."""
+    given = equations.graph, list(equations.rates), code, equations.balance
+    if not layout.slow:
+        return JetWriter(*given)
+    slow = {state: contact for contact, state in enumerate(layout.slow) if state >= 0}
+    return SlowWriter(*given, slow, layout.order)
+
+
+def bounding_decays(equations: Any, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
+    """Of the rates of decay those that bound a step: 0 of bristles on their manifold, whose own rate is kept apart.
+
+    rates: one of each contact with bristles
+    """
+    found = [writer.coefficient(rate.index, 0) for rate in rates]
+    if not isinstance(writer, SlowWriter):
+        return found
+    contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
+    state_of = {contact: state for state, contact in writer.slow.items()}
+    for place, contact in enumerate(contacts):
+        if contact in state_of:
+            writer.code.store(f"OWN_DECAY + {contact} * LANES", found[place])
+            masked = writer.chosen(state_of[contact], ZERO, found[place])
+            found[place] = writer.code.name(f"bounding_{contact}", masked)
+    return found
 
 
 class SlowWriter(JetWriter):

@@ -9,9 +9,8 @@ from typing import Any
 
 from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
-from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.codegen.slow_manifold import SlowWriter
+from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, slow_constants
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
@@ -77,14 +76,12 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
-    slow = layout.slow or (-1,) * len(equations.contacts)
-    constants |= {"SLOWED": bool(layout.slow), "SLOW_STATE": slow, "SLOWS": tuple(int(each >= 0) for each in slow)}
+    constants |= slow_constants(layout)
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
         jet_source(equations, integrals, layout, loop),
-        slow_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
         *([decision_source(equations)] if equations.several else []),
@@ -113,35 +110,10 @@ def jumps(equations: Any, layout: Layout) -> bool:
 
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
-    simd = loop == "simd"
+    graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
-    body = series_lines(
-        equations, integrals, layout, JetWriter(equations.graph, list(equations.rates), code, equations.balance)
-    )
-    if simd:
-        sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(layout.order, sticks, _limits_are_constant(equations))
-        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
-    return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
-
-
-def slow_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
-    """`slow_jet`: the same where some lanes are on a slow manifold, see `slow_manifold.py`."""
-    head = "def slow_jet(floats):"
-    if not layout.slow:
-        return f'{head}\n    """There is none."""\n'
-    slow = {state: contact for contact, state in enumerate(layout.slow) if state >= 0}
-    rates, code = list(equations.rates), Code(ALL, polynomials=True)
-    writer = SlowWriter(equations.graph, rates, code, equations.balance, slow, layout.order)
-    body = series_lines(equations, integrals, layout, writer)
-    return "\n".join([head, "    align_stack()", *_indented(body, 4), ""])
-
-
-def series_lines(equations: Any, integrals: Sequence[Expression], layout: Layout, writer: JetWriter) -> list[str]:
-    """What writes all coefficients to SERIES, order by order."""
-    graph, order, code = equations.graph, layout.order, writer.code
-    simd = code.lanes is ALL
+    writer = series_writer(equations, layout, code)
     watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
@@ -178,21 +150,10 @@ def series_lines(equations: Any, integrals: Sequence[Expression], layout: Layout
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
-            traces = [writer.coefficient(rate.index, 0) for rate in decay_rates(equations)]
-            with_bristles = [i for i, each in enumerate(equations.contacts) if each.internal]
-            if layout.slow:
-                for i, trace in zip(with_bristles, traces, strict=True):
-                    if layout.slow[i] >= 0:
-                        code.store(f"OWN_DECAY + {i} * LANES", trace)
-            if isinstance(writer, SlowWriter):
-                traces = [
-                    writer.chosen(layout.slow[i], ZERO, trace) if layout.slow[i] >= 0 else trace
-                    for i, trace in zip(with_bristles, traces, strict=True)
-                ]
-            decay = code.name("decay", traces[0])
-            for i, other in enumerate(traces[1:]):
+            first, *others = bounding_decays(equations, writer, decay_rates(equations))
+            decay = code.name("decay", first)
+            for i, other in enumerate(others):
                 larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
-                other = code.name(f"trace_{i}", other) if isinstance(writer, SlowWriter) else other
                 decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
             code.store("DECAY_RATE", decay)
         for i, guard in enumerate(equations.guards):
@@ -203,7 +164,12 @@ def series_lines(equations: Any, integrals: Sequence[Expression], layout: Layout
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
         for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
-    return code.lines
+    body = code.lines
+    if simd:
+        sticks = any(each.sticks for each in equations.contacts)
+        guard = guard_source(order, sticks, _limits_are_constant(equations))
+        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
+    return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
 def decay_rates(equations: Any) -> list[Expression]:

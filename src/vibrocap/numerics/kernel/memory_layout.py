@@ -47,7 +47,6 @@ INT_ENTRIES = (
     "RESULT_START",  # place of the first result on the trace
     "NEXT_RUN",  # first run of the trace that no lane has begun
     "LAST_RUN",  # end of the runs to begin
-    "SOME_SLOW",  # lanes with bristles on their slow manifold, as bits
     "MORE",  # 1: come back for more runs as soon as a lane is free
     # of drives with corners only
     "SEGMENT",  # present one of the drive
@@ -249,7 +248,6 @@ class Layout:
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
             **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
-            "SOME_SLOW": int(bool(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),

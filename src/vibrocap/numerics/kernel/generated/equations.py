@@ -6,11 +6,6 @@ def jet(floats):
     raise NotImplementedError
 
 
-def slow_jet(floats):
-    """The same where some lanes are on a slow manifold, see `step/slow_manifold.py`."""
-    raise NotImplementedError
-
-
 def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) -> tuple:
     """Of all lanes at once (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 

@@ -20,18 +20,17 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
     LIFTED,
     SLOW,
-    SOME_SLOW,
     STEP,
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -74,14 +73,14 @@ from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION,
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
-from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
+from vibrocap.numerics.kernel.step.turning_simd import ahead_simd, before_turning, doubt_simd, still_simd
 
-CUTS, CUT = 6, 0.6  # of steps on a slow manifold at whose end something else is to be decided
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
@@ -90,10 +89,7 @@ def advance(floats, ints, trace, rounds):
     running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        if SLOWED and ints[SOME_SLOW] != 0:
-            slow_jet(floats)
-        else:
-            jet(floats)
+        jet(floats)
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -146,9 +142,8 @@ def step_simd(floats, ints, trace, running):
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
-    if SLOWED:
-        if bits(slow) != 0:
-            longest = before_turning(floats, side, start, slow, longest)
+    if SLOWED and bits(slow) != 0:
+        longest = before_turning(floats, side, start, slow, longest)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
@@ -213,7 +208,7 @@ def step_simd(floats, ints, trace, running):
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
-        follow_manifolds(floats, ints, slow, settled, near, far, plain, h)
+        follow_manifolds(floats, slow, settled, near, far, plain, h)
     move_simd(floats, ints, trace, plain, h, end)
     if SEVERAL:
         store(floats, EVENT_CONTACT, which)
@@ -238,24 +233,6 @@ def within_piece(floats, row, h):
     return least_of_cubic(floats, row, others, h) > 0.0
 
 
-def still_simd(floats, ints, c, h):
-    """Where one of several contacts is at rest to rounding over the step, as the middle one of three that are alike.
-
-    As `one_step.first_rest`: it does not turn.
-    """
-    row = VELOCITY_OF[c]
-    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
-    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
-
-
-def doubt_simd(floats, c, h):
-    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
-    row = VELOCITY_OF[c]
-    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
-    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
-    return velocity_tail_simd(floats, row, h) > 0.01 * first + none
-
-
 def rest_simd(floats):
     """Where a contact sticks, of several."""
     rests = load(floats, SIDE) != load(floats, SIDE)
@@ -263,52 +240,6 @@ def rest_simd(floats):
         if STICKS[c] == 1:
             rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
     return rests
-
-
-def before_turning(floats, side, start, slow, h):
-    """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
-    for _ in range(CUTS):
-        fine = slow | ~slow
-        for c in range(CONTACTS):
-            if SLOWS[c] == 1:
-                off = ~(load(floats, SLOW + c * LANES) > 0.0)
-                none = off & ~off
-                ahead, change = ahead_simd(floats, c, load(floats, SIDE + c * LANES), none, none, none, h)
-                fine = fine & (off | ahead)
-                if SHARP and c == 0:
-                    fine = fine & resolved_simd(floats, side, start, change, h, slow)
-        fine = fine | ~slow
-        if bits(~fine) == 0:
-            break
-        h = where(fine, h, CUT * h)
-    return h
-
-
-def ahead_simd(floats, c, side, stuck, one, two, h):
-    """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
-
-    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
-    four are a bound from below, see `roots.py`.
-    """
-    velocity = VELOCITY_OF[c]
-    others = abs(load(floats, velocity + ORDER * LANES))
-    for k in range(ORDER - 1, 5, -1):
-        others = others * h + abs(load(floats, velocity + k * LANES))
-    v1, v2, v3 = load(floats, velocity + LANES), load(floats, velocity + 2 * LANES), load(floats, velocity + 3 * LANES)
-    v4, v5 = load(floats, velocity + 4 * LANES), load(floats, velocity + 5 * LANES)
-    after_five = others * h + abs(v5)
-    after_four = after_five * h + abs(v4)
-    change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
-    others = where(two, others, where(one, after_five, after_four))
-    first = side * where(two, v2, where(one, v1, load(floats, velocity)))
-    second = side * where(two, v3, where(one, v2, v1)) * h
-    third = side * where(two, v4, where(one, v3, v2)) * h * h
-    fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
-    third = third * (1.0 / 3.0)
-    early = first + second * (1.0 / 3.0)
-    late = early + (second * (1.0 / 3.0) + third)
-    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
-    return (least > 0.0) & ~stuck, change
 
 
 def hold_simd(floats, c, stuck, two, longest, h):

@@ -1,9 +1,10 @@
 """Series on a slow manifold, in lanes: stiff bristles that have relaxed follow the velocity, and bound no step.
 
 Bristles relax at rates far above those of the motion. Once they have, they are a function of the slow states, whose
-series `slow_jet` finds by sweeps (see `codegen/slow_manifold.py`), each from the one before; an accepted step leaves the
-series of its end as the guess of the next. A contact is taken to its manifold where stability bounds the step, contact
-by contact, and leaves it where the contact may turn, where anything else is to be decided, or where
+series is found by sweeps (see `codegen/slow_manifold.py`), each from the one before; an accepted step leaves the series
+of its end as the guess of the next. A lane whose sweeps have not settled does not advance. A contact is taken to its
+manifold where stability bounds the step, contact by contact, and leaves it where it may turn, where anything else is to
+be decided, or where
 
 - the sweeps do not settle: two in a row differ by more than a share of the tolerance;
 - the state is not on the manifold, but off by more than the tolerance: it has not relaxed yet;
@@ -11,7 +12,7 @@ by contact, and leaves it where the contact may turn, where anything else is to 
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SOME_SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.facts import SLOW_STATE, SLOWS
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
@@ -58,11 +59,10 @@ def settled_lanes(floats, h, longest):
     return settled, near, far
 
 
-def follow_manifolds(floats, ints, slow, settled, near, far, plain, h):
-    """After a step of the lanes `plain` of length h: guesses for the next series, and who enters a manifold or leaves."""
+def follow_manifolds(floats, slow, settled, near, far, plain, h):
+    """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
     waiting = slow & ~settled & ~far
     left = slow & ~plain & ~waiting
-    some = slow & ~slow
     for c in range(CONTACTS):
         if SLOWS[c] == 1:
             was = load(floats, SLOW + c * LANES) > 0.0
@@ -81,9 +81,7 @@ def follow_manifolds(floats, ints, slow, settled, near, far, plain, h):
             sweeps = load(floats, SWEEPS + c * LANES)
             store(floats, SWEEPS + c * LANES, where(waiting, sweeps + 1.0, 0.0))
             store(floats, SLOW + c * LANES, where(stays | enters, 1.0, 0.0))
-            some = some | stays | enters
             guess_series(floats, c, was & waiting, was & plain, enters, h)
-    ints[SOME_SLOW] = bits(some)
 
 
 def guess_series(floats, c, again, moved, enters, h):
