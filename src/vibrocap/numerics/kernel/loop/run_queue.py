@@ -20,6 +20,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     SINCE,
     SLOW,
     START_STATE,
+    SWEEPS,
     WAIT,
     WINDOW_START,
 )
@@ -110,6 +111,7 @@ def begin_run(floats, ints, trace, lane, run):
     if SLOWED:
         for c in range(CONTACTS):
             floats[SLOW + c * LANES + lane] = 0.0
+            floats[SWEEPS + c * LANES + lane] = 0.0
             floats[WAIT + c * LANES + lane] = 0.0
             floats[PAUSE + c * LANES + lane] = 1.0
     floats[REMAINING + lane] = 0.0
