@@ -9,7 +9,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.cli.commands.orbit import _other
+from vibrocap.cli.commands.crossing import _other
 from vibrocap.cli.main import main
 from vibrocap.cli.options import Refusal
 from vibrocap.lab.bundle import contents

@@ -47,6 +47,33 @@ def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
     assert all(" # " in line and not line.endswith("# ") for line in values)
 
 
+@pytest.mark.parametrize(("machine", "drive"), [pair for pair in PAIRS if pair[1] in ("harmonic", "table")])
+def test_a_new_case_in_si_is_the_default_at_the_size_of_a_bench(machine, drive, capsys):
+    """To three digits, and with the weight as load where that is known; every number has its unit."""
+    law = "lugre" if drive == "harmonic" else "exponential"
+    assert main(["new", machine, "--law", law, "--drive", drive, "--si"]) == OK
+    case = case_from_text(capsys.readouterr().out)
+    assert case.system.units is not None
+    plain = vc.System(machines()[machine](), laws()[law](), drives()[drive]())
+    for path in plain.parameter_paths:
+        value, known = case.system.parameter(path), plain.parameter(path)
+        if path == "machine.normal_load" and "weight" in machines()[machine].si_load:
+            assert value == "weight"
+        elif isinstance(known, (float, tuple)):
+            assert value == pytest.approx(known, rel=5e-3), path
+        else:
+            assert value == known, path
+    assert case.run == RUN_DEFAULTS
+
+
+def test_a_new_case_in_si_runs_as_it_is(capsys):
+    assert main(["new", "vibro-impact-capsule", "--si", "--out", "bench.toml"]) == OK
+    text = Path("bench.toml").read_text()
+    assert not any(line.startswith(("length_unit_m", "time_unit_s", "gravity")) for line in text.splitlines())
+    assert main(["simulate", "bench.toml", "--periods", "2"]) == OK
+    assert "in SI" in capsys.readouterr().out
+
+
 def test_a_new_case_is_written_once(capsys):
     words = ["new", "oscillator", "--law", "backlash-dahl", "--out", "case.toml"]
     assert main(words) == OK

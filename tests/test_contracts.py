@@ -41,7 +41,7 @@ CLASSES = [*laws().values(), *machines().values(), *drives().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws, and what machines of several bodies share
 NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
-NO_PARTS |= {"capsule_with_bob"}
+NO_PARTS |= {"capsule_with_bob", "inner_mass"}
 
 
 WRAPPED = ("anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl")

@@ -337,7 +337,7 @@ def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys)
 
 
 def test_another_law_takes_over_what_both_have():
-    from vibrocap.cli.commands.orbit import _other
+    from vibrocap.cli.commands.crossing import _other
 
     given = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
     assert _other(given, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)

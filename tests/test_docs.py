@@ -4,8 +4,8 @@ A fence says what is done with it: `python` runs (the blocks of a page share the
 file of the package, `python FILE` and `toml FILE` are files of a user, at hand where blocks and commands run, `text
 printed` is what the block before printed, `python PACKAGE` and `text PACKAGE` are the same on their own where an
 optional package is installed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with the `text
-complaints` after it, `toml parts` a case of the new files; `matlab` is run by `test_tables.py`. Commands run where the folder `examples/` is at hand, as
-in the root of the repository.
+complaints` after it, `toml parts` a case of the new files; `matlab` is run by `test_tables.py`. Commands run where
+the folder `examples/` is at hand, as in the root of the repository.
 """
 
 import contextlib

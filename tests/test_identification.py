@@ -19,7 +19,24 @@ from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.units import parameter_keys
 from vibrocap.records.record import Record
+
+BENCH = """
+[machine]
+kind = "pendulum-capsule"
+pendulum_mass_kg = 0.5
+pendulum_length_m = 0.3
+capsule_mass_kg = 1.0
+stiffness_N_m_per_rad = 2.0
+damping_N_m_s_per_rad = 0.1
+normal_load = "weight"
+[drive]
+waveform = "harmonic"
+amplitude_N_m = 1.5
+frequency_Hz = 1.0
+"""  # a case in SI without its friction
+
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)
 QUICK = {"starts": 2, "start": "relaxed"}
@@ -223,9 +240,11 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
     assert data["values"]["bristle_stiffness"] == found.law.bristle_stiffness
     assert data["parameters"][0]["low"] == found["bristle_stiffness"].low
     assert data["identifiability"]["verdicts"]["bristle_stiffness"] == "determined"
-    machine = '[machine]\nkind = "pendulum-capsule"\n[drive]\nwaveform = "harmonic"\n'
-    case = case_from_text(machine + case_path.read_text())
-    assert case.system.friction == found.law
+    case = case_from_text(BENCH + case_path.read_text())
+    law = {key: case.system.parameter(f"friction.{key}") for key in parameter_keys(LuGre, "torque")}
+    for key in parameter_keys(LuGre, "force").values():
+        value = getattr(found.law, key.name)
+        assert law[key.key] == (value and pytest.approx(value, rel=1e-14))
     assert case_section(Exponential()).splitlines()[:2] == ["[friction]", 'law = "exponential"']
     assert as_data(found)["samples"] == found.samples
 

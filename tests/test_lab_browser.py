@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -350,6 +351,38 @@ def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
     shown.wait("document.getElementById('strip-words').textContent.startsWith('stiffness 2.00')")
     changed(shown, lambda: shown.key("Enter"))
     assert shown.js("lab.model.get('machine.stiffness')") == pytest.approx(1.9 + 0.2 * 121.5 / 240, rel=1e-12)
+
+
+def test_a_map_in_si_says_its_units(chromium, usual):
+    """Its axes, its ranges and its measure; labels of controls speak of no ratios."""
+    scales = 0.2, 0.25, 0.16
+    given = "preset=paper-5-8-exponential&units=SI&scales=0.2,0.25,0.16&run.periods=20&view=map&map.size=16"
+    chromium.open(f"{usual}#v=1&{given}&map.x=drive.frequency,0.8,1.2", 1280, 900)
+    chromium.wait("document.body.dataset.map", 120)
+    hertz, speed = 1 / (2 * math.pi * scales[2]), scales[1] / scales[2]
+    torque = scales[0] * speed**2
+    assert chromium.js("lab.fields.shownAs(lab.fields.set.map).labels") == ["frequency [Hz]", "amplitude [N m]"]
+    ends = "['from', 'to'].map((end) => Number(document.querySelector(`#map-bar [name='map.x-${end}']`).value))"
+    assert chromium.js(ends) == pytest.approx([0.8 * hertz, 1.2 * hertz], rel=1e-5)
+    rows = [row.split(",") for row in chromium.js("lab.fields.csv('map')").splitlines()]
+    assert rows[0] == [
+        "drive.frequency [Hz]", "drive.amplitude [N m]", "mean_velocity [m/s]", "response_period", "status",
+    ]  # fmt: skip
+    first = chromium.js("lab.fields.set.map.cells.get(0).found.values.mean_velocity")
+    low = chromium.js("lab.fields.set.map.axes.map(({ range }) => atShare(range, 0.5 / 16))")
+    assert [float(x) for x in rows[1][:3]] == pytest.approx([low[0] * hertz, low[1] * torque, first * speed], rel=1e-12)
+    drawn = chromium.js("lab.fields.svg('map')" if chromium.js("lab.fields.svg.length") < 2 else
+                        "lab.fields.svg('map', themeOf(document.body))")  # fmt: skip
+    assert "frequency [Hz]" in drawn
+    assert " m/s<" in drawn
+    box = "document.querySelector('#map-bar [name=\"map.x-from\"]')"
+    chromium.js(f"{box}.value = '0.9'; {box}.dispatchEvent(new Event('change'))")
+    chromium.wait("lab.fields.finished.map === lab.fields.begunFor.map", 60)
+    assert chromium.js("lab.fields.set.map.axes[0].range[0]") == pytest.approx(0.9 / hertz, rel=1e-12)
+    text = chromium.js("document.querySelector('label[for=\"n-drive-frequency\"]').textContent")
+    assert "natural" not in text
+    assert text.endswith("[Hz]")
+    assert "without units" not in chromium.js("document.getElementById('map-bar').textContent")
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False)])

@@ -17,7 +17,7 @@ from vibrocap.measures.settling import settling, stroboscopic_states
 from vibrocap.motion.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
-from vibrocap.orbits.continuation.branch_diagram import branch_distance
+from vibrocap.orbits.continuation.branch_distance import branch_distance
 from vibrocap.physics.parameters import parameters
 from vibrocap.studies.branch_datasets import branch_dataset
 

@@ -3,12 +3,14 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibrocap as vc
 from thinned import slow_but
+from vibrocap.case.case import CaseError, case_from_text, case_text
 from vibrocap.physics.catalogue import drives, law, laws, machines
 from vibrocap.physics.parameters import parameter as vc_parameter
 from vibrocap.physics.parameters import parameter_table
@@ -317,3 +319,73 @@ def test_units_as_they_stand_in_keys():
     assert [suffix(unit) for unit in ("kg", "N m/rad", "N s/m", "1/s", "m/s^2", "Hz")] == [
         "_kg", "_N_m_per_rad", "_N_s_per_m", "_per_s", "_m_per_s2", "_Hz",
     ]  # fmt: skip
+
+
+# --- machines with an inner mass --------------------------------------------------------------------------------------
+INNER = """
+[machine]
+kind = "vibro-impact-capsule"
+inner_mass_kg = 0.1
+capsule_mass_kg = 0.4
+stiffness_N_per_m = 100
+damping_N_s_per_m = 0.2
+stop_stiffness_N_per_m = 1500
+gap_m = 0.002
+normal_load = "weight"
+
+[friction]
+law = "coulomb"
+coulomb_coefficient = 0.2
+static_coefficient = 0.2
+
+[drive]
+waveform = "harmonic"
+amplitude_N = 1.0
+frequency_Hz = 5.0
+"""
+
+
+def test_a_vibro_impact_case_in_si_needs_no_invented_units():
+    """Not a unit of length or time, nor gravity; the load is what weighs on the contact, whatever the masses become."""
+    system = case_from_text(INNER).system
+    weight = (0.4 + 0.1) * 9.80665
+    assert system.placed.loads()[0] * system.si.factor("friction") == pytest.approx(weight, rel=1e-14)
+    heavy = system.with_parameters({"machine.capsule_mass_kg": 0.8})
+    assert heavy.placed.loads()[0] * heavy.si.factor("friction") == pytest.approx(0.9 * 9.80665, rel=1e-14)
+    assert system.machine.normal_load == "weight"
+    motion = vc.simulate(system, periods=3)
+    assert np.abs(motion["friction"]).max() == pytest.approx(0.2 * weight, rel=1e-12)
+    assert case_from_text(case_text(vc.Case(system))).system == system
+
+
+def test_the_units_of_an_inner_mass_change_no_result():
+    """They say over what errors are measured, and nothing else: a load in N is the same in any."""
+    load = "normal_load_N = 4.903325"
+    system = case_from_text(INNER.replace('normal_load = "weight"', load)).system
+    others = INNER.replace('normal_load = "weight"', f"{load}\nlength_unit_m = 0.002\ntime_unit_s = 0.03")
+    found, same = (vc.simulate(each, periods=5, tolerance=1e-11) for each in (system, case_from_text(others).system))
+    assert found.end == pytest.approx(1.0, rel=1e-12)
+    assert found["position"] == pytest.approx(same["position"], abs=1e-8)
+
+
+def test_the_weight_is_normal_to_a_slope_and_gravity_is_known_in_si():
+    slope = "[environment]\ninclination_deg = 10\n"
+    system = case_from_text(INNER + slope).system
+    load = system.placed.loads()[0] * system.si.factor("friction")
+    assert load == pytest.approx(0.5 * 9.80665 * math.cos(math.radians(10)), rel=1e-13)
+    assert system.parameter("environment.gravity_m_per_s2") == pytest.approx(9.80665, rel=1e-15)
+    crawler = vc.System(
+        vc.TwoMassCrawler.in_si(inner_mass_kg=0.1, body_mass_kg=0.3, normal_load="weight"),
+        vc.Coulomb(0.2, 0.2),
+        vc.Harmonic.in_si(amplitude_m=0.02, frequency_Hz=5.0),
+        environment=vc.Environment.in_si(inclination_deg=-10),
+    )
+    load = crawler.placed.loads()[0] * crawler.si.factor("friction")
+    assert load == pytest.approx(0.4 * 9.80665 * math.cos(math.radians(10)), rel=1e-13)
+
+
+def test_a_weight_needs_units_in_which_it_is_the_ratio_of_masses():
+    with pytest.raises(CaseError, match=r"machine.normal_load: should be .weight. with a unit of time sqrt\(l/g\)"):
+        case_from_text(INNER.replace("gap_m", "time_unit_s = 0.03\ngap_m"))
+    with pytest.raises(CaseError, match=r'normal_load: should be a finite number >= 0 or "weight"'):
+        case_from_text(INNER.replace('"weight"', '"heavy"'))

@@ -17,6 +17,7 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
+from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
 NEWTON = 0.2 * 9.80665
@@ -111,22 +112,26 @@ def test_an_orbit_in_si(place, capsys):
 
 def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
     """Every motion within the record of another is converted as that is."""
-    from vibrocap.io.in_si import in_si, orbit_units
+    from vibrocap.cli.commands.orbit import whole_record
+    from vibrocap.orbits.attractors.classification import MotionClass
+    from vibrocap.orbits.closing.orbit import orbit
 
-    system = case_from_text(BENCH).system
-    travel = {"drift": 2.0, "state": {"angle": 1.0, "angle_rate": 1.0, "position": 0.0, "velocity": 1.0}}
-    motion = {"period": 3.0, "mean_velocity": 1.0, "twin": None, **travel}
-    unstable = {**travel, "largest_multiplier": 4.0, "gives_way_to": [{**motion, "twin": travel}]}
-    record = {**motion, "status": "converged", "unstable_orbit": unstable, "class": {"kind": "chaotic", "drift": 2.0}}
-    found = in_si(record, orbit_units(record, system), system)
-    inner = found["unstable_orbit"]["gives_way_to"][0]
-    assert inner["period"] == pytest.approx(3.0 * SECOND, rel=1e-14)
-    for each in (found, found["unstable_orbit"], inner, inner["twin"], found["class"]):
-        assert each["drift"] == 2.0 * METRE
-    for each in (found, found["unstable_orbit"], inner, inner["twin"]):
-        assert each["state"]["velocity"] == pytest.approx(METRE / SECOND, rel=1e-14)
-    assert found["unstable_orbit"]["largest_multiplier"] == 4.0
-    assert "twin" not in found["units"]
+    case = case_from_text(BENCH)
+    steady = orbit(case.system, initial=case.initial)
+    what = MotionClass("chaotic", "made up", 2.0, 0.1, None, steady.state)
+    found = whole_record(steady, steady, (steady,), what)
+    plain, units = found["dimensionless"], found["units"]
+    inner, same = found["unstable_orbit"]["gives_way_to"][0], plain["unstable_orbit"]["gives_way_to"][0]
+    assert inner["period"] == same["period"] * SECOND
+    pairs = [(found, plain), (found["unstable_orbit"], plain["unstable_orbit"]), (inner, same)]
+    pairs += [(found["twin"], plain["twin"]), (inner["twin"], same["twin"])]
+    for shown, known in pairs:
+        assert shown["drift"] == known["drift"] * METRE != 0.0
+        assert shown["state"]["velocity"] == pytest.approx(known["state"]["velocity"] * METRE / SECOND, rel=1e-14)
+    assert found["class"]["drift"] == 2.0 * METRE
+    assert units["twin"]["drift"] == units["class"]["drift"] == units["unstable_orbit"]["drift"] == "m"
+    assert units["unstable_orbit"]["gives_way_to"]["mean_velocity"] == "m/s"
+    assert "unstable_orbit" not in whole_record(steady, None, None, None)["units"]
 
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
@@ -156,17 +161,15 @@ def test_a_branch_in_si(place, capsys):
 
 @pytest.mark.slow
 def test_special_points_of_a_branch_are_in_si():
-    from vibrocap.io.steady_in_si import diagram_in_si
-    from vibrocap.physics.conversion import quantity
-
-    system = case_from_text(CASE).system  # harmonic: symmetry can break
-    over = quantity("drive.amplitude_N_m", system)
-    found = vc.branches(system, over.plain, (1.0, 2.2), depth=1, initial={"angle": 1.0}, points=400)
-    shown = diagram_in_si(found, over)
+    system, torque = case_from_text(CASE).system, 0.2 * 9.80665 * 0.25  # harmonic: symmetry can break
+    between = (torque, 2.2 * torque)
+    shown = vc.branches(system, "drive.amplitude_N_m", between, depth=1, initial={"angle": 1.0}, points=400)
+    found = shown.dimensionless
+    assert (shown.over, found.over) == ("drive.amplitude_N_m", "drive.amplitude")
+    assert found.between == pytest.approx((1.0, 2.2), rel=1e-15)
     special = [each for branch in found.branches for each in branch.special_points]
     after = [each for branch in shown.branches for each in branch.special_points]
     assert special
-    torque = 0.2 * 9.80665 * 0.25
     assert [each.parameter for each in after] == pytest.approx([each.parameter * torque for each in special], rel=1e-14)
     assert [each.error for each in after] == pytest.approx([each.error * torque for each in special], rel=1e-14)
     drifts = [(a.drift, b.drift) for a, b in zip(special, after, strict=True) if a.drift is not None]
@@ -195,7 +198,7 @@ def test_a_crossing_in_si(place, capsys):
 
 
 def test_crossings_with_another_machine_take_paths_in_si(place):
-    from vibrocap.cli.commands.orbit import _other
+    from vibrocap.cli.commands.crossing import _other
 
     system = case_from_text(BENCH).system
     assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
@@ -246,10 +249,11 @@ def test_units_that_are_missing_or_not_known_are_named(place, capsys, words, sai
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
 def test_pictures_of_branches_are_in_si():
+    from vibrocap.orbits.continuation.branch import branch
     from vibrocap.plotting.branches import branch_figure
 
     system = case_from_text(BENCH).system
-    found = vc.branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
+    found = branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
     (ax,) = branch_figure(found).axes
     hertz = 1.0 / (2.0 * math.pi * SECOND)
     assert ax.get_xlabel() == "drive frequency [Hz]"
@@ -264,10 +268,11 @@ def test_pictures_of_branches_are_in_si():
 
 
 def test_pictures_of_basins_are_in_si():
+    from vibrocap.orbits.attractors.basins import basins
     from vibrocap.plotting.basins import basin_figure
 
     system = case_from_text(BENCH).system
-    found = vc.basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    found = basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
     figure = basin_figure(found)
     ax = figure.axes[0]
     assert ax.get_ylabel().endswith("[m/s]")
@@ -299,7 +304,7 @@ def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
 def test_the_axes_of_basins_are_those_of_their_plane():
     from vibrocap.plotting.basins import draw_basins
 
-    found = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
     assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
     for keys in (("velocity", "angle"), ("angle_deg",), "angle_deg"):
         with pytest.raises(
@@ -321,7 +326,7 @@ def test_changes_on_the_command_line_are_in_si(place, capsys):
     found = json.loads(capsys.readouterr().out)
     text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
     text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
-    assert found["dimensionless"]["state"] == case_from_text(text).simulate().state
+    assert found["dimensionless"]["state"] == case_from_text(text).simulate().dimensionless.state
 
 
 def test_a_change_in_another_unit_replaces_what_the_case_says():

@@ -40,7 +40,7 @@ def in_si() -> vc.System:
         drive=vc.Harmonic.in_si(amplitude_N_m=0.35, frequency_Hz=1.6),
     )
     motion = vc.simulate(bench, periods=2)
-    print(bench.si.factor("position"), motion.si["position"][-1], motion.si.unit("position"))
+    print(bench.si.factor("position"), motion["position"][-1], motion.unit_of("position"))
     return bench
 
 

@@ -1,6 +1,7 @@
 """Pages that are read off the package: the commands with their options, and the public names with their docstrings."""
 
 import importlib
+import inspect
 import re
 from pathlib import Path
 
@@ -54,7 +55,7 @@ def rooms() -> dict[str, list[str]]:
     """Public names by the room in which they stand, rooms as they are titled above."""
     found: dict[str, list[str]] = {room: [] for room in TITLES}
     for name in vc.__all__:
-        _, room, below, *_ = getattr(vc, name).__module__.split(".")
+        _, room, below, *_ = inspect.unwrap(getattr(vc, name)).__module__.split(".")
         key = f"{room}.{below}"
         found.setdefault(key if key in TITLES else room, []).append(name)
     return {room: names for room, names in found.items() if names}

@@ -128,6 +128,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.machines.block_row import ThreeBlockRow, TwoBlockRow, block_row
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
+    from vibrocap.physics.machines.inner_mass import InnerMassScales
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
@@ -137,7 +138,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.rotor_capsule import RotorCapsule
-    from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
@@ -175,7 +176,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
 __version__: str
 
 if not TYPE_CHECKING:  # which would let every name pass
-    _asked_for = _opened(__name__)
+    _asked_for = _opened(__name__, "vibrocap.quantities.opening:opened_in_si")
 
     def __getattr__(name: str) -> Any:
         if name != "__version__":

@@ -6,14 +6,18 @@ name stands.
 
 import ast
 import importlib
+import inspect
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 
-def opened(door: str) -> Callable[[str], Any]:
-    """The function `__getattr__` of a door, given the name of its module."""
+def opened(door: str, through: str = "") -> Callable[[str], Any]:
+    """The function `__getattr__` of a door, given the name of its module.
+
+    through: "module:function", what each of its functions is put through
+    """
     module = sys.modules[door]
     tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
@@ -25,6 +29,9 @@ def opened(door: str) -> Callable[[str], Any]:
             raise AttributeError(f"module {door!r} has no attribute {name!r}")
         home = importlib.import_module(homes[name])
         found = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
+        if through and inspect.isfunction(found):
+            place, _, around = through.partition(":")
+            found = getattr(importlib.import_module(place), around)(found)
         setattr(module, name, found)
         return found
 

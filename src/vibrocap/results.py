@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from vibrocap.quantities.dimensional import Dimensional
+
 if TYPE_CHECKING:
     import pandas
     import xarray
@@ -43,7 +45,7 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b) or (isinstance(a, float) and isinstance(b, float) and a != a and b != b)
 
 
-class Result:
+class Result(Dimensional):
     """A frozen record that is equal to another by value (see `same`) and shows itself in a few words.
 
     Give a subclass `heading` (what it is, in a line) and `facts` (a few names with what is to be said of them), and
@@ -130,10 +132,16 @@ class Rows(tuple[Record, ...]):
     def _repr_html_(self) -> str:
         rows = self.table()[:MOST_ROWS]
         names = list(rows[0]) if rows else []
-        head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
+        head = "".join(f"<th>{html.escape(_titled(name, self[0]))}</th>" for name in names)
         body = "".join("<tr>" + "".join(f"<td>{_cell(row[name])}</td>" for name in names) + "</tr>" for row in rows)
         more = f"<p>and {len(self) - len(rows)} more</p>" if len(self) > len(rows) else ""
         return f"<table><tr>{head}</tr>{body}</table>{more}" if rows else "<p>none</p>"
+
+
+def _titled(name: str, record: Any) -> str:
+    """The title of a column, with the unit of what stands in it."""
+    unit = record.unit_of(name) if isinstance(record, Dimensional) else "1"
+    return name if unit == "1" else f"{name} [{unit}]"
 
 
 def _flat(record: Any) -> dict[str, Any]:

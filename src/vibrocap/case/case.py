@@ -21,6 +21,8 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import UNDECLARED, undeclared
+from vibrocap.quantities.declared import ByName, Context, WithoutUnits
+from vibrocap.quantities.dimensional import in_si
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -41,6 +43,8 @@ class CaseError(ValueError):
 class Case:
     """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
 
+    initial: without units, also of a system in SI, but under a name with its unit ("position_m")
+
     scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
     Raises ValueError, naming the field, for settings that make no sense.
     """
@@ -57,9 +61,14 @@ class Case:
         from vibrocap.motion.simulate import check_run, initial_state
 
         start = initial_state(self.system, self.initial)
-        if any(name not in start for name in self.initial):  # given in SI
-            object.__setattr__(self, "initial", {name: value for name, value in start.items() if value})
+        in_si = any(name not in start for name in self.initial)
+        initial = {name: value for name, value in start.items() if value} if in_si else self.initial
+        object.__setattr__(self, "initial", WithoutUnits(initial))
         check_run(**self.run)
+
+    def si_context(self) -> Context | None:
+        """Where numbers of its system stand in SI; None where the results are without units."""
+        return self.system.si_context()
 
     @property
     def run(self) -> dict[str, Any]:
@@ -67,10 +76,10 @@ class Case:
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
 
     def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
-        """The motion of this case."""
+        """The motion of this case, in SI where its results are."""
         from vibrocap.motion.simulate import simulate
 
-        return simulate(self.system, initial=self.initial, **self.run, progress=progress)
+        return in_si(simulate(self.system, initial=self.initial, **self.run, progress=progress))
 
     def save(self, path: str | Path, units: str | None = None) -> Path:
         """Write the case to a TOML file, in SI where its results are, or as `units` says, "SI" or "dimensionless".
@@ -205,12 +214,14 @@ def case_text(case: Case, units: str | None = None) -> str:
     return as_text(case.system, case.scales, case.initial, case.run, units)
 
 
-def save_case(system: System, path: str | Path, units: str | None = None, **run: Any) -> Path:
-    """Write a case file of a system; run: initial=..., periods=... and the other fields of a `Case`.
+def save_case(
+    system: System, path: str | Path, units: str | None = None, *, initial: ByName | None = None, **run: Any
+) -> Path:
+    """Write a case file of a system; initial: its start, by state; run: periods=... and other fields of a `Case`.
 
     units: "SI" or "dimensionless"; in SI where the system knows its scales and nothing is said
     """
-    return Case(system, **run).save(path, units)
+    return Case(system, initial or {}, **run).save(path, units)
 
 
 def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.case.sections import kind_key
-from vibrocap.physics.conversion import part_without_units, states_without_units
+from vibrocap.physics.conversion import part_without_units, states_without_units, with_gravity
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.units import Units, one_way, parameter_keys, state_keys, state_units
@@ -86,6 +86,8 @@ def without_units(
         aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare = form.said == SI
+        if name == "environment":
+            values = with_gravity(values, form.classes["machine"])
         if name == "initial":
             found = states_without_units(values, units, bare=bare)
         else:

@@ -1,7 +1,11 @@
 """Examples of every command, as they stand under its help; tests run them all, in this order, in one folder."""
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "new": ("vibrocap new --out case.toml", "vibrocap new oscillator --law dahl --drive ramp"),
+    "new": (
+        "vibrocap new --out case.toml",
+        "vibrocap new --si --out bench.toml",
+        "vibrocap new oscillator --law dahl --drive ramp",
+    ),
     "examples": ("vibrocap examples", "vibrocap examples --to examples"),
     "simulate": (
         "vibrocap simulate case.toml --initial angle=0.5",
@@ -11,7 +15,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "convert": (
         "vibrocap convert examples/travels-by-stick-slip.toml --scales pendulum_mass_kg=0.2,pendulum_length_m=0.25",
-        "vibrocap convert examples/bench-in-si.toml --out bench.toml",
+        "vibrocap convert bench.toml --out bench-without-units.toml",
     ),
     "limits": (
         "vibrocap limits examples/bristles-lugre.toml",

@@ -24,13 +24,14 @@ from vibrocap.cli.commands.bound import bound
 from vibrocap.cli.commands.branch import basins, branch
 from vibrocap.cli.commands.calibrate import calibrate
 from vibrocap.cli.commands.cite import cite
+from vibrocap.cli.commands.crossing import crossing
 from vibrocap.cli.commands.equilibria import equilibria
 from vibrocap.cli.commands.export import export
 from vibrocap.cli.commands.fit import fit
 from vibrocap.cli.commands.friction import friction, limits
 from vibrocap.cli.commands.lab import lab
 from vibrocap.cli.commands.optimise import optimise
-from vibrocap.cli.commands.orbit import crossing, orbit
+from vibrocap.cli.commands.orbit import orbit
 from vibrocap.cli.commands.records import datasets, stick_slip
 from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate

@@ -20,6 +20,7 @@ from vibrocap.measures.measure import Measure
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Number, Numbers
 from vibrocap.results import Result
 
 MEMBERS = 128  # of a population
@@ -42,15 +43,15 @@ class ParetoFront(Result):
 
     status: OptimumStatus
     system: System
-    designs: tuple[dict[str, float | str], ...]
+    designs: tuple[dict[str, Number | str], ...]
     measures: tuple[str, str]
     units: tuple[str, str]
     maximised: tuple[bool, bool]
     sized: tuple[bool, bool]
-    scales: tuple[float, float]
-    values: np.ndarray
+    scales: tuple[Number, Number]
+    values: Numbers
     orbits: tuple[Orbit, ...]
-    multipliers: np.ndarray
+    multipliers: Numbers
     counts: dict[str, int]
     rejected: dict[str, int]
     population: Population = dataclasses.field(compare=False)
@@ -75,7 +76,7 @@ class ParetoFront(Result):
         left = {"left out": ", ".join(f"{number}: {why}" for why, number in self.rejected.items())}
         return {"points": str(len(self))} | spans | found | (left if self.rejected else {})
 
-    def others(self) -> np.ndarray:
+    def others(self) -> Numbers:
         """Both measures of every motion that was evaluated and allowed, [motions, 2], as `values`."""
         design, start, _ = _allowed(self.population)
         found = np.stack([self.population.found[name][design, start] for name in self.measures], axis=1)
@@ -106,7 +107,7 @@ def pareto_front(
     *,
     senses: Sequence[str | None] = (None, None),
     subject_to: str | Sequence[str] = (),
-    starts: Sequence[Mapping[str, float]] | None = None,
+    starts: Sequence[ByName] | None = None,
     evaluations: int = 10_000,
     points: int = 100,
     seed: int = 0,

@@ -18,6 +18,7 @@ from vibrocap.measures.measure import Measure
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Number, States
 from vibrocap.results import Advised, Result
 
 APART = 0.05  # share of every range within which designs count as the same candidate
@@ -45,6 +46,7 @@ class OptimumStatus(Advised):
 class Optimum(Result):
     """The best design of a search.
 
+    Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
     design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
         travels the other way; maximised: whether it was to be large; scale: what one dimensionless unit is in `unit`
@@ -60,21 +62,21 @@ class Optimum(Result):
     """
 
     status: OptimumStatus
-    design: dict[str, float | str] | None
+    design: dict[str, Number | str] | None
     measure: str
     maximised: bool
-    value: float | None
+    value: Number | None
     unit: str
-    scale: float
+    scale: Number
     orbit: Orbit | None
-    constraints: dict[str, float]
+    constraints: dict[str, Number]
     limits: tuple[str, ...]
-    slopes: dict[str, tuple[float | None, float | None]]
-    starts: tuple[dict[str, float], ...]
+    slopes: dict[str, tuple[Number | None, Number | None]]
+    starts: tuple[States, ...]
     reached_from: tuple[int, ...]
     counts: dict[str, int]
     rejected: tuple[str, ...]
-    under: tuple[str, float] | None
+    under: tuple[str, Number] | None
     population: Population = dataclasses.field(compare=False)
 
     @property
@@ -108,7 +110,7 @@ def optimise(
     *,
     sense: str | None = None,
     subject_to: str | Sequence[str] = (),
-    starts: Sequence[Mapping[str, float]] | None = None,
+    starts: Sequence[ByName] | None = None,
     uncertain: Mapping[Any, Any] | None = None,
     robust: str = "worst",
     samples: int = 16,

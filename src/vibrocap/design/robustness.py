@@ -16,6 +16,7 @@ from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
+from vibrocap.quantities.declared import ByName, Number, Numbers
 from vibrocap.results import Result
 
 STILL = 1e-5  # of the nominal travel, below which a sample does not travel: what settled runs are off by
@@ -40,45 +41,45 @@ class Robustness(Result):
 
     measure: str
     unit: str
-    nominal: float
-    parameters: Mapping[str, np.ndarray]
-    values: np.ndarray
-    failed: dict[str, float]
-    not_settled: float
-    wrong_way: float | None
-    failed_as: float
+    nominal: Number
+    parameters: dict[str, Numbers]
+    values: Numbers
+    failed: dict[str, Number]
+    not_settled: Number
+    wrong_way: Number | None
+    failed_as: Number
     worst_is_least: bool
-    first_order: dict[str, tuple[float, float, float]] | None
-    total: dict[str, tuple[float, float, float]] | None
+    first_order: dict[str, tuple[Number, Number, Number]] | None
+    total: dict[str, tuple[Number, Number, Number]] | None
 
     @property
-    def _known(self) -> np.ndarray:
+    def _known(self) -> Numbers:
         return self.values[~np.isnan(self.values)]
 
     @property
-    def mean(self) -> float:
+    def mean(self) -> Number:
         """Over all samples."""
         return float(np.mean(self._known)) if len(self._known) else float("nan")
 
     @property
-    def deviation(self) -> float:
+    def deviation(self) -> Number:
         """Standard deviation of the samples."""
         return float(np.std(self._known, ddof=1)) if len(self._known) > 1 else float("nan")
 
     @property
-    def quantiles(self) -> dict[float, float]:
+    def quantiles(self) -> dict[Number, Number]:
         """Values that the share of samples given by each key stays below."""
         return {each: float(np.quantile(self._known, each)) if len(self._known) else float("nan") for each in QUANTILES}
 
     @property
-    def worst(self) -> float:
+    def worst(self) -> Number:
         """The worst sample."""
         if not len(self._known):
             return float("nan")
         return float(np.min(self._known) if self.worst_is_least else np.max(self._known))
 
     @property
-    def tail_mean(self) -> float:
+    def tail_mean(self) -> Number:
         """The mean of the worst tenth of the samples."""
         ordered = np.sort(self._known)
         many = int(np.ceil(TAIL * len(ordered)))
@@ -127,7 +128,7 @@ def robustness(
     measure: str | Measure = "mean_velocity",
     *,
     through: Callable[..., Mapping[str, Any]] | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     samples: int = 256,
     seed: int = 0,
     periods: int = 300,

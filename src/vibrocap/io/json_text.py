@@ -16,6 +16,11 @@ def plain(value: Any) -> Any:
     return float(value) if math.isfinite(value) else None
 
 
+def in_both(record: dict[str, Any], units: dict[str, Any], dimensionless: dict[str, Any]) -> dict[str, Any]:
+    """A record in SI with the `units` of what has one and, under `dimensionless`, the same values without units."""
+    return {**record, "units": units, "dimensionless": {name: dimensionless.get(name) for name in units}}
+
+
 def json_text(record: Any) -> str:
     """One JSON object in full precision."""
     return json.dumps(plain(record), indent=2, ensure_ascii=False, allow_nan=False)

@@ -13,6 +13,8 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
+from vibrocap.quantities.declared import Shown
+from vibrocap.quantities.dimensional import computed
 
 if TYPE_CHECKING:
     import pandas
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 PARAMETER = ("value", "low", "high", "standard_error", "unit", "verdict", "meaning")
 
 
-def to_xarray(result: Any) -> "xarray.Dataset":
+def to_xarray(result: Shown) -> "xarray.Dataset":
     """A result as a dataset of labelled arrays.
 
     A motion along "time", its uniform grid, and "event", with its case and, if it has been asked for before, its
@@ -43,7 +45,7 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     raise TypeError(f"result should be a motion, an orbit, a branch, basins or a diagram, got {_kind(result)}")
 
 
-def to_pandas(result: Any) -> "pandas.DataFrame":
+def to_pandas(result: Shown) -> "pandas.DataFrame":
     """A result as a table: a motion with a row for each time of its grid, a branch with a row for each point.
 
     Of a fit the parameters, of a diagram of branches its special points, of events, phases, equilibria, the designs of
@@ -78,7 +80,7 @@ def to_pandas(result: Any) -> "pandas.DataFrame":
 def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":
     from vibrocap.io.json_text import json_text
 
-    certificate = vars(motion).get("certificate")  # what was not asked for costs a run
+    certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
     text = None if certificate is None else json_text(certificate.record())
     return motion_dataset(motion, case_of(motion), text)
 

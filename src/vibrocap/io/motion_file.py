@@ -14,6 +14,8 @@ from vibrocap.inputs import require_plain_file
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
 from vibrocap.io.spreadsheets import beside, headed, write_csv, write_matlab, write_workbook
+from vibrocap.quantities.declared import ByName, Shown
+from vibrocap.quantities.dimensional import computed, walked
 
 if TYPE_CHECKING:
     import xarray
@@ -40,30 +42,22 @@ MEANINGS = {
 
 
 def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
-    """What is exported, by name, on the motion's time grid; in SI where the system knows its scales."""
+    """What is exported, by name, on the motion's time grid; in SI where the motion is."""
+    context, motion = motion.si_context(), computed(motion)
     if not len(motion.piece_start):  # nothing but the start was computed
         found = {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
     else:
         names = (*motion.state_names, *motion.integral_names)
         found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
         found |= {name: motion[name] for name in ("friction", "drive", LOAD, "side") if name in motion.names}
-    if motion.system.units is None:
-        return found
-    return {name: values * _scale(motion, name) if name != "side" else values for name, values in found.items()}
+    return found if context is None else walked(found, ByName, context)
 
 
 def _unit(motion: "Trajectory", name: str) -> str:
-    return UNITS if motion.system.units is None else motion.system.si.unit(name)
+    return UNITS if motion.si_context() is None else motion.unit_of(name)
 
 
-def _scale(motion: "Trajectory", name: str) -> float:
-    """What one dimensionless unit of a column is in the column's unit."""
-    return 1.0 if motion.system.units is None else motion.system.si.factor(name)
-
-
-def write_motion(
-    motion: "Trajectory", path: str | Path, case: Case | None = None, *, unit_headings: bool = False
-) -> Path:
+def write_motion(motion: Shown, path: str | Path, case: Case | None = None, *, unit_headings: bool = False) -> Path:
     """Write a motion on its time grid to a file ending in .nc, .csv, .xlsx or .mat, whole or not at all.
 
     Units and meanings go along, and the case that makes it again (by default that of the motion itself): of a CSV file
@@ -89,11 +83,12 @@ def write_motion(
 
 def case_of(motion: "Trajectory") -> Case:
     """The case that makes a motion again, but for a start at another time than 0, see `start_of`."""
-    return Case(motion.system, dict(motion.initial), periods=motion.periods, tolerance=motion.tolerance)
+    return Case(motion.system, dict(computed(motion).initial), periods=motion.periods, tolerance=motion.tolerance)
 
 
 def start_of(motion: "Trajectory") -> dict[str, float]:
     """What a case does not say of the start of a motion: nothing where it starts with its drive, at time 0."""
+    motion = computed(motion)
     return {"start_time": motion.start_time, "start_phase": motion.start_phase} if motion.start_time else {}
 
 
@@ -135,14 +130,14 @@ def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = N
             "time": ("time", table["time"], _attributes(motion, "time")),
             "event_time": (
                 "event",
-                motion.event_times * _scale(motion, "time"),
+                motion.event_times,
                 _attributes(motion, "time") | {"long_name": "time of event"},
             ),
         },
         attrs={
             "title": "Motion of a vibro-driven capsule",
             "source": f"vibrocap {version('vibrocap')}",
-            "units": f"{UNITS}: {SCALES}" if motion.system.units is None else IN_SI,
+            "units": f"{UNITS}: {SCALES}" if motion.si_context() is None else IN_SI,
             **known,
             "status": motion.status.value,
             "status_text": motion.status.text,
@@ -158,10 +153,10 @@ def _write_netcdf(motion: "Trajectory", case: Case, path: Path, _headings: list[
 
 def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
     found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
-    if motion.system.units is None:
+    if (context := motion.si_context()) is None:
         return found
     found["long_name"] = found["long_name"].removesuffix(" [rad]")
-    return found | {"dimensionless_unit": _scale(motion, name)}
+    return found | {"dimensionless_unit": context.units.factor(name)}
 
 
 def _certificate_text(motion: "Trajectory") -> str:
@@ -176,7 +171,7 @@ def _facts(motion: "Trajectory") -> dict[str, str]:
         "certificate": certificate,
         "status": motion.status.value,
         "status_text": motion.status.text,
-        "scales": SCALES if motion.system.units is None else IN_SI,
+        "scales": SCALES if motion.si_context() is None else IN_SI,
         **{name: repr(value) for name, value in start_of(motion).items()},
     }
 
@@ -187,8 +182,8 @@ def _write_csv(motion: "Trajectory", case: Case, path: Path, headings: list[str]
     header = case_text(case).splitlines()
     header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in _facts(motion).items())]
     header += ["", "[result.units]", *(f'{name} = "{_unit(motion, name)}"' for name in table)]
-    if motion.system.units is not None:
-        header += ["", "[result.dimensionless_unit]", *(f"{name} = {_scale(motion, name)!r}" for name in table)]
+    if (context := motion.si_context()) is not None:
+        header += ["", "[result.dimensionless_unit]", *(f"{name} = {context.units.factor(name)!r}" for name in table)]
     header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
     numbers = {name: values.tolist() for name, values in table.items()}
     lists = [map(str, map(int, each)) if name == "side" else map(repr, each) for name, each in numbers.items()]
@@ -201,7 +196,7 @@ def _write_workbook(motion: "Trajectory", case: Case, path: Path, headings: list
     events = (
         (time, kind, contact)
         for time, kind, contact in zip(
-            (motion.event_times * _scale(motion, "time")).tolist(),
+            motion.event_times.tolist(),
             motion.event_kinds.tolist(),
             motion.event_contacts.tolist(),
             strict=True,
@@ -224,7 +219,7 @@ def _write_workbook(motion: "Trajectory", case: Case, path: Path, headings: list
 def _write_matlab(motion: "Trajectory", case: Case, path: Path, _headings: list[str]) -> None:
     """The columns as variables; structs with events, units, meanings and what is known of the motion; the case."""
     table = columns(motion)
-    events = {"time": motion.event_times * _scale(motion, "time"), "kind": motion.event_kinds}
+    events = {"time": motion.event_times, "kind": motion.event_kinds}
     about = {
         "events": events | {"contact": motion.event_contacts},
         "units": {name: _unit(motion, name) for name in table},

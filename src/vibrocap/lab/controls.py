@@ -67,6 +67,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
         "name": info.name,
         "symbol": info.symbol,
         "meaning": info.meaning,
+        **({"inSi": info.in_si} if info.in_si != info.meaning else {}),
         "default": info.default,
         "needed": any(each.name == info.name for each in needed(part)),
         **bounds,

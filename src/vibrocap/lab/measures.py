@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.lab.controls import exponents
 from vibrocap.lab.written import Ways, Written, chosen, text_of
 from vibrocap.measures.during_run import asked_groups, measure_table, resolved, values
 from vibrocap.measures.gathered import Gathered
@@ -13,6 +14,7 @@ from vibrocap.measures.measure import Measure, Reduction, Standard, own_integran
 from vibrocap.measures.response import MIRRORED
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
+from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
 
 ASKED = codes.ASK_SYMMETRY | codes.ASK_WORD  # of a motion on show: what the readouts say
@@ -34,6 +36,8 @@ def _reductions(system: System) -> tuple[Measure, ...]:
 def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any]]:
     """The measures of a system that are numbers: name, meaning, groups that have to be gathered, and how to read it.
 
+    si: the SI unit of one that has one, and its exponents of mass, length and time
+
     read: an expression in JavaScript of the result r of the kernel, the drive period T, the threshold of settling h and
     of whether the system has the half-period symmetry, m. It is what the measure itself does, written down; a measure
     that this system does not have is left out.
@@ -45,7 +49,9 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
             continue
         read = _read(system, kernel, needed, name)
         if read != "NaN":
-            found.append({"name": name, "meaning": measure.meaning, "asked": asked_groups(needed), "read": read})
+            si = None if measure.si_unit == "1" else [measure.si_unit, exponents(dimension_of_unit(measure.si_unit))]
+            record = {"name": name, "meaning": measure.meaning, "asked": asked_groups(needed), "read": read}
+            found.append(record if si is None else record | {"si": si})
     return found
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -10,11 +10,14 @@ import numpy as np
 from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import ByName, Number, Numbers, Speed, Speeds
+from vibrocap.quantities.dimensional import Dimensional, said
 
 Shape = Literal["tanh", "arctan"]
 LOOSER = 10.0  # times the tolerance: that of the run beside each, which tells the noise
@@ -27,22 +30,22 @@ NARROWEST = 1e-12  # of the fastest sliding: where a search for a width ends
 
 
 @dataclasses.dataclass(frozen=True)
-class SmoothedRun:
+class SmoothedRun(Dimensional):
     """One run with a smoothed contact (or, at width 0, with the exact one).
 
     value: of the measure, NaN where the run could not be completed; steps: of the integrator
     noise: difference of the measure from a run at ten times the tolerance, a bound of the error of integration
     """
 
-    width: float
-    value: float
-    noise: float
+    width: Speed
+    value: OneOfMeasure
+    noise: OneOfMeasure
     steps: int
     status: Status
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Regularisation:
+class Regularisation(Dimensional):
     """Error of a measure when the contact is smoothed, at several widths.
 
     exact: the run with the contact solved exactly; runs: the smoothed ones, from wide to narrow
@@ -56,34 +59,34 @@ class Regularisation:
     shape: Shape
     exact: SmoothedRun
     runs: tuple[SmoothedRun, ...]
-    speed: float
-    order: float | None
-    order_range: tuple[float, float] | None
+    speed: Speed
+    order: Number | None
+    order_range: tuple[Speed, Speed] | None
     smooth: bool
 
     @property
-    def widths(self) -> np.ndarray:
+    def widths(self) -> Speeds:
         """Widths [n], from wide to narrow."""
         return np.array([run.width for run in self.runs])
 
     @property
-    def errors(self) -> np.ndarray:
+    def errors(self) -> ManyOfMeasure:
         """Value less the exact one [n]; NaN where a run could not be completed."""
         return np.array([run.value for run in self.runs]) - self.exact.value
 
     @property
-    def relative_errors(self) -> np.ndarray:
+    def relative_errors(self) -> Numbers:
         """Errors over the size of the exact value [n]; infinite or NaN where that is zero."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.errors / abs(self.exact.value)
 
     @property
-    def noise(self) -> np.ndarray:
+    def noise(self) -> ManyOfMeasure:
         """Bound of the error of integration in each error [n]."""
         return np.array([run.noise for run in self.runs]) + self.exact.noise
 
     @property
-    def steps(self) -> np.ndarray:
+    def steps(self) -> Numbers:
         """Steps of the integrator [n]."""
         return np.array([run.steps for run in self.runs])
 
@@ -91,19 +94,20 @@ class Regularisation:
     def text(self) -> str:
         """The report in words."""
         widest, narrowest = self.runs[0], self.runs[-1]
+        ends = f"{widest.value:.6g} at width {widest.width:.2g} and {narrowest.said('value', 6)} at"
         words = (
-            f"{self.measure} is {self.exact.value:.6g} exactly, in {self.exact.steps} steps; smoothed by {self.shape} "
-            f"it is {widest.value:.6g} at width {widest.width:.2g} and {narrowest.value:.6g} at {narrowest.width:.2g}, "
-            f"in {narrowest.steps} steps."
+            f"{self.measure} is {self.exact.said('value', 6)} exactly, in {self.exact.steps} steps; smoothed by "
+            f"{self.shape} it is {ends} {narrowest.said('width', 2)}, in {narrowest.steps} steps."
         )
         if self.order is not None and self.order_range is not None:
             low, high = self.order_range
-            words += f" Its error goes with the width to the power {self.order:.2f} between {low:.2g} and {high:.2g}."
+            between = f"{low:.2g} and {said(high, narrowest.unit_of('width'), 2)}"
+            words += f" Its error goes with the width to the power {self.order:.2f} between {between}."
         return words if self.smooth else f"{words} It is not smooth in the width: the error jumps or changes its sign."
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class WidthNeeded:
+class WidthNeeded(Dimensional):
     """The width of smoothing at which a measure has a wanted error.
 
     width: the largest below which all runs made had no larger error, to 2 % (but at most a tenth of the fastest
@@ -113,8 +117,8 @@ class WidthNeeded:
         those of the runs may do as well or worse
     """
 
-    width: float | None
-    error: float
+    width: Speed | None
+    error: OneOfMeasure
     run: SmoothedRun | None
     regularisation: Regularisation
 
@@ -122,13 +126,13 @@ class WidthNeeded:
 def regularisation_error(
     system: System,
     measure: str | Measure = "displacement",
-    widths: Sequence[float] | None = None,
+    widths: Sequence[Speed] | None = None,
     *,
     shape: Shape = "tanh",
     periods: int = 40,
     window: int | None = None,
     settle: float | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     tolerance: float = 1e-10,
 ) -> Regularisation:
     """Error that a smoothed contact of given width makes in a measure of a motion.
@@ -161,7 +165,7 @@ def width_for(
     periods: int = 40,
     window: int | None = None,
     settle: float | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     tolerance: float = 1e-10,
 ) -> WidthNeeded:
     """The width that a smoothed contact needs for a wanted error in a measure.

@@ -20,7 +20,8 @@ from vibrocap.measures.measure import (
     own_integrands,
     signs_of_extremes,
 )
-from vibrocap.measures.standard import TRAVEL, further_measure, standard_measures
+from vibrocap.measures.of_measure import ByMeasure
+from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
@@ -63,18 +64,13 @@ def measure_table(system: System | None = None) -> dict[str, Measure]:
     return dict(standard_measures(system))
 
 
-def known_measure(name: str, system: System | None = None) -> Measure | None:
-    """The measure of a name: one that a system has, one that there is of any, or one of any further contact."""
-    return standard_measures(system).get(name) or standard_measures().get(name) or further_measure(name)
-
-
 def measured(
     motion: Trajectory,
     measures: str | Measure | Iterable[str | Measure],
     *,
     window: int | None = None,
     settle: float | None = None,
-) -> dict[str, Any]:
+) -> ByMeasure:
     """Measures of a stored motion, taken by the very code that takes them during a run.
 
     measures: names of `measure_table(motion.system)`, or measures of one's own
@@ -125,12 +121,11 @@ def resolved(
     system: whose own measures may be named besides those that there are of any
     Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
     """
-    listed = {**measure_table(), **measure_table(system)}
     given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
     own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
     for measure in given:
         name = measure.name if isinstance(measure, Measure) else ""
-        if name and (own[name] != measure or listed.get(name, measure) != measure):
+        if name and (own[name] != measure or (known_measure(name, system) or measure) != measure):
             raise ArgumentError("measures", f"there are two measures of the name {name!r}")
     needed: dict[str, Measure] = {}
 

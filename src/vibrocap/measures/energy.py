@@ -2,14 +2,38 @@
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from vibrocap.measures.windows import window_times
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.numbering import name_and_number
+from vibrocap.quantities.declared import Context, Declared, Number, Time
+from vibrocap.quantities.dimensional import Dimensional
+
+
+class OfBalance(Declared):
+    """A work, or a power where the balance is one of powers."""
+
+    def unit(self, context: Context) -> str:
+        return context.around[0].work_unit
+
+
+class OfChannels(OfBalance):
+    """The same by channel."""
+
+    def units(self, value: Any, context: Context) -> dict[str, str]:
+        return dict.fromkeys(value, self.unit(context))
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        return {name: super(OfChannels, self).converted(each, context, back) for name, each in value.items()}
+
+
+Work = Annotated[float, OfBalance()]
+Works = Annotated[Mapping[str, float], OfChannels()]
 
 
 @dataclasses.dataclass(frozen=True)
-class EnergyBalance:
+class EnergyBalance(Dimensional):
     """Work over a window, positive into the system, and the change of the stored energy.
 
     drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
@@ -23,21 +47,23 @@ class EnergyBalance:
     window: (start, end) in time; periods: its length in drive periods
     """
 
-    drive: float
-    damper: float
-    contact_sliding: float
-    bristle_loss: float
-    stored: float
-    residual: float
-    window: tuple[float, float]
-    periods: float
-    belt: float = 0.0
-    impact: float = 0.0
-    contact_storage: float = 0.0
-    drag: float = 0.0
-    outer_force: float = 0.0
-    gravity: float = 0.0
-    own: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    drive: Work
+    damper: Work
+    contact_sliding: Work
+    bristle_loss: Work
+    stored: Work
+    residual: Work
+    window: tuple[Time, Time]
+    periods: Number
+    belt: Work = 0.0
+    impact: Work = 0.0
+    contact_storage: Work = 0.0
+    drag: Work = 0.0
+    outer_force: Work = 0.0
+    gravity: Work = 0.0
+    own: Works = dataclasses.field(default_factory=dict)
+
+    work_unit: ClassVar[str] = "J"
 
     @property
     def per_period(self) -> "EnergyBalance":
@@ -45,12 +71,12 @@ class EnergyBalance:
         return self._over(self.periods)
 
     @property
-    def mean_power(self) -> "EnergyBalance":
+    def mean_power(self) -> "MeanPower":
         """The same, per unit of time."""
-        return self._over(self.window[1] - self.window[0])
+        return MeanPower(**vars(self._over(self.window[1] - self.window[0])))
 
     @property
-    def friction(self) -> float:
+    def friction(self) -> Work:
         """Work of friction: sliding and bristles together."""
         return self.contact_sliding + self.bristle_loss + self.contact_storage
 
@@ -65,8 +91,15 @@ class EnergyBalance:
         return dataclasses.replace(self, **works, own=own)
 
 
+@dataclasses.dataclass(frozen=True)
+class MeanPower(EnergyBalance):
+    """The mean power of each channel over a window, under the names of an `EnergyBalance`."""
+
+    work_unit: ClassVar[str] = "W"
+
+
 def energy_balance(
-    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None
 ) -> EnergyBalance:
     """Work by channel over a window (`windows.window_times`).
 

@@ -11,6 +11,7 @@ from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, che
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
+from vibrocap.measures.of_measure import ByMeasure
 from vibrocap.measures.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
@@ -26,6 +27,7 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import System
 from vibrocap.progress import reporting
+from vibrocap.quantities.declared import ByName
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
 CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
@@ -45,7 +47,7 @@ def ensemble(
     over: Mapping[str, Any],
     *,
     measures: Sequence[str | Measure] = ("mean_velocity",),
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     periods: int = 60,
     window: int | None = None,
     settle: float | None = None,
@@ -55,7 +57,7 @@ def ensemble(
     threads: int | None = None,
     device: str = "cpu",
     progress: Callable[[int], None] | bool | None = None,
-) -> dict[str, np.ndarray]:
+) -> ByMeasure:
     """Many runs of one machine, law and drive, of each of which only measures are kept.
 
     over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each; of a system

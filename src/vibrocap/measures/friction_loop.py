@@ -3,20 +3,36 @@
 import dataclasses
 import functools
 import itertools
+from typing import Annotated
 
 import numpy as np
 
 from vibrocap.measures.stretch import Stretch, contact_place, stretches
 from vibrocap.measures.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.quantities.declared import (
+    Force,
+    Forces,
+    In,
+    Length,
+    Lengths,
+    Numbers,
+    Speed,
+    Speeds,
+    Time,
+    Times,
+    Work,
+)
+from vibrocap.quantities.dimensional import Dimensional
 
 SPEEDS = 256  # at which the branches are compared
 INVERSIONS = 60  # bisections: a speed is inverted to rounding
+LoopArea = Annotated[float, In("N m/s")]  # oint R dv
 MINORITY = 0.05  # of the integral of |difference|: with more than this of either sign the branches are mixed
 
 
 @dataclasses.dataclass(frozen=True)
-class Branches:
+class Branches(Dimensional):
     """Accelerating against decelerating friction in one direction and one regime.
 
     The difference is side (R_accelerating - R_decelerating) at equal speed: positive where friction is larger in
@@ -30,10 +46,10 @@ class Branches:
     """
 
     direction: str
-    area: float
-    mean_difference: float
-    largest_difference: float | None
-    speeds: tuple[float, float]
+    area: LoopArea
+    mean_difference: Force
+    largest_difference: Force | None
+    speeds: tuple[Speed, Speed]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,18 +158,18 @@ CURVE_POINTS = 8  # per piece
 
 
 @dataclasses.dataclass(frozen=True)
-class LoopPoint:
+class LoopPoint(Dimensional):
     """A point of the loop; displacement counts from the window's start, accelerating means that |v| grows."""
 
-    time: float
-    velocity: float
-    displacement: float
-    friction: float
+    time: Time
+    velocity: Speed
+    displacement: Length
+    friction: Force
     accelerating: bool
 
 
 @dataclasses.dataclass(frozen=True)
-class LoopSide:
+class LoopSide(Dimensional):
     """The loop on one side, of which points and branches are those of the widest slide of the period.
 
     excursion: (start, end) of that slide, the one of greatest speed; it may begin before the period
@@ -165,16 +181,16 @@ class LoopSide:
     presliding, pure_sliding: the branches below and above the boundary speed; None where the slide does not come there
     """
 
-    excursion: tuple[float, float]
+    excursion: tuple[Time, Time]
     escape: LoopPoint | None
     offset_points: tuple[LoopPoint, ...]
-    crossings: tuple[float, ...]
+    crossings: tuple[Speed, ...]
     presliding: Branches | None
     pure_sliding: Branches | None
 
 
 @dataclasses.dataclass(frozen=True)
-class FrictionLoop:
+class FrictionLoop(Dimensional):
     """Friction over one period.
 
     boundary: speed that parts presliding (below) from pure sliding (above)
@@ -183,28 +199,28 @@ class FrictionLoop:
     peak: where |R| is largest; peak_force: that |R|
     """
 
-    window: tuple[float, float]
-    boundary: float
-    velocity_area: float
-    displacement_area: float
-    peak_force: float
+    window: tuple[Time, Time]
+    boundary: Speed
+    velocity_area: LoopArea
+    displacement_area: Work
+    peak_force: Force
     peak: LoopPoint
     forward: LoopSide | None
     back: LoopSide | None
 
 
 @dataclasses.dataclass(frozen=True)
-class FrictionCurve:
+class FrictionCurve(Dimensional):
     """Points along one period, several on every piece and both its ends, so that jumps stand upright. All [points]."""
 
-    time: np.ndarray
-    velocity: np.ndarray
-    displacement: np.ndarray
-    friction: np.ndarray
-    side: np.ndarray
+    time: Times
+    velocity: Speeds
+    displacement: Lengths
+    friction: Forces
+    side: Numbers
 
 
-def friction_loop(motion: Trajectory, period: int = -1, *, boundary: float | None = None) -> FrictionLoop:
+def friction_loop(motion: Trajectory, period: int = -1, *, boundary: Speed | None = None) -> FrictionLoop:
     """The friction loop of one whole period, the last unless named.
 
     Friction that remembers takes different ways up and down in velocity. Areas are Gauss sums over the pieces of the

@@ -8,19 +8,21 @@ from typing import Any
 from vibrocap.measures.offset_points import OffsetPoints, checked_load, offset_points, root_between
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.quantities.declared import Damping, Force, Length, Speed
+from vibrocap.quantities.dimensional import Dimensional
 
 
 @dataclasses.dataclass(frozen=True)
-class SteadyPoint:
+class SteadyPoint(Dimensional):
     """A point of the steady friction curve: eq. 11 and its slope, eq. 12."""
 
-    velocity: float
-    friction: float
-    slope: float
+    velocity: Speed
+    friction: Force
+    slope: Damping
 
 
 @dataclasses.dataclass(frozen=True)
-class FrictionalLimits:
+class FrictionalLimits(Dimensional):
     """The limits of a friction law under a normal load.
 
     breakaway_force: N eta_s; coulomb_force: N eta_c
@@ -31,11 +33,11 @@ class FrictionalLimits:
     """
 
     law: str
-    load: float
-    breakaway_force: float
-    coulomb_force: float
-    deflection_limit: float | None
-    boundary_velocity: float | None
+    load: Force
+    breakaway_force: Force
+    coulomb_force: Force
+    deflection_limit: Length | None
+    boundary_velocity: Speed | None
     curve: tuple[SteadyPoint, ...]
     offset: OffsetPoints | None
 

@@ -7,6 +7,8 @@ from typing import Any
 
 from vibrocap.arguments import is_positive
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.quantities.declared import Damping, Number, Reason, Speed
+from vibrocap.quantities.dimensional import Dimensional
 
 MOST_ITERATIONS = 100_000
 # Relative change at which a recursion has arrived. Not rounding itself, at which it may hop between two neighbours.
@@ -16,16 +18,16 @@ LARGEST_LOGARITHM = 700.0  # of a floating-point number, nearly
 
 
 @dataclasses.dataclass(frozen=True)
-class Recursion:
+class Recursion(Dimensional):
     """Where a recursion went: its value (None where it left the real numbers or did not arrive) and how many steps."""
 
-    value: float | None
+    value: Speed | None
     iterations: int
     converged: bool
 
 
 @dataclasses.dataclass(frozen=True)
-class OffsetPoints:
+class OffsetPoints(Dimensional):
     """Speeds at which the steady friction curve of the LuGre law has slope zero (eq. 13).
 
     exist: whether there is any; reason: why, or why not, in words
@@ -37,12 +39,12 @@ class OffsetPoints:
     """
 
     exist: bool
-    reason: str
-    ratio: float | None
-    lower: float | None
-    upper: float | None
-    greatest_viscous_damping: float | None
-    printed_lower: float | None
+    reason: Reason
+    ratio: Number | None
+    lower: Speed | None
+    upper: Speed | None
+    greatest_viscous_damping: Damping | None
+    printed_lower: Speed | None
     printed_upper: Recursion
     corrected_upper: Recursion
 

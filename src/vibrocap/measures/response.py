@@ -8,6 +8,8 @@ from vibrocap.measures.settling import LONGEST_PERIOD, settling, stroboscopic_st
 from vibrocap.measures.windows import whole_periods
 from vibrocap.motion.section import section_states
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.quantities.declared import Number
+from vibrocap.quantities.dimensional import Dimensional
 
 # A motion that has not settled is still converging where its best recurrence over the last quarter is below this share
 # of the extent of the stroboscopic states, and by this factor smaller than over the quarter before.
@@ -18,7 +20,7 @@ ENOUGH_PERIODS = 4 * LONGEST_PERIOD  # fewer cannot tell a slow transient from a
 
 
 @dataclasses.dataclass(frozen=True)
-class ResponseClass:
+class ResponseClass(Dimensional):
     """What a motion has become.
 
     kind: "period-1", "period-2", ...: settled, repeating after so many drive periods up to a shift of the cyclic
@@ -34,7 +36,7 @@ class ResponseClass:
 
     kind: str
     period: int | None
-    residual: float | None
+    residual: Number | None
     symmetric: bool | None
 
 

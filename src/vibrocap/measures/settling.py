@@ -7,6 +7,8 @@ import numpy as np
 from vibrocap.motion.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
+from vibrocap.quantities.declared import Number
+from vibrocap.quantities.dimensional import Dimensional
 
 # A motion is settled where it will change by no more than this share of the natural size of any state; no tolerance of
 # a run can promise more than a thousand times itself, since errors of some hundred steps add up in a period.
@@ -15,7 +17,7 @@ TOLERANCES = 1e3
 
 
 @dataclasses.dataclass(frozen=True)
-class Settling:
+class Settling(Dimensional):
     """Whether, since when and to what a motion has settled.
 
     settled: whether `remaining` is at most `threshold`
@@ -33,10 +35,10 @@ class Settling:
     settled: bool
     since: int | None
     period: int | None
-    residual: float | None
-    ratio: float | None
-    remaining: float | None
-    threshold: float
+    residual: Number | None
+    ratio: Number | None
+    remaining: Number | None
+    threshold: Number
 
 
 def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:

@@ -50,6 +50,11 @@ def undefined_measures(system: System) -> frozenset[str]:
     return frozenset(name for name, undefined in nothing.items() if undefined)
 
 
+def known_measure(name: str, system: System | None = None) -> Measure | None:
+    """The measure of a name: one that a system has, one that there is of any, or one of any further contact."""
+    return standard_measures(system).get(name) or standard_measures().get(name) or further_measure(name)
+
+
 @functools.lru_cache(maxsize=16)
 def _standard_measures(
     system: System | None, kinds: tuple[type[Machine], ...], contacts: tuple[type[Law], ...]

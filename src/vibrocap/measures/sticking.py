@@ -6,23 +6,25 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.measures.windows import period_times, window_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
+from vibrocap.quantities.declared import Number, Time
+from vibrocap.quantities.dimensional import Dimensional
 
 LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
 SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
 
 
 @dataclasses.dataclass(frozen=True)
-class StickPhases:
+class StickPhases(Dimensional):
     """Stretches of sticking within a window; those that it cuts count with the part inside."""
 
     number: int
-    lengths: tuple[float, ...]
-    total: float
-    longest: float
+    lengths: tuple[Time, ...]
+    total: Time
+    longest: Time
 
 
 def stick_phases(
-    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None, contact: int = 1
+    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None, contact: int = 1
 ) -> StickPhases | None:
     """Number and lengths of the phases in which the contact sticks, over a window (`windows.window_times`).
 
@@ -38,8 +40,8 @@ def stick_phases(
 
 
 def stick_fraction(
-    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None, contact: int = 1
-) -> float | None:
+    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None, contact: int = 1
+) -> Number | None:
     """Share of a window in which a contact sticks; None where its law cannot stick (`stick_phases`)."""
     start, end = window_times(motion, window, periods)
     phases = stick_phases(motion, (start, end), contact=contact)

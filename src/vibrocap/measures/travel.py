@@ -6,25 +6,27 @@ from vibrocap.measures.settling import settling
 from vibrocap.measures.windows import period_index, usual_window, whole_periods, window_times
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.quantities.declared import Length, Number, Speed, Time
+from vibrocap.quantities.dimensional import Dimensional
 
 
 @dataclasses.dataclass(frozen=True)
-class MeanVelocity:
+class MeanVelocity(Dimensional):
     """Mean velocity over a window, and whether the motion had settled when the window began."""
 
-    value: float
-    window: tuple[float, float]
+    value: Speed
+    window: tuple[Time, Time]
     settled: bool
 
 
-def displacement(motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None) -> float:
+def displacement(motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None) -> Length:
     """Change of the machine's cyclic coordinate (the travel X) over a window (`windows.window_times`)."""
     start, end = window_times(motion, window, periods)
     before, after = motion.states([start, end])[_cyclic(motion)]
     return float(after - before)
 
 
-def drift(motion: Trajectory, period: int = -1) -> float:
+def drift(motion: Trajectory, period: int = -1) -> Length:
     """What the cyclic coordinate gains in one whole period, the last unless named.
 
     Steady motions are periodic only up to this shift: they are relative periodic orbits, since nothing depends on X.
@@ -35,7 +37,7 @@ def drift(motion: Trajectory, period: int = -1) -> float:
     return float(motion.sections[index + 1, column] - motion.sections[index, column])
 
 
-def winding(motion: Trajectory, period: int = -1) -> dict[str, float]:
+def winding(motion: Trajectory, period: int = -1) -> dict[str, Number]:
     """Turns in one whole period, the last unless named, of each coordinate of the machine that turns, by name.
 
     A steady motion turns by a whole number over its response, its winding number. ValueError as of `drift`.

@@ -5,7 +5,6 @@ The motion itself decides by pivoting (`numerics/kernel/events/decision.py`); no
 
 import dataclasses
 import itertools
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,14 @@ from vibrocap.motion.start import initial_state
 from vibrocap.physics.machines.machine import Contact
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import Acceleration, ByName, Force, Speed, Time
+from vibrocap.quantities.dimensional import Dimensional
 
 ROUNDING = 1e-9  # of forces over the largest, and of accelerations likewise
 
 
 @dataclasses.dataclass(frozen=True)
-class ContactModes:
+class ContactModes(Dimensional):
     """One consistent set of modes of all contacts, the first contact first.
 
     sides: 0 rests, +1 and -1 slides or starts to slide there; friction, loads, accelerations: of each contact
@@ -29,9 +30,9 @@ class ContactModes:
     """
 
     sides: tuple[int, ...]
-    friction: tuple[float, ...]
-    loads: tuple[float, ...]
-    accelerations: tuple[float, ...]
+    friction: tuple[Force, ...]
+    loads: tuple[Force, ...]
+    accelerations: tuple[Acceleration, ...]
     determined: bool = True
 
 
@@ -49,7 +50,7 @@ class _Problem:
 
 
 def contact_modes(
-    system: System, state: Mapping[str, float] | None = None, time: float = 0.0, still: float = 1e-12
+    system: System, state: ByName | None = None, time: Time = 0.0, still: Speed = 1e-12
 ) -> tuple[ContactModes, ...]:
     """Every consistent set of modes of the contacts of a system at a state: one where the way to go on is certain.
 

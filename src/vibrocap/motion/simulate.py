@@ -21,6 +21,7 @@ from vibrocap.physics.flow import BOUNDS
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
+from vibrocap.quantities.declared import ByName, Time
 from vibrocap.resources import TooMuchMemory, in_words
 
 
@@ -74,8 +75,8 @@ def simulate(
     system: System,
     *,
     periods: float = 40,
-    initial: Mapping[str, float] | None = None,
-    start: Trajectory | Start | float | None = None,
+    initial: ByName | None = None,
+    start: Trajectory | Start | Time | None = None,
     tolerance: float = 1e-9,
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,

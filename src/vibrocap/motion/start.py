@@ -3,13 +3,15 @@
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.states import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
+from vibrocap.quantities.declared import Number, Time
+from vibrocap.quantities.dimensional import Dimensional, said
 
 AT_STOP = 1e-9  # of a stop, over the natural size: a printed state of a mass that touches it is there
 BRANCH = "as it says which branch of the equations holds"
@@ -17,15 +19,17 @@ WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is 
 
 
 @dataclasses.dataclass(frozen=True)
-class Start:
+class Start(Dimensional):
     """When a motion begins, and where in its period the drive is then.
 
     phase: share of the drive's period, whole parts do not matter; by default what the time says, time/T, for a drive
     is a function of time that begins a period at time 0
     """
 
-    time: float = 0.0
-    phase: float | None = None
+    time: Time = 0.0
+    phase: Number | None = None
+
+    given: ClassVar[bool] = True
 
     def __post_init__(self):
         for name, value in (("time", self.time), ("phase", 0.0 if self.phase is None else self.phase)):
@@ -90,7 +94,7 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
     A name with a unit, "position_m", is a state of a system that knows its scales.
     """
     start = dict.fromkeys(system.state_names, 0.0)
-    keys = {} if system.units is None else state_keys(system.si.states)
+    keys = state_keys(system.result_units.states)
     for name, value in (initial or {}).items():
         if name not in start and name not in keys:
             near = suggestion(name, [*start, *keys], cutoff=0.0)
@@ -130,17 +134,19 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         rest = {system.machine.contact_states[0]: -system.machine.ground_speed()}  # over a belt it slides at the stop
         for locked, value in ((name, where), *((each, rest.get(each, 0.0)) for each in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
-                factor, unit = (1.0, "") if system.units is None else (system.si.factor(locked), system.si.unit(locked))
-                wanted = f"should be {value * factor:.10g} {unit}".rstrip()
-                raise ArgumentError(
-                    f"initial.{locked}",
-                    f"{wanted}, as {switch} is {start[switch]:g}, got {start[locked] * factor:.10g} {unit}".rstrip(),
-                )
+                wanted, got = (_said(each, locked, system, 10) for each in (value, start[locked]))
+                what = f"should be {wanted}, as {switch} is {start[switch]:g}, got {got}"
+                raise ArgumentError(f"initial.{locked}", what)
     for name, (low, high) in system.placed.room().items():
         rounding = WHOLE * (1.0 + abs(start[name]))
         if not low - rounding <= start[name] <= high + rounding:
-            factor, unit = (1.0, "") if system.units is None else (system.si.factor(name), f" {system.si.unit(name)}")
-            given, bound = start[name] * factor, (high if start[name] > high else low) * factor
             what = "the actuator has its limit" if name == OUTPUT else "a stop stands"
-            wanted = f"at {'most' if start[name] > high else 'least'} {bound:g}{unit}"
-            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where {what}, got {given:g}{unit}")
+            side, bound = ("most", high) if start[name] > high else ("least", low)
+            wanted, got = (_said(each, name, system, 6) for each in (bound, start[name]))
+            raise ArgumentError(f"initial.{name}", f"should be at {side} {wanted}, where {what}, got {got}")
+
+
+def _said(value: float, name: str, system: System, digits: int) -> str:
+    """A value of a state in words, with the unit that results have."""
+    units = system.result_units
+    return said(value * units.factor(name), units.unit(name), digits)

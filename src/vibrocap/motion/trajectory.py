@@ -3,17 +3,31 @@
 import collections
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import parameter_values, parameters_at
-from vibrocap.motion.in_si import MotionInSI
 from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
 from vibrocap.motion.status import Status
 from vibrocap.physics.numbering import numbered
+from vibrocap.quantities.declared import (
+    AlongNames,
+    ByName,
+    In,
+    Named,
+    NamedArray,
+    Number,
+    Numbers,
+    StateColumns,
+    StateRows,
+    States,
+    Time,
+    Times,
+)
+from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.results import Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
@@ -22,11 +36,13 @@ BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 
 # What may happen at each contact, in the order of the numbers of `codes`.
 CONTACT_EVENTS = ("stick", "slip_forward", "slip_back", "reversal")
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
+Moments = Annotated[Any, In("s")]  # a time or an array of times
+NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
 @dataclasses.dataclass(frozen=True)
-class Event:
+class Event(Dimensional):
     """A change of the contact, located to rounding level.
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
@@ -38,22 +54,22 @@ class Event:
     contact: its number, 1 for the first; 0 of what happens at none
     """
 
-    time: float
+    time: Time
     kind: str
-    state: dict[str, float]
+    state: States
     contact: int = 0
 
 
 @dataclasses.dataclass(frozen=True)
-class Phase:
+class Phase(Dimensional):
     """A stretch of time on one side: 0 stuck, +1 sliding forward, -1 sliding back."""
 
-    start: float
-    end: float
+    start: Time
+    end: Time
     side: int
 
     @property
-    def length(self) -> float:
+    def length(self) -> Time:
         """Duration."""
         return self.end - self.start
 
@@ -71,32 +87,32 @@ class Trajectory(Result):
     """
 
     system: Any
-    initial: Mapping[str, float]
-    periods: float
-    tolerance: float
-    period: float
+    initial: ByName
+    periods: Number
+    tolerance: Number
+    period: Time
     run_status: Status  # how the run ended, whatever its certificate says
     state_names: tuple[str, ...]
     integral_names: tuple[str, ...]
-    piece_start: np.ndarray  # [pieces]
-    piece_length: np.ndarray  # [pieces]
-    piece_sides: np.ndarray  # [pieces, contacts] 0 where a contact rests, +1 or -1 where it slides
-    piece_implicit: np.ndarray  # [pieces] whether an implicit step made it
+    piece_start: Times  # [pieces]
+    piece_length: Times  # [pieces]
+    piece_sides: Numbers  # [pieces, contacts] 0 where a contact rests, +1 or -1 where it slides
+    piece_implicit: Numbers  # [pieces] whether an implicit step made it
     coefficients: np.ndarray  # [pieces, states, order + 1]
-    sections: np.ndarray  # [whole periods completed + 1, states] at the period marks, which count from the start
-    event_times: np.ndarray  # [events]
-    event_kinds: np.ndarray  # [events] of names
-    event_contacts: np.ndarray  # [events] number of the contact, 1 for the first; 0 where it is of none
-    event_states: np.ndarray  # [events, states]
+    sections: StateColumns  # [whole periods completed + 1, states] at the period marks, which count from the start
+    event_times: Times  # [events]
+    event_kinds: Numbers  # [events] of names
+    event_contacts: Numbers  # [events] number of the contact, 1 for the first; 0 where it is of none
+    event_states: StateColumns  # [events, states]
     observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, tuple, tuple], list[np.ndarray]] = dataclasses.field(
         compare=False
     )  # (names, times, states [states, n], sides, `drive_at`) -> values of observables and rates of integrals
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
-    start_time: float = 0.0
-    start_phase: float = 0.0  # of the drive at the start, a share of its period
-    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: of no run
+    start_time: Time = 0.0
+    start_phase: Number = 0.0  # of the drive at the start, a share of its period
+    piece_drive_time: Times | None = None  # [pieces] at their starts, since its period began; None: of no run
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
@@ -113,9 +129,9 @@ class Trajectory(Result):
         kinds = collections.Counter(map(str, self.event_kinds))
         what = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in kinds.items())
         return {
-            "length": f"{self.periods:g} periods, time {self.start_time:.6g} to {self.end:.6g}",
+            "length": f"{self.periods:g} periods, time {self.start_time:.6g} to {self.said('end', 6)}",
             "events": f"{len(self.event_times)} events" + (f" ({what})" if what else ""),
-            "end": " ".join(f"{name}={value:.5g}" for name, value in self.state.items()),
+            "end": ", ".join(f"{name} = {said(value, self.unit_of(name), 5)}" for name, value in self.state.items()),
             "status": self.status.value,
         }
 
@@ -128,12 +144,12 @@ class Trajectory(Result):
         return self.run_status
 
     @property
-    def end(self) -> float:
+    def end(self) -> Time:
         """Time reached."""
         return float(self.piece_start[-1] + self.piece_length[-1]) if len(self.piece_start) else self.start_time
 
     @property
-    def end_phase(self) -> float:
+    def end_phase(self) -> Number:
         """Where in its period the drive is at the end, from 0 to 1."""
         done = self.periods if self.run_status.ok else (self.end - self.start_time) / self.period
         return (self.start_phase + done) % 1.0
@@ -152,7 +168,7 @@ class Trajectory(Result):
         return start - begun + s, parameter_values(self.system)
 
     @property
-    def piece_side(self) -> np.ndarray:
+    def piece_side(self) -> Numbers:
         """Side of the first contact: array [pieces]."""
         return self.piece_sides[:, 0]
 
@@ -161,7 +177,7 @@ class Trajectory(Result):
         return tuple(self.piece_sides[index].T)
 
     @functools.cached_property
-    def time(self) -> np.ndarray:
+    def time(self) -> Times:
         """A uniform grid over the motion, `samples` points per period, both ends included."""
         count = max(1, round(self.samples * (self.end - self.start_time) / self.period))
         return np.linspace(self.start_time, self.end, count + 1)
@@ -179,16 +195,10 @@ class Trajectory(Result):
         return self.certify(self)
 
     @functools.cached_property
-    def state(self) -> dict[str, float]:
+    def state(self) -> States:
         """The final state by name."""
         values = self.states(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
         return {name: float(values[i, 0]) for i, name in enumerate(self.state_names)}
-
-    @property
-    def si(self) -> MotionInSI:
-        """The same motion in SI. ValueError where the system does not know its scales (`System.units`)."""
-        _ = self.system.si
-        return MotionInSI(self)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -200,18 +210,18 @@ class Trajectory(Result):
         """Names of the sides of all contacts, "side" of the first."""
         return tuple(numbered("side", i) for i in range(1, 1 + self.piece_sides.shape[1]))
 
-    def side_of(self, name: str) -> np.ndarray:
+    def side_of(self, name: str) -> Numbers:
         """A side by its name: array [pieces]."""
         return self.piece_sides[:, self.side_names.index(name)]
 
-    def piece_at(self, t: np.ndarray) -> np.ndarray:
+    def piece_at(self, t: Moments) -> Numbers:
         """Index of the piece at each time; at a border the later one."""
         return np.maximum(np.searchsorted(self.piece_start, t, side="right") - 1, 0)
 
     def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times as an array, the piece of each and the time since its start."""
         t = np.atleast_1d(np.asarray(t, dtype=float))
-        if np.any((t < self.start_time) | (t > self.end + 1e-12 * abs(self.end))):
+        if np.any((t < self.start_time - 1e-12 * abs(self.start_time)) | (t > self.end + 1e-12 * abs(self.end))):
             raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")
         index = self.piece_at(t)
         return t, index, t - self.piece_start[index]
@@ -259,12 +269,12 @@ class Trajectory(Result):
         pieces = self.sides(index), self.piece_length[index]
         return correction(self.system, *self.drive_at(index, s), *series, *pieces)
 
-    def states(self, t: Any) -> np.ndarray:
+    def states(self, t: Moments) -> StateRows:
         """States at times t: array [states, len(t)]."""
         _, index, s = self._located(t)
         return self.piece_states(index, s)
 
-    def integrals(self, t: Any) -> np.ndarray:
+    def integrals(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("integral_names",))]:
         """Integrals from the start to times t, work by channel and impulse of friction: array [integrals, len(t)].
 
         Gauss-Legendre quadrature of the powers on every piece, where they are analytic; exact to rounding for the
@@ -312,11 +322,11 @@ class Trajectory(Result):
         powers = self.piece_observables(names or self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
         return (powers.reshape(-1, *points.shape) @ weights) * 0.5 * s
 
-    def values(self, t: Any) -> np.ndarray:
+    def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
         """States and integrals at times t: array [states + integrals, len(t)]."""
         return np.concatenate((self.states(t), self.integrals(t)))
 
-    def at(self, t: Any, name: str) -> np.ndarray:
+    def at(self, t: Moments, name: str) -> NamedArray:
         """A named quantity at times t."""
         _, index, s = self._located(t)
         return self.piece_values(name, index, s)
@@ -335,8 +345,8 @@ class Trajectory(Result):
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
 
     def crossings(
-        self, name: str, value: float, direction: int | None = None, modulo: float | None = None
-    ) -> np.ndarray:
+        self, name: str, value: NamedValue, direction: int | None = None, modulo: NamedValue | None = None
+    ) -> Times:
         """Times at which a quantity passes a value, exact as the motion is: array [n], in order.
 
         name: anything that `motion.at` knows
@@ -344,13 +354,13 @@ class Trajectory(Result):
         modulo: value + k modulo counts for every whole k, as an angle that goes round passes at each turn
         A value that is touched without being passed is no crossing; one that is kept for a while, as velocity 0 at
         rest, is passed where it is left for the other side. A jump over the value, as of a velocity in an impact,
-        passes it. `motion.si.crossings` takes the value in SI and gives seconds.
+        passes it.
         """
         from vibrocap.motion.crossings import crossings
 
         return crossings(self, name, value, direction, modulo)
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> NamedArray:
         return self.at(self.time, name)
 
     @functools.cached_property

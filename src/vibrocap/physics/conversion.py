@@ -2,12 +2,14 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.part import PartInSI
-from vibrocap.physics.scales import Scales
+from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2, Scales
 from vibrocap.physics.units import (
     UNDECLARED,
     Key,
@@ -19,6 +21,7 @@ from vibrocap.physics.units import (
     state_units,
     undeclared,
 )
+from vibrocap.quantities.declared import Context, Declared
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +53,13 @@ def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bar
 def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
     """Initial states by name whose values are given in SI."""
     return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+
+
+def with_gravity(given: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
+    """What is given in SI of an environment, with gravity on a slope where the machine (a class) does not know it."""
+    if machine.gravity is not None or not any(key.startswith("inclination") for key in given):
+        return given
+    return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **given}
 
 
 INITIAL = "initial."
@@ -116,6 +126,40 @@ def quantity_in_si(plain: str, system: Any) -> Quantity:
             if place is not None and place[0] == plain and place[1].has_unit:
                 return quantity(path, system)
     return Quantity(plain, plain)
+
+
+class Along(Declared):
+    """A parameter along which something is known: of a number its value, of a path the path that says its unit.
+
+    The path is what the record or the call around has as `over`. One that is given without its unit ("drive.frequency")
+    takes numbers without units; what is shown is in SI.
+    """
+
+    def _shown(self, context: Context) -> Quantity:
+        paths = [path for path in context.known("over") if isinstance(path, str)]
+        found = (quantity(path, context.system) for path in paths)
+        in_si = next((each for each in found if each.path != each.plain), None)
+        return quantity_in_si(paths[0], context.system) if in_si is None else in_si
+
+    def unit(self, context: Context) -> str:
+        return self._shown(context).unit
+
+    def scale(self, context: Context) -> float:
+        return self._shown(context).scale
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        call = context.around[0] if context.around and isinstance(context.around[0], Mapping) else {}
+        if isinstance(value, str):
+            return quantity(value, context.system).plain if back else self._shown(context).path
+        if back and "over" in call:
+            asked = quantity(call["over"], context.system)
+            return value if asked.path == asked.plain else super().converted(value, context, back)
+        return super().converted(value, context, back)
+
+
+Path = Annotated[str, Along()]
+Parameter = Annotated[float, Along()]
+Parameters = Annotated[np.ndarray, Along()]
 
 
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,19 +248,23 @@ def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tupl
             kind = type(machine).__name__
             raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
         in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
-        return {**given, **_parts_in_turn(in_si, scales, machine.effort)}, scales
+        return {**given, **_parts_in_turn(in_si, scales, type(machine))}, scales
     fields = [info.name for info in parameter_table(machine.part.si_scales)]
     try:
         own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
     except ParameterError as error:
         raise error.within("machine") from None
     rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
-    return _parts_in_turn({**given, "machine": rest}, own, machine.part.effort), own
+    return _parts_in_turn({**given, "machine": rest}, own, machine.part), own
 
 
-def _parts_in_turn(given: Mapping[str, Any], scales: Scales, effort: str) -> dict[str, Any]:
-    """The parts without units; ParameterError with every complaint, named by the keys that were given."""
+def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
+    """The parts without units; ParameterError with every complaint, named by the keys that were given.
+
+    machine: its class
+    """
     found: dict[str, Any] = {}
+    effort = machine.effort
     complaints: list[Complaint] = []
     for name, part in given.items():
         kind = part.part if isinstance(part, PartInSI) else type(part)
@@ -231,12 +279,13 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, effort: str) -> dic
                 raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
             found[name] = part
             continue
-        plain = part_without_units(part.part, part.values, Units(scales, effort, {}))
+        values = with_gravity(part.values, machine) if name == "environment" else part.values
+        plain = part_without_units(part.part, values, Units(scales, effort, {}))
         complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
         try:
             found[name] = part.part(**plain.values)
         except ParameterError as error:
-            complaints += [_as_given(each, name, part.values, plain.values, plain.keys) for each in error.complaints]
+            complaints += [_as_given(each, name, values, plain.values, plain.keys) for each in error.complaints]
     if complaints:
         raise ParameterError("the system", complaints)
     return found

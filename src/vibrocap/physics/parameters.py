@@ -24,17 +24,18 @@ Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 
 
-def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "") -> Any:
+def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "", in_si: str = "") -> Any:
     """A field with its default, its symbol in the literature, what it means and what it does.
 
     role: one of `vibrocap.physics.roles.ROLES` ("level", "stiffness", "frequency"...), from which fits know where to
     start and conversions to SI its dimension. unit: in place of a role that there is not, the SI unit ("N s/m").
+    in_si: what it means in SI, where the meaning speaks of a ratio: a "mass" in place of a "mass over another".
     Raises ValueError: a role or a unit that there is not, or both given.
     """
     if role and unit:
         raise ValueError(f"parameter: a role has its unit already; give role={role!r} or unit={unit!r}, not both")
     dimension = dimension_of_role(role) if role else dimension_of_unit(unit) if unit else None
-    extra: Any = {"symbol": symbol, "role": role, "dimension": dimension}
+    extra: Any = {"symbol": symbol, "role": role, "dimension": dimension, "in_si": in_si or meaning}
     return Field(default=default, description=meaning, json_schema_extra=extra)
 
 
@@ -78,7 +79,7 @@ def parameters(cls: type[Record]) -> type[Record]:
 class ParameterInfo:
     """What is known of one parameter: its name in code, its symbol, its meaning, its default, its role and dimension.
 
-    role: "" where none is declared; dimension: None where neither a role nor a unit is.
+    role: "" where none is declared; dimension: None where neither a role nor a unit is. in_si: its meaning in SI.
     """
 
     name: str
@@ -87,6 +88,7 @@ class ParameterInfo:
     default: Any
     role: str = ""
     dimension: Dimension | None = None
+    in_si: str = ""
 
 
 def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
@@ -133,7 +135,8 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     for name, field in fields.items():
         extra = field.json_schema_extra or {}
         known = extra.get("symbol", ""), field.description or "", field.default
-        found.append(ParameterInfo(name, *known, extra.get("role", ""), extra.get("dimension")))
+        declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", "")
+        found.append(ParameterInfo(name, *known, *declared))
     return tuple(found)
 
 

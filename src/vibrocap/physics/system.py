@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
@@ -17,7 +17,8 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import Units, state_units
+from vibrocap.physics.units import NoUnits, Units, state_units
+from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
 OPTIONAL = ("environment", "actuator")  # besides laws of further contacts
@@ -123,6 +124,8 @@ class System:
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.environment is not None:
             self.environment.check(self.machine)
+        if self.units is not None:
+            self.machine.check_scales(self.units)
 
     def _set(self, **values: Any) -> None:
         """Give fields their values, while the system is made."""
@@ -172,6 +175,20 @@ class System:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
         return Units(self.units, self.machine.effort, state_units(self.parts))
+
+    @property
+    def result_units(self) -> Units | NoUnits:
+        """Factor and unit of every quantity as results show it: in SI where the scales are known."""
+        return NoUnits() if self.units is None else self.si
+
+    def si_context(self) -> Context | None:
+        """Where numbers of this system stand in SI; None where the scales are not known."""
+        return None if self.units is None else Context(self)
+
+    @property
+    def dimensionless(self) -> "System":
+        """The same system without units, whose results have none."""
+        return self if self.units is None else dataclasses.replace(self, units=None)
 
     @property
     def laws(self) -> tuple[Law, ...]:
@@ -268,7 +285,7 @@ class System:
         asked = quantity(path, self) if self.units is not None else None
         part, name = self._resolved(path if asked is None else asked.plain)
         value = getattr(self.parts[part], name)
-        return value if asked is None or asked.plain == path or isinstance(value, str) else value * asked.scale
+        return value if asked is None or asked.plain == path or not is_number(value) else value * asked.scale
 
     def with_parameters(self, values: Mapping[str, Any]) -> "System":
         """The same system with other values at the given parameter paths; ValueError for what a part does not take.

@@ -8,8 +8,9 @@ import dataclasses
 import functools
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
+from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
@@ -195,9 +196,39 @@ class Units:
         """What one dimensionless unit of that dimension is in a unit such as "N s/m"."""
         return self.scales.of(dimension_of_unit(unit), self.effort)
 
+    def states_of(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by state, numbers or (low, high), those under keys with a unit ("angle_deg") without units."""
+        keys = {name: key for name, key in state_keys(self.states).items() if key.has_unit and name not in self.states}
+        found: dict[str, Any] = {}
+        for name, value in values.items():
+            key = keys.get(name)
+            if key is not None and key.name in {*values, *found}:
+                raise ArgumentError(name, "is given in two ways; give one of them")
+            found[name if key is None else key.name] = value if key is None else self._over(value, key)
+        return found
+
+    def _over(self, value: Any, key: Key) -> Any:
+        if isinstance(value, (tuple, list)):
+            return type(value)(self._over(each, key) for each in value)
+        return value / self.per_key(key) if is_number(value) else value
+
     def per_key(self, key: Key) -> float:
         """What one dimensionless unit is in the unit of a key."""
         return key.scale(self.scales, self.effort)
+
+
+class NoUnits:
+    """The units of results that have none."""
+
+    states: ClassVar[Mapping[str, str]] = {}
+
+    def unit(self, name: str) -> str:
+        """None, of any quantity."""
+        return "1"
+
+    def factor(self, name: str) -> float:
+        """One: numbers stay as they are."""
+        return 1.0
 
 
 def over_seconds(unit: str) -> str:

@@ -124,7 +124,7 @@ IN_SI = "In SI units."
 
 def with_unit(label: str, name: str, system: System) -> str:
     """A label with the SI unit of a quantity, of a system that knows its scales."""
-    return label + bracketed("1" if system.units is None else system.si.unit(name))
+    return label + bracketed(system.result_units.unit(name))
 
 
 def bracketed(unit: str) -> str:
@@ -139,7 +139,7 @@ def whole(words: str) -> str:
 
 def scale(name: str, system: System) -> float:
     """By what values of a quantity are multiplied for a picture: to SI, of a system that knows its scales."""
-    return 1.0 if system.units is None else system.si.factor(name)
+    return system.result_units.factor(name)
 
 
 def parts_in_si(system: System, width: float, without: str = "") -> str:

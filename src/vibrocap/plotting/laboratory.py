@@ -28,6 +28,7 @@ from vibrocap.plotting.style import (
     setting,
     style,
 )
+from vibrocap.quantities.dimensional import in_si
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
 CYCLES_SHOWN = 3.2  # of stick-slip
@@ -216,7 +217,7 @@ def _title(law: Law, load: float, width: float) -> str:
 
 def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:
     """Error of the measure and steps of the integrator against the width, for one system and one or two shapes."""
-    given = [reports] if isinstance(reports, Regularisation) else list(reports)
+    given = [in_si(each) for each in ([reports] if isinstance(reports, Regularisation) else reports)]
     if not given:
         raise ValueError("reports should hold at least one regularisation, got none")
     rows = 2 if page().narrow else 1
@@ -256,7 +257,12 @@ def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[Wi
             ax.plot([found.width, found.width], [ax.get_ylim()[0], share], **guide)
             ax.plot([ax.get_xlim()[0], found.width], [share, share], **guide)
     name = reports[0].measure.replace("_", " ")
-    ax.set(title=f"Error of the {name}", xlabel=WIDTH, ylabel="error over the exact value")
+    ax.set(title=f"Error of the {name}", xlabel=_width_label(reports), ylabel="error over the exact value")
+
+
+def _width_label(reports: Sequence[Regularisation]) -> str:
+    unit = reports[0].unit_of("speed")
+    return WIDTH if unit == "1" else f"{WIDTH} [{unit}]"
 
 
 def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
@@ -270,4 +276,4 @@ def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
         f"{exact:,}", (reports[0].widths.max(), exact), (0, 3), textcoords="offset points", ha="right", va="bottom",
         color=BLACK, fontsize=letters(8),
     )  # fmt: skip
-    ax.set(title="Steps for the whole run", xlabel=WIDTH, ylabel="steps")
+    ax.set(title="Steps for the whole run", xlabel=_width_label(reports), ylabel="steps")

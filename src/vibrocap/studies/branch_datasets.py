@@ -5,15 +5,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import Case, case_text
-from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.quantities.declared import Shown
 from vibrocap.studies.plan.code_version import code_version
-from vibrocap.studies.variables import coordinate_attributes
+from vibrocap.studies.variables import coordinate_attributes, state_attributes
 
 if TYPE_CHECKING:
     import xarray
 
 
-def branch_dataset(branch: Branch) -> "xarray.Dataset":
+POINTS = {"period": "length of one response", "drift": "drift over one response", "mean_velocity": "mean velocity"}
+
+
+def branch_dataset(branch: Shown) -> "xarray.Dataset":
     """The arrays of a branch along "point", in order of its arclength, and its special points along "special".
 
     multiplier_real and multiplier_imag: Floquet multipliers along "multiplier", largest first
@@ -22,13 +25,13 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
 
     names = branch.system.state_names
     data: dict[str, Any] = {
-        name: ("point", branch.states[:, i], coordinate_attributes(f"initial.{name}") | {"long_name": name})
-        for i, name in enumerate(names)
+        name: ("point", branch.states[:, i], state_attributes(name, branch)) for i, name in enumerate(names)
     }
     data |= {
-        "period": ("point", branch.period, _words("length of one response")),
-        "drift": ("point", branch.drift, _words("drift over one response")),
-        "mean_velocity": ("point", branch.mean_velocity, _words("mean velocity")),
+        name: ("point", getattr(branch, name), {"long_name": meaning, "units": branch.unit_of(name)})
+        for name, meaning in POINTS.items()
+    }
+    data |= {
         "multiplier_real": (
             ("point", "multiplier"),
             np.real(branch.multipliers),
@@ -50,6 +53,7 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
     for i, name in enumerate(branch.system.machine.turns):
         data[f"winding_{name}"] = ("point", branch.winding[:, i], _words(f"whole turns of {name} over one response"))
     special = branch.special_points
+    along = {"units": branch.unit_of("parameter")} if branch.si_context() is not None else {}
     for name, values, meaning in (
         ("special_kind", [each.kind.value for each in special], "kind of special point"),
         ("special_parameter", [each.parameter for each in special], f"{branch.over} there"),
@@ -58,7 +62,8 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
         ("special_stability", [each.stability for each in special], "what happens to the stability along the branch"),
     ):
         kind = str if name in ("special_kind", "special_stability") else float
-        data[name] = ("special", np.array(values, dtype=kind), {"long_name": meaning})
+        unit = along if name in ("special_parameter", "special_error") else {}
+        data[name] = ("special", np.array(values, dtype=kind), {"long_name": meaning} | unit)
     coordinates: dict[str, Any] = {
         branch.over: ("point", branch.parameter, coordinate_attributes(branch.over, branch.system)),
         "arclength": ("point", branch.arclength, _words("arclength, in natural sizes and shares of the range")),

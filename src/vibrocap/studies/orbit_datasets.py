@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import Case, case_text
-from vibrocap.orbits.attractors.basins import PHASE, Basins
-from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.attractors.basins import PHASE
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import Shown
+from vibrocap.quantities.dimensional import computed
 from vibrocap.studies.plan.code_version import code_version
-from vibrocap.studies.variables import coordinate_attributes
+from vibrocap.studies.variables import coordinate_attributes, state_attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -18,14 +19,16 @@ PHASE_ATTRIBUTES = {"long_name": "phase of the drive at the start, as a share of
 LABELS = {"not_certified": -5, "not_told_apart": -4, "failed": -3, "not_settled": -2}
 
 
-def basin_dataset(basins: Basins) -> "xarray.Dataset":
+def basin_dataset(basins: Shown) -> "xarray.Dataset":
     """The arrays of basins over both axes, with the attractors along the dimension "attractor"."""
     import xarray
 
     paths = [name if name == PHASE else f"initial.{name}" for name in basins.axes]
+    length = {"units": basins.unit_of("drift")}
+    axes = [{"units": basins.unit_of(name)} for name in ("x", "y")]
     coordinates: dict[str, Any] = {
-        path: (path, values, PHASE_ATTRIBUTES if path == PHASE else coordinate_attributes(path))
-        for path, values in zip(paths, (basins.x, basins.y), strict=True)
+        path: (path, values, PHASE_ATTRIBUTES if path == PHASE else coordinate_attributes(path) | units)
+        for path, values, units in zip(paths, (basins.x, basins.y), axes, strict=True)
     }
     motions = [each.motion for each in basins.attractors]
     of_each = {
@@ -48,28 +51,34 @@ def basin_dataset(basins: Basins) -> "xarray.Dataset":
             _flags("direction of travel in the end", {**LABELS, "back": -1, "no_travel": 0, "forward": 1}),
         ),
         "label": (paths, basins.label.astype(np.int16), _flags("index of the attractor", LABELS)),
-        "drift": (paths, basins.drift, {"long_name": "drift in the end, per drive period", "units": "1"}),
+        "drift": (
+            paths,
+            basins.drift,
+            {"long_name": "drift in the end, per drive period"} | length,
+        ),
     }
     data |= {
         name: ("attractor", np.array(column, dtype=str if name.endswith("kind") else None), {"long_name": meaning})
         for name, (column, meaning) in of_each.items()
     }
+    if basins.si_context() is not None:
+        data["attractor_drift"][2].update(length)
     attributes = {"title": "Basins of direction", "settle_periods": basins.settle_periods}
     if PHASE not in basins.axes:
         attributes["phase"] = basins.phase
-    return xarray.Dataset(data, coordinates, attributes | _source(basins.system, dict(basins.initial)))
+    return xarray.Dataset(data, coordinates, attributes | _source(basins.system, dict(computed(basins).initial)))
 
 
-def bifurcation_dataset(diagram: BifurcationDiagram) -> "xarray.Dataset":
+def bifurcation_dataset(diagram: Shown) -> "xarray.Dataset":
     """The arrays of a bifurcation diagram: states [direction, start, parameter, mark], drift and response period."""
     import xarray
 
     dims = ("direction", "start", diagram.over)
     data: dict[str, Any] = {
-        name: ((*dims, "mark"), diagram.states[..., i], coordinate_attributes(f"initial.{name}") | {"long_name": name})
+        name: ((*dims, "mark"), diagram.states[..., i], state_attributes(name, diagram))
         for i, name in enumerate(diagram.state_names)
     }
-    data["drift"] = (dims, diagram.drift, {"long_name": "drift per drive period", "units": "1"})
+    data["drift"] = (dims, diagram.drift, {"long_name": "drift per drive period", "units": diagram.unit_of("drift")})
     data["response_period"] = (
         dims,
         diagram.response_period.astype(np.int16),

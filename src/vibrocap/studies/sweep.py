@@ -16,6 +16,7 @@ from vibrocap.measures.ensemble import CARD_CHUNK
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
+from vibrocap.quantities.declared import ByName
 from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.execution import MAX_RUNS, Execution
@@ -55,7 +56,7 @@ def sweep(
     measures: Sequence[str | Measure] = ("mean_velocity",),
     cases: Iterable[Mapping[str, Any]] | None = None,
     design: Design | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     periods: int = 60,
     window: int | None = None,
     settle: float | None = None,

@@ -7,8 +7,9 @@ import numpy as np
 
 from vibrocap.case.case import case_text
 from vibrocap.case.sections import is_kind, kinds_of
-from vibrocap.measures.during_run import known_measure
 from vibrocap.measures.gathered import ALWAYS
+from vibrocap.measures.of_measure import measure_unit
+from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.conversion import INITIAL, path_in_si
@@ -77,13 +78,6 @@ def variables(study: Study) -> tuple[Variable, ...]:
     return (*always, *_measures(study), *_along_runs(study.plan, study.case.system))
 
 
-def unit_and_scale(unit: str, si_unit: str, system: System) -> tuple[str, float | None]:
-    """(unit of a measure in a study of a system, what one dimensionless unit is in it; None where it has none)."""
-    if system.units is None or si_unit == "1":
-        return unit, None
-    return si_unit, system.si.factor_of(si_unit)
-
-
 def coordinate_attributes(path: str, system: System | None = None) -> dict[str, Any]:
     """Name, symbol and unit of what varies; system: of which it varies, for paths in SI."""
     if is_kind(path):
@@ -100,6 +94,11 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     own = [] if system is None else [system.parts[part]]  # another kind may call something else so
     info = next(info for kind in (*own, *kinds) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
+
+
+def state_attributes(name: str, result: Any) -> dict[str, Any]:
+    """Name, symbol and unit of a state of a result, in SI or without units."""
+    return coordinate_attributes(f"{INITIAL}{name}") | {"long_name": name, "units": result.unit_of(name)}
 
 
 def _key_in_si(path: str, system: System) -> Key | None:
@@ -146,7 +145,7 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         assert measure is not None
         if measure.name in ALWAYS:
             continue
-        unit, scale = unit_and_scale(measure.unit, measure.si_unit, study.case.system)
+        unit, scale = measure_unit(measure, study.case.system)
         attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
         if scale is not None:
             attributes["dimensionless_unit"] = scale

@@ -8,11 +8,11 @@ from typing import Any
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.in_si import in_si
-from vibrocap.io.json_text import json_text
+from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import in_si, units_of
 
 
 def branch(
@@ -53,7 +53,6 @@ def branch(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.io.steady_in_si import branch_units, diagram_in_si
     from vibrocap.orbits.continuation.branch_diagram import branches
 
     given = read_source(case)
@@ -70,10 +69,9 @@ def branch(
             points=points,
             settle_periods=settle_periods,
         )
-    record, shown = _diagram_record(found), found
-    if given.system.units is not None:
-        shown, plain = diagram_in_si(found, along), record
-        record = _diagram_record(shown) | {"units": branch_units(along), "dimensionless": plain}
+    record, shown = _diagram_record(found), in_si(found, over=along.path)
+    if shown is not found:
+        record = _diagram_record(shown) | {"units": _diagram_units(shown), "dimensionless": record}
     if json:
         print(json_text(record))
     else:
@@ -146,9 +144,9 @@ def basins(
             settle_periods=settle_periods,
             progress=report,
         )
-    record = _basin_record(found)
-    if given.system.units is not None:
-        record = in_si(record, {"attractors": {"drift": "m"}}, given.system)
+    record, shown = _basin_record(found), in_si(found)
+    if shown is not found:
+        record = in_both(_basin_record(shown), {"attractors": units_of(shown, "drift")}, record)
     if json:
         print(json_text(record))
     else:
@@ -192,6 +190,13 @@ def _diagram_record(found: Any) -> dict[str, Any]:
     transitions = [dataclasses.asdict(each) for each in found.transitions]
     known = {"over": found.over, "between": found.between}
     return known | {"branches": branches, "joins": joins, "transitions": transitions}
+
+
+def _diagram_units(found: Any) -> dict[str, Any]:
+    """The units of the record of branches in SI, by name."""
+    along = found.unit_of("over")
+    units = dict.fromkeys(("between", "parameter", found.over, "error"), along)
+    return units | (units_of(found.branches[0], "period", "drift", "mean_velocity") if found.branches else {})
 
 
 def _basin_record(found: Any) -> dict[str, Any]:

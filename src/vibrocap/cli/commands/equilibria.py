@@ -7,9 +7,9 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.cli.options import Refusal, quantity_range, refusing, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.in_si import in_si
-from vibrocap.io.json_text import json_text
+from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si, units_of
 
 
 def equilibria(
@@ -55,11 +55,9 @@ def equilibria(
             check_whole("points", points, 10)
             found = _refused_by_drive(equilibria_of, given.system)
         record: dict[str, Any] = {"equilibria": [equilibrium_record(each) for each in found]}
-        if given.system.units is not None:
-            names = {name: given.system.si.unit(name) for name in given.system.state_names}
-            units = {"state": names, "least": names, "most": names, "travel": "m/s", "friction": "N",
-                     "eigenvalues": {"real": "rad/s", "imaginary": "rad/s"}, "frequency": "rad/s"}  # fmt: skip
-            record = in_si(record, {"equilibria": units}, given.system)
+        if (shown := in_si(found)) is not found:
+            seen = {"equilibria": [equilibrium_record(each) for each in shown]}
+            record = in_both(seen, {"equilibria": _units(shown[0]) if len(found) else {}}, record)
         if json:
             print(json_text(record))
         else:
@@ -94,40 +92,16 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
         begun = states[start]
     with progress(f"Following steady sliding over {along.path}"), refusing("points", over="--over", between="--over"):
         found = _refused_by_drive(equilibrium_branch, system, along.plain, (low, high), start=begun, points=points)
-    scale, unit = along.scale, along.unit
-    record = {
-        "over": along.path,
-        "between": [low * scale, high * scale],
-        "parameter": (found.parameter * scale).tolist(),
-        "state": {name: found.states[:, i].tolist() for i, name in enumerate(system.state_names)},
-        "eigenvalues": [[_complex(value) for value in values] for values in found.eigenvalues],
-        "stable": found.stable.tolist(),
-        "special_points": [
-            {
-                "kind": each.kind.value,
-                "parameter": each.parameter * scale,
-                "error": each.error * scale,
-                "frequency": each.frequency,
-                "criticality": each.criticality,
-                "state": each.state,
-                "stability": each.stability,
-            }
-            for each in found.special_points
-        ],
-        "ends": [each.value for each in found.ends],
-        "advice": [each.advice for each in found.ends],
-    }
-    if system.units is not None:
-        names, rate = {name: system.si.unit(name) for name in system.state_names}, "rad/s"
-        units = {"state": names, "eigenvalues": {"real": rate, "imaginary": rate},
-                 "special_points": {"frequency": rate, "state": names}}  # fmt: skip
-        record = in_si(record, units, system)
-        record["units"] |= dict.fromkeys(("between", "parameter"), unit)
-        record["units"]["special_points"] |= dict.fromkeys(("parameter", "error"), unit)
+    record, shown = _branch_record(found), in_si(found, over=along.path)
+    if shown is not found:
+        states = {name: shown.unit_of(name) for name in system.state_names}
+        units = {"state": states} | _rates(shown) | units_of(shown, "between", "parameter")
+        units["special_points"] = _units(shown.special_points[0]) if found.special_points else {}
+        record = in_both(_branch_record(shown), units, record)
     if json:
         print(json_text(record))
     else:
-        _print_branch(record, unit)
+        _print_branch(record, shown.unit_of("over"))
     if plot is not None:
         from vibrocap.plotting.equilibria import equilibrium_figure
         from vibrocap.plotting.finishing import save
@@ -139,6 +113,44 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
     for end in early:
         complain(f"The branch was not followed to its end ({end.value}). {end.advice}")
     return INCOMPLETE if early else OK
+
+
+def _units(found: Any) -> dict[str, Any]:
+    """The units of the record of an equilibrium or a special point in SI, in its form."""
+    names = ("state", "least", "most", "travel", "friction", "frequency", "parameter", "error")
+    return units_of(found, *(name for name in names if hasattr(found, name))) | _rates(found)
+
+
+def _rates(found: Any) -> dict[str, Any]:
+    """The units of eigenvalues in SI, where there are any."""
+    rate = found.unit_of("eigenvalues") if hasattr(found, "eigenvalues") else ""
+    return {"eigenvalues": {"real": rate, "imaginary": rate}} if rate else {}
+
+
+def _branch_record(found: Any) -> dict[str, Any]:
+    """What is known of a branch of equilibria, by name."""
+    return {
+        "over": found.over,
+        "between": list(found.between),
+        "parameter": found.parameter.tolist(),
+        "state": {name: found.states[:, i].tolist() for i, name in enumerate(found.system.state_names)},
+        "eigenvalues": [[_complex(value) for value in values] for values in found.eigenvalues],
+        "stable": found.stable.tolist(),
+        "special_points": [
+            {
+                "kind": each.kind.value,
+                "parameter": each.parameter,
+                "error": each.error,
+                "frequency": each.frequency,
+                "criticality": each.criticality,
+                "state": each.state,
+                "stability": each.stability,
+            }
+            for each in found.special_points
+        ],
+        "ends": [each.value for each in found.ends],
+        "advice": [each.advice for each in found.ends],
+    }
 
 
 def equilibrium_record(found: Any) -> dict[str, Any]:

@@ -62,8 +62,8 @@ def fit(
 
     It prints the parameters with 95 % intervals, which of them the data do not
     determine and which experiment would, and the error for each record. With --out
-    it writes friction.toml, the section [friction] of a case: in SI, or with
-    --pendulum in the dimensionless units of a case.
+    it writes friction.toml, the section [friction] of a case in SI, or with
+    --pendulum of a dimensionless case.
 
     Exit codes: 0 done, 2 wrong input, 3 the law could not be fitted.
 

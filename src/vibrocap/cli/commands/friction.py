@@ -17,12 +17,12 @@ from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import OK, Page, progress, said, table
-from vibrocap.io.in_si import LIMIT_UNITS, limits_in_si
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import in_si, units_of
 
 friction = App(
     name="friction",
@@ -265,16 +265,15 @@ def limits(case: Path, /, *, json: bool = False) -> int:
 
     system = read_source(case).system
     try:
-        found = plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
+        plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
     except (TypeError, ValueError) as error:
         raise CaseError([f"friction: {error}"], str(case)) from None
-    if system.units is not None:
-        found = limits_in_si(plain, system)
+    found = in_si(plain, system)
     notes = beyond_friction(system, found.breakaway_force)
     if json:
         record = dataclasses.asdict(found) | ({"notes": notes} if notes else {})
         if found is not plain:
-            record |= {"units": LIMIT_UNITS, "dimensionless": dataclasses.asdict(plain)}
+            record |= {"units": units_of(found), "dimensionless": dataclasses.asdict(plain)}
         print(json_text(record))
     else:
         print_limits(found, "N", "m/s", "m") if found is not plain else print_limits(found)
@@ -295,8 +294,7 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
         return notes
     states, still = ((0.0,) * len(names) for names in (system.machine.states, system.machine.contact_states))
     (_, at_rest), *_ = environment.outside(system.placed, 0.0, states, still, still).pushes
-    factor, unit = (1.0, "") if system.units is None else (system.si.factor("friction"), "N")
-    push = at_rest * factor
+    push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
     if push:
         words = (
             f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "

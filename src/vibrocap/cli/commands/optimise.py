@@ -9,13 +9,13 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from vibrocap.arguments import Complaints
-from vibrocap.cli.commands.orbit import orbit_record
+from vibrocap.cli.commands.orbit import orbit_record, orbit_units
 from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.files import made_folder, write_text
-from vibrocap.io.in_si import in_si, orbit_units
-from vibrocap.io.json_text import json_text
+from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si
 
 CASES = "cases"  # in the folder of a front
 
@@ -149,7 +149,7 @@ def optimise(
         page.say(f"Best design of {case} for {found.measure}", style="bold")
         page.rows([(name, text) for name, text in found.facts.items()], 14)
         if found.orbit is not None:
-            page.rows([("orbit", ", ".join(found.orbit.facts.values()))], 14)
+            page.rows([("orbit", ", ".join(in_si(found.orbit).facts.values()))], 14)
         page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in found.constraints.items()], 14)
         page.rows([("rejected", words) for words in found.rejected], 14)
         if out is not None and found.orbit is not None:
@@ -258,9 +258,9 @@ def optimum_record(found: Any) -> dict[str, Any]:
     steady = None
     if found.orbit is not None:
         steady = orbit_record(found.orbit)
-        system = found.orbit.system
-        if system.units is not None:
-            steady = in_si(steady, orbit_units(steady, system), system)
+        if (shown := in_si(found.orbit)) is not found.orbit:
+            units = {name: unit for name, unit in orbit_units(shown).items() if steady.get(name) is not None}
+            steady = in_both(orbit_record(shown), units, steady)
     names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
     known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "under")}
     return {"status": found.status.value, **known, "orbit": steady}

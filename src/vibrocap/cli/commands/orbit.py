@@ -1,22 +1,18 @@
-"""`vibrocap orbit` and `vibrocap crossing`: the steady motion of a case, and where a measure of it takes a value."""
+"""`vibrocap orbit`: the steady motion of a case."""
 
-import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, suggestion
-from vibrocap.case.case import CaseError
-from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.gradients import gradients_of, print_gradients
-from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
+from vibrocap.cli.options import refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.in_si import in_si, orbit_units
-from vibrocap.io.json_text import json_text
+from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import in_si, units_of
 
 if TYPE_CHECKING:
     from vibrocap.orbits.closing.returns import Section
@@ -93,19 +89,11 @@ def orbit(
             tolerance=tolerance,
         )
     left = found.passed or (found if found.closes and found.unstable else None)
-    record = orbit_record(found)
-    if left is not None and left.response_period:
-        record["unstable_orbit"] = {
-            "drift": left.drift,
-            "state": left.state,
-            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
-            "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
-        }
+    ways = left.pushed_off(settle_periods=settle_periods) if left is not None and left.response_period else None
+    what = None
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
         what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
-        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
-    if given.system.units is not None:
-        record = in_si(record, orbit_units(record, given.system), given.system)
+    record = whole_record(found, left, ways, what)
     slopes, lacking = (None, "") if not gradients or found.failed else gradients_of(found)
     if slopes is not None:
         record["gradients"] = slopes.table()
@@ -128,14 +116,54 @@ def orbit(
     return INCOMPLETE
 
 
+def whole_record(found: Any, left: Any, ways: Any, what: Any) -> dict[str, Any]:
+    """What is known of an orbit, of one that is unstable and what it gives way to, and of a motion that is no orbit.
+
+    In SI where the system knows its scales, and the numbers without units beside it.
+    """
+    record = _whole_record(found, left, ways, what)
+    if (shown := in_si(found)) is found:
+        return record
+    seen = (in_si(each, found.system) for each in (left, ways, what))
+    units = {name: unit for name, unit in _whole_units(shown).items() if record.get(name) is not None}
+    return in_both(_whole_record(shown, *seen), units, record)
+
+
+def _whole_record(found: Any, left: Any, ways: Any, what: Any) -> dict[str, Any]:
+    record = orbit_record(found)
+    if ways is not None:
+        record["unstable_orbit"] = {
+            "drift": left.drift,
+            "state": left.state,
+            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
+            "gives_way_to": [orbit_record(each) for each in ways],
+        }
+    if what is not None:
+        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
+    return record
+
+
+def _whole_units(found: Any) -> dict[str, Any]:
+    """The units of the record of an orbit in SI, in its form."""
+    travel = units_of(found, "drift", "state")
+    return orbit_units(found) | {
+        "unstable_orbit": {**travel, "gives_way_to": orbit_units(found)},
+        "class": units_of(found, "drift"),
+    }
+
+
+def orbit_units(found: Any) -> dict[str, Any]:
+    """The units of `orbit_record` of an orbit in SI."""
+    units = units_of(found, "period", "mean_velocity", "drift", "state")
+    return units | {"twin": {name: units[name] for name in ("drift", "state") if name in units}}
+
+
 def _section(system: System, text: str | None) -> "Section | None":
     """The section asked for, its value without units."""
-    from vibrocap.orbits.closing.returns import checked_section
+    from vibrocap.orbits.closing.returns import OfSection, checked_section
 
-    found = checked_section(system, text)
-    if found is None or found.observable is None or system.units is None:
-        return found
-    return dataclasses.replace(found, value=found.value / system.si.factor(found.observable))
+    found, context = checked_section(system, text), system.si_context()
+    return found if context is None else OfSection().converted(found, context, back=True)
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
@@ -249,131 +277,3 @@ def _multiplier(multiplier: dict[str, float]) -> str:
     if real == 0.0 and imaginary == 0.0:
         return "0 (forgotten while it sticks, or at a limit)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
-
-
-def crossing(
-    case: Path,
-    /,
-    *,
-    over: str,
-    measure: str = "drift",
-    value: float = 0.0,
-    against: str | None = None,
-    points: int = 200,
-    periods: int = 2000,
-    json: bool = False,
-) -> int:
-    """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
-
-    Each place is given with a bracket and an error. Where the measure has the
-    value over a whole range (symmetric motions have zero drift) or jumps across it
-    (from a motion to its mirror twin), this is said instead.
-
-    Exit code 3: some motions did not settle, so places may be missing.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    over
-        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1, or drive.frequency_Hz=0.5:2 of a case in SI
-    measure
-        a measure that is a number; `vibrocap measures` lists them
-    value
-        the value to look for, of a case in SI in the unit of the measure
-    against
-        PATH=VALUE or friction.law=NAME, or several with commas between: compare with the case so changed, where a law
-        keeps the parameters that both laws have, and look for the difference instead
-    points
-        values of the parameter at which the motion is run first
-    periods
-        drive periods that a motion has to settle
-    json
-        print one JSON object in full precision instead of a table
-    """
-    from vibrocap.io.steady_in_si import crossing_units, crossings_in_si, measure_scale
-    from vibrocap.orbits.crossings.crossing import crossing as crossings
-    from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
-
-    given = read_source(case)
-    along, low, high = quantity_range(over, given.system)
-    unit, size = measure_scale(measure, given.system)
-    other = None if against is None else _other(given.system, against)
-    names = ("measure", "value", "against", "points", "periods", "over")
-    options = {"between": "--over", "measures": "--measure"}
-    with progress(f"Looking for {measure} = {said(value, unit)}") as report, refusing(*names, **options):
-        found = crossings(
-            given.system,
-            measure,
-            along.plain,
-            (low, high),
-            value=value / size,
-            against=other,
-            initial=given.initial,
-            points=points,
-            periods=periods,
-            progress=report,
-        )
-    record = _crossings_record(found)
-    if given.system.units is not None:
-        found, plain = crossings_in_si(found, along, given.system), record
-        record = _crossings_record(found)
-        record |= {"units": crossing_units(found, along, given.system), "dimensionless": plain}
-    if json:
-        print(json_text(record))
-    else:
-        page = Page()
-        wanted = f"{found.measure} = {said(value, unit, 6)}"
-        if against is not None:
-            wanted = f"{found.measure} less that with {against} = {said(value, unit, 6)}"
-        page.say(f"{wanted} over {along.path}", style="bold")
-        for line in str(found).splitlines():
-            page.say(f"  {line}")
-    lost = [each for each in found.found if each.kind is CrossingKind.LOST]
-    if found.unsettled or lost:
-        many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
-        what = many if found.unsettled else "in a bracket of the scan a motion did not settle"
-        complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
-        return INCOMPLETE
-    return OK
-
-
-def _crossings_record(found: Any) -> dict[str, Any]:
-    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
-    return {
-        "measure": found.measure,
-        "over": found.over,
-        "value": found.value,
-        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
-        "equal": found.equal,
-        "unsettled": found.unsettled,
-        "parameters": found.parameters.tolist(),
-        "differences": found.differences.tolist(),
-    }
-
-
-def _other(system: Any, text: str) -> Any:
-    """The system with another kind of part, which keeps the parameters that both have, or with other parameters."""
-    from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal, varied, with_varied_parts
-
-    found = Complaints()
-    wanted = "friction.law=NAME or PATH=VALUE"
-    values = {path: value_of(word) for path, word in pairs("against", split([text]), found, wanted).items()}
-    if found:
-        raise Refusal(f"--against should be {wanted}, got {text!r}")
-    for path, name in values.items():
-        if is_kind(path) and (known := kinds_of(path.partition(".")[0])).get(str(name)) is None:
-            found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
-    system = with_varied_parts(system, values)
-    if not found:
-        found += path_complaints(values, [kinds_chosen(system, values)], system.units)
-    try:
-        if not found:
-            return varied(system, values)
-    except CaseError as error:
-        fields = [each.field for each in error.complaints if isinstance(each, Complaint)]
-        more = ",".join([text, *(f"{field}=..." for field in fields)])
-        found += [f"{each}; give it too, --against {more}" for each in error.complaints]
-    except ValueError:
-        found += refusal(system, values)
-    raise Refusal(*(f"--against {each}" for each in found))

@@ -20,13 +20,16 @@ from vibrocap.cli.options import (
     writable_table,
 )
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.in_si import in_words, record_in_si
-from vibrocap.io.json_text import json_text, plain
+from vibrocap.io.json_text import in_both, json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
-from vibrocap.measures.windows import usual_window, whole_periods
+from vibrocap.io.part_in_words import in_words
 from vibrocap.physics.numbering import name_and_number, numbered
+from vibrocap.quantities.dimensional import computed, units_of
+from vibrocap.quantities.opening import opened_in_si
 
 if TYPE_CHECKING:
+    from vibrocap.measures.energy import EnergyBalance
+    from vibrocap.measures.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
 # kind of event: what happens
@@ -130,8 +133,6 @@ def simulate(
         except ArgumentError as error:  # more than this machine can keep
             raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
         record = motion_record(motion)
-        if motion.system.units is not None:
-            record = record_in_si(record, motion.system)
     if out is not None:
         write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
@@ -139,12 +140,12 @@ def simulate(
         from vibrocap.plotting.finishing import save
         from vibrocap.plotting.motion import motion_figure
 
-        save(motion_figure(motion), plot)
+        save(motion_figure(computed(motion)), plot)
     if animate is not None and moved:
         from vibrocap.plotting.animation import animate_motion
 
         with progress("Filming") as report:
-            animate_motion(motion, animate, progress=report)
+            animate_motion(computed(motion), animate, progress=report)
     if json:
         print(json_text(record))
     else:
@@ -155,65 +156,80 @@ def simulate(
         complain(f"{motion.status.text}\n" + "\n".join(motion.certificate.failures))
         return INCOMPLETE
     complain(
-        f"The run could not be completed ({motion.status.value}): it stopped at time {_time(motion, motion.end)} of "
-        f"{_time(motion, motion.periods * motion.period)}.\n{motion.status.text}"
+        f"The run could not be completed ({motion.status.value}): it stopped at time {motion.said('end')} of "
+        f"{said(motion.periods * motion.period, motion.unit_of('period'))}.\n{motion.status.text}"
         + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
     )
     return INCOMPLETE
 
 
-def _time(motion: "Trajectory", time: float) -> str:
-    """A time, in s where the system knows its scales."""
-    return said(time, "") if motion.system.units is None else said(time * motion.system.si.factor("time"), "s")
-
-
 def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
-    from vibrocap.measures.energy import energy_balance
-    from vibrocap.measures.sticking import stick_fraction
-    from vibrocap.measures.travel import drift, mean_velocity, winding
+    from vibrocap.measures import energy, sticking, travel
+    from vibrocap.measures.windows import whole_periods
 
-    whole = max(0, whole_periods(motion))
+    energy_balance, stick_fraction = opened_in_si(energy.energy_balance), opened_in_si(sticking.stick_fraction)
+    drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
+    whole = max(0, whole_periods(computed(motion)))
     started = len(motion.piece_start) > 0
-    velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
     travels = whole > 0 and motion.system.machine.cyclic is not None
-    if travels:
-        velocity = dataclasses.asdict(mean_velocity(motion))
+    velocity = mean_velocity(motion) if travels else None
+    nothing = {"value": None, "window": None, "settled": False}
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
-    energy = dataclasses.asdict(energy_balance(motion)) if started else None
-    if energy is not None:
-        absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
-        energy |= energy.pop("own")
-        energy = {name: value for name, value in energy.items() if name not in absent}
-    return plain(
+    least = certificate["least_reaction"] if certificate else None  # of the motion as it was computed, without units
+    balance = energy_balance(motion) if started else None
+    absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+    works = {} if balance is None else {**dataclasses.asdict(balance), **balance.own}
+    works = {name: value for name, value in works.items() if name not in {"own", *absent}}
+    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.machine.turns else {}
+    record = plain(
         {
             "state": motion.state,
             "time": motion.end,
             "drift": drift(motion) if travels else None,
-            "mean_velocity": velocity,
-            "cost_of_transport": _cost_of_transport(motion, velocity) if travels else None,
-            **({"winding": winding(motion) if whole > 0 else None} if motion.system.machine.turns else {}),
+            "mean_velocity": nothing if velocity is None else dataclasses.asdict(velocity),
+            "cost_of_transport": None if velocity is None else _cost_of_transport(motion, velocity),
+            **turns,
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
-            "least_reaction": certificate["least_reaction"] if certificate else None,
-            "energy": energy,
+            "least_reaction": None if least is None else least * motion.system.result_units.factor("friction"),
+            "energy": works or None,
             "certificate": certificate,
             "status": motion.status.value,
         }
     )
+    if motion.si_context() is None:
+        return record
+    units = {
+        "state": {name: motion.unit_of(name) for name in motion.state},
+        "time": motion.unit_of("end"),
+        "drift": motion.unit_of("displacement"),
+        "cost_of_transport": "J/m",
+        "least_reaction": "N",
+        "mean_velocity": {} if velocity is None else units_of(velocity),
+        "energy": {} if balance is None else _units_of_works(balance, works),
+    }
+    return in_both(record, units, motion_record(computed(motion)))
 
 
-def _cost_of_transport(motion: "Trajectory", velocity: dict[str, Any]) -> float | None:
+def _units_of_works(balance: "EnergyBalance", works: dict[str, Any]) -> dict[str, str]:
+    units = units_of(balance)
+    return {name: unit for name, unit in (units | units.pop("own", {})).items() if name in works}
+
+
+def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float | None:
     """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.response import response_class
+    from vibrocap.measures.windows import usual_window, whole_periods
 
-    if velocity["value"] == 0.0 or response_class(motion).symmetric:
+    plain = computed(motion)
+    if velocity.value == 0.0 or response_class(plain).symmetric:
         return None
-    balance = energy_balance(motion, periods=usual_window(whole_periods(motion)))
+    balance = opened_in_si(energy_balance)(motion, periods=usual_window(whole_periods(plain)))
     start, end = balance.window
-    return balance.drive / abs(velocity["value"] * (end - start))
+    return balance.drive / abs(velocity.value * (end - start))
 
 
 def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
@@ -230,7 +246,7 @@ def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> No
         for warning in record["certificate"]["warnings"]:
             page.say(f"Warning: {warning}", style="bold")
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
-    if motion.system.units is not None:
+    if motion.si_context() is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
     elif type(motion.system.machine).gravity is None:  # whose units are not those of a pendulum
         units = "All quantities are in the units of the parameters."
@@ -240,7 +256,7 @@ def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> No
 def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
     units: dict[str, Any] = record.get("units") or {"state": {}}
     second = units.get("time", "")
-    period = motion.si.period if second else motion.period
+    period = motion.period
     done = record["time"] / period
     made = table("Motion", "quantity", "value", "what it rests on")
     periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {said(period, second, 8)}"
@@ -304,7 +320,7 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
     from vibrocap.measures.response import response_class
 
-    response = response_class(motion)
+    response = response_class(computed(motion))
     if response.residual is None:
         return response.kind, "fewer than two whole periods"
     symmetry = {True: "; its own mirror image, so it cannot travel", False: "; differs from its mirror image", None: ""}

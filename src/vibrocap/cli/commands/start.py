@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vibrocap.arguments import Complaints, suggestion
+from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
@@ -15,17 +15,27 @@ from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.units import UNDECLARED, undeclared
+from vibrocap.physics.symbols import STATES
+from vibrocap.physics.units import UNDECLARED, Units, one_way, parameter_keys, state_keys, state_units, undeclared
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
 #
 #     vibrocap simulate {file}
 #
-# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).
 """
+PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).\n"
+SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits (docs/case-files.md).\n"
+BENCH = {  # of a bench, what a machine declares as its units
+    "pendulum_mass_kg": 0.2,
+    "pendulum_length_m": 0.25,
+    "inner_mass_kg": 0.1,
+    "mass_unit_kg": 0.1,
+    "length_unit_m": 0.01,
+    "time_unit_s": 0.03,
+}
 COLUMN = 40  # where the comments begin
 RUN = {
     "periods": "drive periods",
@@ -41,6 +51,7 @@ def new(
     *,
     law: str = "exponential",
     drive: str = "harmonic",
+    si: bool = False,
     out: Path | None = None,
     overwrite: bool = False,
 ) -> int:
@@ -54,6 +65,8 @@ def new(
         of friction, as `vibrocap friction list` shows them
     drive
         its waveform: harmonic, square, table and others, see docs/drives.md
+    si
+        a case in SI, of a bench of a usual size
     out
         FILE.toml to write instead of printing the case
     overwrite
@@ -71,7 +84,7 @@ def new(
             complaints.add("--out", f"{str(out)!r} is there already; name another file, or say --overwrite")
     if complaints:
         raise Refusal(*complaints)
-    text = new_case(chosen, "case.toml" if out is None else str(out))
+    text = new_case(chosen, "case.toml" if out is None else str(out), si)
     return _given(text, out, f"Written: {out}\nNext: vibrocap simulate {out}")
 
 
@@ -85,43 +98,99 @@ def _given(text: str, out: Path | None, said: str) -> int:
     return OK
 
 
-def new_case(chosen: Mapping[str, str], file: str) -> str:
-    """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
-    from vibrocap.case.text import toml_value
+def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
+    """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.environment import Environment
-    from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.states import state_names
-    from vibrocap.physics.symbols import STATES
 
-    def line(name: str, value: Any, words: str) -> str:
-        return f"{f'{name} = {toml_value(value)}':<{COLUMN}}# {words}"
-
-    lines, classes = [HEAD.format(file=file)], {}
+    classes = {section: catalogue()[chosen[section]] for section, (_, catalogue) in CHOICES.items()}
+    form = _InSI(classes) if si else _Plain()
+    lines = [HEAD.format(file=file) + form.head]
     for section, (key, catalogue) in CHOICES.items():
-        classes[section] = part = catalogue()[chosen[section]]
+        part = classes[section]
         others = ", ".join(name for name in catalogue() if name != part.name)
         others = "see `vibrocap friction list` for the others" if section == "friction" else f"or {others}"
-        lines += [f"[{section}]", line(key, part.name, others)]
-        for info in parameter_table(part):
-            words = f"{info.symbol}: {info.meaning}"
-            lines.append(f"# {info.name}: {words}" if info.default is None else line(info.name, info.default, words))
-        lines.append("")
+        lines += [f"[{section}]", _line(key, part.name, others), *(form.scales() if section == "machine" else ())]
+        lines += [*(text for info in parameter_table(part) for text in form.lines(part, info)), ""]
     for part, words in (
         (Environment, "a slope, a fluid or a force from outside; left out, there is none of them."),
         (Actuator, "a lag and limits between drive and machine; left out, there are none."),
     ):
         lines.append(f"# [{part.name}]: {words}")
-        for info in parameter_table(part):
-            meaning, default = f"{info.symbol}: {info.meaning}", info.default
-            lines.append(f"# {info.name}: {meaning}" if default is None else f"# {line(info.name, default, meaning)}")
-        lines.append("")
-    lines.append("[initial]")
-    for state in state_names(classes):
-        symbol, meaning = STATES.get(state, (state, state))
-        lines.append(line(state, 0.0, f"{symbol}: {meaning}"))
-    lines += ["", "[run]", *(line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
+        texts = (text for info in parameter_table(part) for text in form.lines(part, info))
+        lines += [*(text if text.startswith("#") else f"# {text}" for text in texts), ""]
+    lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
+    lines += ["", "[run]", *(_line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
     return "\n".join(lines) + "\n"
+
+
+def _line(name: str, value: Any, words: str) -> str:
+    from vibrocap.case.text import toml_value
+
+    return f"{f'{name} = {toml_value(value)}':<{COLUMN}}# {words}"
+
+
+class _Plain:
+    """How a new case without units says its parameters and states."""
+
+    head = PLAIN
+
+    def scales(self) -> list[str]:
+        """What says the units of the machine: nothing."""
+        return []
+
+    def lines(self, part: Any, info: ParameterInfo) -> list[str]:
+        """A parameter with its default, or where it has none a comment."""
+        words = f"{info.symbol}: {info.meaning}"
+        return [f"# {info.name}: {words}" if info.default is None else _line(info.name, info.default, words)]
+
+    def state(self, name: str) -> str:
+        """A state, from zero."""
+        symbol, meaning = STATES.get(name, (name, name))
+        return _line(name, 0.0, f"{symbol}: {meaning}")
+
+
+class _InSI(_Plain):
+    """The same of a new case in SI: the defaults at the size of a bench, to three digits."""
+
+    head = SI_HEAD
+
+    def __init__(self, classes: Mapping[str, Any]):
+        record = classes["machine"].si_scales
+        table = parameter_table(record)
+        self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
+        self.given = record(**{name: BENCH[name] for name in self.needed})
+        self.units = Units(self.given, classes["machine"].effort, state_units(classes))
+
+    def scales(self) -> list[str]:
+        """What says the units of the machine."""
+        found = []
+        for info in parameter_table(self.given):
+            value = getattr(self.given, info.name)
+            given = info.name in self.needed
+            found.append(_line(info.name, value, info.meaning) if given else f"# {info.name}: {info.meaning}")
+        return found
+
+    def lines(self, part: Any, info: ParameterInfo) -> list[str]:
+        """A parameter with its default in SI."""
+        key = one_way(parameter_keys(part, self.units.effort), info.name)
+        name = info.name if key is None else key.key
+        if info.default is None:
+            return [f"# {name}: {info.in_si}"]
+        value = info.default
+        if info.name == "normal_load" and part.si_load.startswith('"weight"'):
+            return [_line("normal_load", "weight", info.in_si)]
+        if key is not None and key.has_unit and is_number(value):
+            value = float(f"{value * self.units.per_key(key):.3g}")
+        elif key is not None and key.has_unit and isinstance(value, (tuple, list)):
+            value = [float(f"{each * self.units.per_key(key):.3g}") for each in value]
+        return [_line(name, value, info.in_si)]
+
+    def state(self, name: str) -> str:
+        """A state, from zero."""
+        key, (symbol, meaning) = one_way(state_keys(self.units.states), name), STATES.get(name, (name, name))
+        return _line(name if key is None else key.key, 0.0, f"{symbol}: {meaning}")
 
 
 def examples(*names: str, to: Path | None = None) -> int:
@@ -203,7 +272,7 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         if given:
             known = _scales(record, given)
     if known is None and parameter_table(record) and wanted == SI and not refused:
-        infos = (info for info in parameter_table(record) if not isinstance(info.default, float))
+        infos = (info for info in parameter_table(record) if not isinstance(info.default, (float, type(None))))
         fields = ", ".join(f"{info.name} ({info.meaning})" for info in infos)
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
     for name, part in setup.system.parts.items() if wanted == SI else ():
@@ -229,7 +298,7 @@ def _scales(record: type, given: dict[str, str]) -> Scales:
         except ValueError:
             complaints.add(f"--scales {name}", f"should be a number, got {text!r}")
     for name, info in known.items():
-        if name not in given and not isinstance(info.default, float):
+        if name not in given and not isinstance(info.default, (float, type(None))):
             complaints.add("--scales", f"{name} is missing, the {info.meaning}")
     if not complaints:
         try:

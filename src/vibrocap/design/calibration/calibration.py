@@ -24,6 +24,7 @@ from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Number, Numbers
 from vibrocap.results import Result
 
 LEVEL = 0.95
@@ -35,10 +36,10 @@ class CalibratedParameter:
     """A parameter: value, 95 % interval [low, high], standard error, and whether the table determines it."""
 
     path: str
-    value: float
-    low: float
-    high: float
-    standard_error: float
+    value: Number
+    low: Number
+    high: Number
+    standard_error: Number
     verdict: Verdict
 
     def __contains__(self, value: float) -> bool:
@@ -59,16 +60,16 @@ class Calibration(Result):
 
     system: System
     parameters: tuple[CalibratedParameter, ...]
-    correlation: np.ndarray
+    correlation: Numbers
     directions: tuple[Direction, ...]
     table: MeasuredTable
-    predicted: dict[str, np.ndarray]
-    residuals: dict[str, np.ndarray]
-    misfit: float
-    held_out_misfit: float | None
+    predicted: dict[str, Numbers]
+    residuals: dict[str, Numbers]
+    misfit: Number
+    held_out_misfit: Number | None
     doubt: ColumnDoubt | None
     failed: tuple[int, ...]
-    initial: Mapping[str, float]
+    initial: ByName
 
     @property
     def heading(self) -> str:
@@ -105,7 +106,7 @@ def calibrate(
     over: Mapping[str, Any],
     *,
     held_out: Sequence[int] = (),
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     starts: int = 256,
     seed: int = 0,
     periods: int = 300,

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaints, check_one_of, shown
+from vibrocap.measures import of_measure
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
-from vibrocap.studies.variables import unit_and_scale
 
 SENSES = ("maximise", "minimise")
 MINIMISED = ("cost_of_transport", "time_to_settle")  # which nobody wants large
@@ -168,7 +168,7 @@ def _scaled(system: System, measure: str, at_least: bool, limit: float, words: s
 def measure_unit(system: System, measure: str | Measure) -> tuple[str, float]:
     """(unit of a measure in the results of a system, what one dimensionless unit is in it)."""
     (known,), _ = resolved([measure], system)
-    unit, scale = unit_and_scale(known.unit, known.si_unit, system)
+    unit, scale = of_measure.measure_unit(known, system)
     return unit, 1.0 if scale is None else scale
 
 

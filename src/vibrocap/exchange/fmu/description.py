@@ -7,7 +7,7 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-import vibrocap
+from vibrocap import __version__
 from vibrocap.case.case import Case
 from vibrocap.exchange.fmu.variables import REAL, SIDES, TEXT, Variable
 from vibrocap.physics.roles import dimension_of_unit
@@ -46,7 +46,7 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
             "modelName": package.name,
             "guid" if fmi == "2.0" else "instantiationToken": token,
             "description": package.meaning,
-            "generationTool": f"vibrocap {vibrocap.__version__}",
+            "generationTool": f"vibrocap {__version__}",
             "variableNamingConvention": "structured",
         },
     )

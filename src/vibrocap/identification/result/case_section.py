@@ -7,10 +7,14 @@ from vibrocap.identification.problem.parametrisation import with_values
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.units import one_way, parameter_keys
 
 IN_SI = """\
-# In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in
-# its length l and time in sqrt(l/g): give mass and length (`--pendulum`, or `fit.save(folder, scales=...)`) for these.
+# In SI, as fitted: it goes into a case in SI as it is. For a case without units of the pendulum give its mass and
+# length (`--pendulum`, or `fit.save(folder, scales=...)`).
+"""
+FORCES = """\
+# The normal force of the records is not known: the levels of the law are forces in N, for normal_load_N = 1.
 """
 TURNING_IN_SI = """\
 # In the units of the records, which are SI for a contact that turns: N m, rad, s. No case has such a contact.
@@ -44,26 +48,28 @@ def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
     return with_values(law, values)
 
 
-def heading(scales: PendulumScales | None, rotary: bool = False) -> str:
+def heading(scales: PendulumScales | None, rotary: bool = False, known_load: bool = True) -> str:
     """Lines of comment that say in which units a section of a case file stands."""
     if rotary:
         return TURNING_IN_SI
     if scales is None:
-        return IN_SI
+        return IN_SI + ("" if known_load else FORCES)
     return (
         f"# Dimensionless, for a pendulum of {scales.pendulum_mass_kg:g} kg and {scales.pendulum_length_m:g} m: "
         "forces over its weight, lengths over its length.\n"
     )
 
 
-def case_section(law: Any) -> str:
-    """The section [friction] of a case file, every parameter written out."""
+def case_section(law: Any, in_si: bool = False) -> str:
+    """The section [friction] of a case file, every parameter written out; in SI with its unit."""
+    keys = parameter_keys(type(law), "force") if in_si else {}
     lines = ["[friction]", f"law = {json.dumps(law.name)}"]
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if value is None:  # a part of the law that is not there
             continue
-        lines.append(f"{info.name} = {_toml(value)}")
+        key = one_way(keys, info.name)
+        lines.append(f"{info.name if key is None else key.key} = {_toml(value)}")
     return "\n".join(lines) + "\n"
 
 

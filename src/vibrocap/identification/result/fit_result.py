@@ -217,7 +217,7 @@ class Fit(Result):
     def save(self, folder: str | Path, scales: PendulumScales | None = None) -> tuple[Path, Path]:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
 
-        scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.
+        scales: of the pendulum in whose units friction.toml is written, as a case without units wants it; None: in SI.
         Raises ValueError where the fit found no law, and for scales where the normal force is not known; WriteError
         where the folder does not take them.
         """
@@ -230,7 +230,9 @@ class Fit(Result):
         folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"
         write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
-        write_text(paths[1], heading(scales, bool(self.options.get("rotary"))) + case_section(law))
+        rotary, known_load = bool(self.options.get("rotary")), bool(self.options.get("known_load"))
+        section = case_section(law, in_si=scales is None and not rotary)
+        write_text(paths[1], heading(scales, rotary, known_load) + section)
         return paths
 
 

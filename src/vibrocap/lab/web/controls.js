@@ -31,6 +31,12 @@ class Units {
 
   factor(name) { return this.by(this.model.form.units[name]?.[1]); }
 
+  // Factor and unit of a measure.
+  measure(name) {
+    const [unit, exponents] = this.model.form.measures.find((each) => each.name === name)?.si ?? ["", null];
+    return [this.by(exponents), this.si ? unit : ""];
+  }
+
   label(name) {
     const words = wordy(name), unit = this.model.form.units[name]?.[0];
     return this.si && unit && unit !== "1" ? `${words} [${unit}]` : words;
@@ -109,7 +115,7 @@ class Controls {
     const { model } = this, id = `n-${beside ? "beside-" : ""}${path.replace(".", "-")}`;
     const record = path.startsWith("run.") || path.startsWith("initial.") ? null : model.record(path, beside ? this.besideForm : model.form);
     const name = path.split(".")[1], row = element("div", { className: "row" });
-    const words = { "run.periods": "how long the motion is", "run.tolerance": "error per step" }[path] ?? record?.meaning ?? "at the start";
+    const words = { "run.periods": "how long the motion is", "run.tolerance": "error per step" }[path] ?? (this.units.si && !beside ? record?.inSi : undefined) ?? record?.meaning ?? "at the start";
     const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))} ${record ? `<i>${symbolHtml(record.symbol)}</i>` : ""} <small>${meaningHtml(words)}</small><small class="unit"></small>` });
     const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
     slider.setAttribute("aria-label", wordy(name));

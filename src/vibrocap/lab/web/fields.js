@@ -33,6 +33,9 @@ class Fields {
     this.stale();
   }
 
+  // By what a number of an axis is multiplied to be shown, and its unit.
+  scale(path) { return this.lab.units.ofPath(path); }
+
   // A setting as it stands, and another one: kept, and in the address, where it is not as usual.
   setting(key) { return this.model.state.fields[key] ?? usualFields(this.model)[key]; }
 
@@ -55,24 +58,27 @@ class Fields {
     };
     for (const [key, words] of axes) {
       const group = element("div", { className: "axis" }), wrong = element("output", {});
-      const select = chooser(key, words, paths.map((path) => [path, wordy(path.replace(".", ": "))]), group);
+      const select = chooser(key, words, paths.map((path) => [path, `${path.split(".")[0]}: ${this.name(path)}`]), group);
       const ends = ["from", "to"].map((end, i) => {
         const box = element("input", { type: "text", name: `${key}-${end}`, inputMode: "decimal" });
         box.setAttribute("aria-label", `${words}: ${end}`);
         group.append(i ? element("span", { textContent: "to" }) : "", box);
         return box;
       });
-      group.append(wrong);
+      const unit = element("span", { className: "unit" });
+      group.append(unit, wrong);
       bar.append(group);
       const show = () => {
         const { path, range } = axisOf(this.model, this.setting(key));
+        const [factor, words] = this.scale(path);
         select.value = path;
-        ends.forEach((box, i) => { box.value = String(range[i]); });
+        unit.textContent = words;
+        ends.forEach((box, i) => { box.value = String(factor === 1 ? range[i] : Number((range[i] * factor).toPrecision(6))); });
         wrong.textContent = "";
       };
       for (const box of ends) {
         box.addEventListener("change", () => {
-          const text = [select.value, ...ends.map(({ value }) => typed(value))].join();
+          const text = [select.value, ...ends.map(({ value }) => typed(value) / this.scale(select.value)[0])].join();
           wrong.textContent = fieldWrong(this.model, key, text);
           box.setAttribute("aria-invalid", String(Boolean(wrong.textContent)));
           if (!wrong.textContent) this.put(key, text === [select.value, ...usualRange(this.model, select.value)].join() ? select.value : text);
@@ -88,7 +94,6 @@ class Fields {
       if (key === "map.start") select.title = "Mirrored: where two mirror twins exist, mostly the other one is found";
       select.addEventListener("change", () => this.put(key, select.value));
     }
-    if (this.lab.units.si) bar.append(element("span", { textContent: "All numbers here are without units." }));
   }
 
   // What is shown is of numbers that have changed, but for those of its axes: begin anew, after a pause.
@@ -187,15 +192,23 @@ class Fields {
     requestAnimationFrame(() => { this.waits = false; this.draw(); });
   }
 
+  name(path) { return this.lab.units.name(path).trim(); }
+
   label(path) {
-    const name = wordy(path.split(".")[1]);
-    return path.startsWith("initial.") ? `${name} at the start` : name;
+    const name = this.name(path), unit = this.scale(path)[1], words = path.startsWith("initial.") ? `${name} at the start` : name;
+    return unit ? `${words} [${unit}]` : words;
+  }
+
+  // What a map is drawn with: labels and scales of its axes, scale and unit of its measure.
+  shownAs({ axes, measure }) {
+    const paths = axes.map(({ path }) => path);
+    return { labels: paths.map((path) => this.label(path)), scales: paths.map((path) => this.scale(path)[0]), measure: this.lab.units.measure(measure) };
   }
 
   draw() {
     const theme = themeOf(document.body);
     if (this.set.map && !$$("map-view").hidden) {
-      this.map = this.set.map.draw(new CanvasPen($$("map")), theme, this.set.map.axes.map(({ path }) => this.label(path)), this.cell);
+      this.map = this.set.map.draw(new CanvasPen($$("map")), theme, this.shownAs(this.set.map), this.cell);
     }
     if (this.set.strip && !$$("strip-view").hidden) this.drawStrip(new CanvasPen($$("strip")), theme);
   }
@@ -204,41 +217,51 @@ class Fields {
   svg(name, theme) {
     const pen = new SvgPen(900, 620), field = this.set[name];
     pen.box(0, 0, 900, 620, theme.paper);
-    if (field && name === "map") field.draw(pen, theme, field.axes.map(({ path }) => this.label(path)));
+    if (field && name === "map") field.draw(pen, theme, this.shownAs(field));
     if (field && name === "strip") this.drawStrip(pen, theme);
     return pen.svg;
+  }
+
+  // The title of a column of values along an axis.
+  columnTitle(path) {
+    const unit = this.scale(path)[1];
+    return unit ? `${path.split(".")[0]}.${this.name(path)} [${unit}]` : path;
   }
 
   csv(name) {
     const field = this.set[name], lines = [];
     if (name === "strip") {
-      lines.push([field.axis.path, field.state, "response_period"]);
+      const [along, up] = [this.scale(field.axis.path)[0], this.lab.units.factor(field.state)];
+      lines.push([this.columnTitle(field.axis.path), this.lab.units.label(field.state), "response_period"]);
       for (const k of [...field.columns.keys()].sort((a, b) => a - b)) {
         const found = field.columns.get(k), value = atShare(field.axis.range, (k + 0.5) / COLUMNS);
-        for (const mark of found?.marks ?? []) lines.push([value, mark, found.response]);
+        for (const mark of found?.marks ?? []) lines.push([value * along, mark * up, found.response]);
       }
     } else {
-      lines.push([...field.axes.map(({ path }) => path), field.measure, "response_period", "status"]);
+      const { scales, measure: [size, unit] } = this.shownAs(field);
+      lines.push([...field.axes.map(({ path }) => this.columnTitle(path)), unit ? `${field.measure} [${unit}]` : field.measure, "response_period", "status"]);
       for (let i = 0; i < field.n ** 2; i++) {
         const cell = [i % field.n, Math.floor(i / field.n)], found = field.cells.get(i)?.found;
-        const point = field.axes.map(({ range }, k) => atShare(range, (cell[k] + 0.5) / field.n));
-        lines.push([...point, found?.values[field.measure] ?? "", found?.response ?? "", found?.status ?? ""]);
+        const point = field.axes.map(({ range }, k) => atShare(range, (cell[k] + 0.5) / field.n) * scales[k]);
+        const value = found?.values[field.measure];
+        lines.push([...point, value === undefined || value === null ? "" : value * size, found?.response ?? "", found?.status ?? ""]);
       }
     }
     return `${lines.map((each) => each.join(",")).join("\n")}\n`;
   }
 
   drawStrip(pen, theme) {
-    const { axis, state, columns } = this.set.strip, [low, high, log] = axis.range, all = [];
-    for (const found of columns.values()) if (found) all.push(...found.marks);
+    const { axis, state, columns } = this.set.strip, [low, high, log] = axis.range.map((end, i) => (i < 2 ? end * this.scale(axis.path)[0] : end)), all = [];
+    const size = this.lab.units.factor(state), name = this.lab.units.label(state);
+    for (const found of columns.values()) if (found) all.push(...found.marks.map((mark) => mark * size));
     const ends = log ? [Math.log10(low), Math.log10(high)] : [low, high];
-    const map = (this.stripMap = frame(pen, theme, { x: ends, y: rangeOf(all), xName: this.label(axis.path) + (log ? " (powers of ten)" : ""), yName: wordy(state), title: `${wordy(state)} at the period marks`, margin: { left: 64 } }));
+    const map = (this.stripMap = frame(pen, theme, { x: ends, y: rangeOf(all), xName: this.label(axis.path) + (log ? " (powers of ten)" : ""), yName: name, title: `${wordy(state)} at the period marks`, margin: { left: 64 } }));
     const at = (k) => map.sx(ends[0] + ((ends[1] - ends[0]) * (k + 0.5)) / COLUMNS);
     if (this.column !== undefined) pen.path([at(this.column), map.box.top, at(this.column), map.box.bottom], theme.soft, 1, [3, 3]);
     for (const [k, found] of columns) {
       const x = at(k);
       if (!found || found.status !== 1) pen.path([x, map.box.bottom - 8, x, map.box.bottom], theme.bad, 2);
-      else for (const mark of found.marks) pen.disc(x, map.sy(mark), found.response > 0 ? 1.6 : 0.9, found.response > 0 ? theme.first : theme.second);
+      else for (const mark of found.marks) pen.disc(x, map.sy(mark * size), found.response > 0 ? 1.6 : 0.9, found.response > 0 ? theme.first : theme.second);
     }
   }
 
@@ -263,7 +286,9 @@ class Fields {
       const { n } = this.set.map;
       this.cell = (this.cell ?? [n / 2, n / 2]).map((each, i) => Math.min(n - 1, Math.max(0, each + moves[i])));
       const known = this.set.map.at(...this.cell), value = known?.found?.values[this.set.map.measure];
-      $$("map-words").textContent = `${this.set.map.axes.map(({ path, range }, i) => `${this.label(path)} ${said(atShare(range, (this.cell[i] + 0.5) / n), 4)}`).join(", ")}: ${known ? said(value ?? NaN, 5) : "not computed yet"}${known?.found?.response === 0 ? " (unsettled)" : ""}`;
+      const { scales, measure: [size, unit] } = this.shownAs(this.set.map), at = (i, range) => said(atShare(range, (this.cell[i] + 0.5) / n) * scales[i], 4);
+      const places = this.set.map.axes.map(({ path, range }, i) => `${this.name(path)} ${at(i, range)} ${this.scale(path)[1]}`.trim()).join(", ");
+      $$("map-words").textContent = `${places}: ${known ? `${said((value ?? NaN) * size, 5)} ${unit}`.trim() : "not computed yet"}${known?.found?.response === 0 ? " (unsettled)" : ""}`;
       this.draw();
     } else if (event.key === "Enter" && this.cell) this.fly();
   }
@@ -274,9 +299,9 @@ class Fields {
     if (strip && step) {
       event.preventDefault();
       this.column = Math.min(COLUMNS - 1, Math.max(0, (this.column ?? COLUMNS / 2) + step));
-      const found = strip.columns.get(this.column), marks = [...new Set((found?.marks ?? []).map((mark) => said(mark, 4)))];
+      const found = strip.columns.get(this.column), marks = [...new Set((found?.marks ?? []).map((mark) => said(mark * this.lab.units.factor(strip.state), 4)))];
       const what = marks.length > 4 ? `${marks.length} points, not settled` : marks.join(", ");
-      $$("strip-words").textContent = `${this.label(strip.axis.path)} ${said(atShare(strip.axis.range, (this.column + 0.5) / COLUMNS), 4)}: ${what || "not computed yet"}`;
+      $$("strip-words").textContent = `${this.label(strip.axis.path)} ${said(atShare(strip.axis.range, (this.column + 0.5) / COLUMNS) * this.scale(strip.axis.path)[0], 4)}: ${what || "not computed yet"}`;
       this.draw();
     } else if (strip && event.key === "Enter" && this.column !== undefined) this.land([strip.axis], [(this.column + 0.5) / COLUMNS]);
   }

@@ -192,9 +192,10 @@ class FieldMap {
     return null;
   }
 
-  draw(pen, theme, labels, chosen) {
+  // labels and scales of both axes, [scale, unit] of the measure
+  draw(pen, theme, { labels, scales, measure }, chosen) {
     const [low, high] = this.range, along = (value) => (this.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low || 1));
-    const axis = ({ range: [a, b, log] }) => (log ? [Math.log10(a), Math.log10(b)] : [a, b]);
+    const axis = ({ range: [a, b, log] }, i) => [a, b].map((end) => (log ? Math.log10(end * scales[i]) : end * scales[i]));
     const [x, y] = [[0, this.n], [0, this.n]];
     const map = frame(pen, theme, { x, y, margin: { left: 64, right: 92, bottom: 44, top: 10 }, xTicks: [], title: "" });
     pen.box(0, 0, map.box.left - 1, pen.height, theme.paper);
@@ -211,8 +212,8 @@ class FieldMap {
         for (let k = 0; k < 2; k++) pen.path([left + ((right - left) * k) / 2, bottom, left + ((right - left) * (k + 1)) / 2, top], Number.isFinite(value) ? "#222" : theme.soft, 0.8);
       }
     }
-    this.axes.forEach((each, i) => this.ticks(pen, theme, map, i, axis(each), each.range[2], labels[i]));
-    this.legend(pen, theme, map, low, high);
+    this.axes.forEach((each, i) => this.ticks(pen, theme, map, i, axis(each, i), each.range[2], labels[i]));
+    this.legend(pen, theme, map, low, high, measure);
     if (chosen) pen.box(map.sx(chosen[0]), map.sy(chosen[1] + 1), map.sx(1) - map.sx(0), map.sy(0) - map.sy(1), "", theme.ink);
     return map;
   }
@@ -229,12 +230,12 @@ class FieldMap {
     else pen.text(13, (map.box.top + map.box.bottom) / 2, label, { ...centre, turned: true });
   }
 
-  legend(pen, theme, map, low, high) {
+  legend(pen, theme, map, low, high, [size, unit]) {
     const left = map.box.right + 14, height = Math.min(200, map.box.bottom - map.box.top - 100), top = map.box.top + 4;
     for (let k = 0; k < 40; k++) pen.box(left, top + (height * (39 - k)) / 40, 14, height / 40 + 1, inkOf(k / 39, this.signed));
-    pen.text(left + 18, top + 5, (this.log ? "≥ " : "") + said(high, 3), { fill: theme.soft, size: 11, base: "middle" });
-    pen.text(left + 18, top + height - 2, said(low, 3), { fill: theme.soft, size: 11, base: "middle" });
-    if (this.signed || this.log) pen.text(left + 18, top + height / 2, this.log ? said(100 * low, 3) : "0", { fill: theme.soft, size: 11, base: "middle" });
+    pen.text(left + 18, top + 5, `${this.log ? "≥ " : ""}${said(high * size, 3)} ${unit}`.trimEnd(), { fill: theme.soft, size: 11, base: "middle" });
+    pen.text(left + 18, top + height - 2, said(low * size, 3), { fill: theme.soft, size: 11, base: "middle" });
+    if (this.signed || this.log) pen.text(left + 18, top + height / 2, this.log ? said(100 * low * size, 3) : "0", { fill: theme.soft, size: 11, base: "middle" });
     pen.box(left, top + height + 16, 14, 14, theme.grid);
     pen.path([left, top + height + 30, left + 14, top + height + 16], theme.ink, 1);
     pen.text(left + 18, top + height + 24, "unsettled", { fill: theme.soft, size: 11, base: "middle" });

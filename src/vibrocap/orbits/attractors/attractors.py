@@ -1,7 +1,6 @@
 """All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from vibrocap.orbits.attractors.classification import (
     same_set,
     within_set,
 )
-from vibrocap.orbits.attractors.starts import Ranges, checked_ranges, spread_starts, visited_ranges
+from vibrocap.orbits.attractors.starts import checked_ranges, spread_starts, visited_ranges
 from vibrocap.orbits.attractors.without_clock import settled_without_clock
 from vibrocap.orbits.closing.attractor_matching import (
     OrbitPoints,
@@ -30,6 +29,8 @@ from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByKey, ByName, Number, Numbers, StateColumns
+from vibrocap.quantities.dimensional import Dimensional
 
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD, NOT_CERTIFIED = -2, -3, -4, -5
@@ -41,7 +42,7 @@ EXPONENT_PERIODS = 1000  # over which a motion that did not settle is looked at
 
 
 @dataclasses.dataclass(frozen=True)
-class Attractor:
+class Attractor(Dimensional):
     """A motion to which starts lead.
 
     motion: its class, with its drift, orbit or exponents; starts: how many lead to it; share: of all starts
@@ -51,12 +52,12 @@ class Attractor:
 
     motion: MotionClass
     starts: int
-    share: float
+    share: Number
     twin: int | None
 
 
 @dataclasses.dataclass(frozen=True)
-class Attractors:
+class Attractors(Dimensional):
     """The attractors of a system, that with most starts first, and where each start led.
 
     starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
@@ -67,12 +68,12 @@ class Attractors:
 
     system: System
     attractors: tuple[Attractor, ...]
-    starts: np.ndarray
-    label: np.ndarray
-    ranges: Mapping[str, tuple[float, float]]
+    starts: StateColumns
+    label: Numbers
+    ranges: ByName
     settle_periods: int
 
-    def share(self, label: int) -> float:
+    def share(self, label: int) -> Number:
         """Share of the starts with a label."""
         return float(np.mean(self.label == label))
 
@@ -81,9 +82,9 @@ class Attractors:
 def attractors(
     system: System,
     starts: int = 1000,
-    ranges: Ranges | None = None,
+    ranges: ByKey | None = None,
     *,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     settle_periods: int = 500,
     tolerance: float = 1e-12,
     threads: int | None = None,

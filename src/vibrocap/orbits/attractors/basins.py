@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_secti
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Lengths, Number, Numbers
+from vibrocap.quantities.dimensional import Dimensional
 
 PHASE = "phase"
 STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel
@@ -26,7 +28,17 @@ MOST_STARTS = 10_000_000
 
 
 @dataclasses.dataclass(frozen=True)
-class Basins:
+class OfAxis(Declared):
+    """The quantity along one of the axes."""
+
+    axis: int
+
+    def unit(self, context: Context) -> str:
+        return context.units.unit(context.known("axes")[0][self.axis])
+
+
+@dataclasses.dataclass(frozen=True)
+class Basins(Dimensional):
     """Where the starts of a plane lead; arrays [x, y].
 
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
@@ -41,13 +53,13 @@ class Basins:
 
     system: System
     axes: tuple[str, str]
-    x: np.ndarray
-    y: np.ndarray
-    phase: float
-    initial: Mapping[str, float]
-    direction: np.ndarray
-    label: np.ndarray
-    drift: np.ndarray
+    x: Annotated[np.ndarray, OfAxis(0)]
+    y: Annotated[np.ndarray, OfAxis(1)]
+    phase: Number
+    initial: ByName
+    direction: Numbers
+    label: Numbers
+    drift: Lengths
     attractors: tuple[Attractor, ...]
     settle_periods: int
 
@@ -55,11 +67,11 @@ class Basins:
 @shows_progress("Running the starts of the plane")
 def basins(
     system: System,
-    plane: Mapping[str, tuple[float, float] | None] | Sequence[str],
+    plane: ByKey | Sequence[str],
     resolution: int | tuple[int, int] = 200,
     *,
-    phase: float = 0.0,
-    initial: Mapping[str, float] | None = None,
+    phase: Number = 0.0,
+    initial: ByName | None = None,
     settle_periods: int = 500,
     tolerance: float = 1e-12,
     threads: int | None = None,

@@ -2,7 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -12,12 +13,15 @@ from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.closing.periodic_solution import named_states, state_vector
-from vibrocap.orbits.closing.returns import Section, checked_section, default_sections, recurrence
+from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, default_sections, recurrence
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_range, system_at
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers
+from vibrocap.quantities.dimensional import Dimensional
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
@@ -26,7 +30,7 @@ NOT_CERTIFIED, FAILED, NOT_SETTLED = -2, -1, 0
 
 
 @dataclasses.dataclass(frozen=True)
-class BifurcationDiagram:
+class BifurcationDiagram(Dimensional):
     """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
 
     over: path of the parameter; values: [points]; directions: "up" and "down"
@@ -41,28 +45,28 @@ class BifurcationDiagram:
     """
 
     system: System
-    over: str
-    values: np.ndarray
+    over: Path
+    values: Parameters
     directions: tuple[str, ...]
-    states: np.ndarray
-    response_period: np.ndarray
-    drift: np.ndarray
+    states: Annotated[np.ndarray, AlongNames(-1, ("state_names",))]
+    response_period: Numbers
+    drift: Lengths
     state_names: tuple[str, ...]
 
 
 @shows_progress("Running over the parameter")
 def bifurcation_diagram(
     system: System,
-    over: str,
-    between: tuple[float, float],
+    over: Path,
+    between: tuple[Parameter, Parameter],
     points: int = 200,
     *,
     directions: Sequence[str] = DIRECTIONS,
     starts: int = 4,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     settle_periods: int = 300,
     kept: int = 64,
-    section: Section | str | None = None,
+    section: SectionAsked = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> BifurcationDiagram:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -25,6 +24,8 @@ from vibrocap.orbits.equilibria.equilibrium import Equilibrium
 from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import ByName, Length, Number, States
+from vibrocap.quantities.dimensional import Dimensional
 
 SURE = 3.0  # errors by which an exponent differs from zero
 REGULAR, CHAOTIC = 0.2, 0.8  # results of the 0-1 test below and above which it has decided
@@ -37,7 +38,7 @@ CLOUD = 512  # states that are compared with their mirror images
 
 
 @dataclasses.dataclass(frozen=True)
-class MotionClass:
+class MotionClass(Dimensional):
     """What a motion has become, and why it is called so.
 
     kind: "period-1", "period-2", ...: repeats after so many drive periods up to a shift of the cyclic coordinate; of a
@@ -57,14 +58,14 @@ class MotionClass:
 
     kind: str
     reason: str
-    drift: float | None
-    drift_error: float
+    drift: Length | None
+    drift_error: Length
     symmetric: bool | None
-    state: dict[str, float]
+    state: States
     orbit: Orbit | None = None
     lyapunov: LyapunovExponents | None = None
     zero_one: ZeroOneTest | None = None
-    winding: dict[str, float] = dataclasses.field(default_factory=dict)
+    winding: dict[str, Number] = dataclasses.field(default_factory=dict)
 
     @property
     def response_period(self) -> int | None:
@@ -75,7 +76,7 @@ class MotionClass:
 
 def classify(
     system: System,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     *,
     settle_periods: int = 2000,
     periods: int = 1000,

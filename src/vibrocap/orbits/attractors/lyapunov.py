@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -15,6 +14,8 @@ from vibrocap.orbits.maps.settling_runs import iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import ByName, Rate, Rates
+from vibrocap.quantities.dimensional import Dimensional
 
 ALIGNING = 0.1  # share of the periods in which directions turn towards those that grow most; not averaged
 BATCHES = 16  # of the periods, from whose means the error is estimated
@@ -24,7 +25,7 @@ ASKED = 8  # periods whose derivative is compared with differences
 
 
 @dataclasses.dataclass(frozen=True)
-class LyapunovExponents:
+class LyapunovExponents(Dimensional):
     """Mean rates of growth of small changes along a motion, per time.
 
     value: the largest exponent: > 0 chaos, 0 quasi-periodic, < 0 what comes back. -inf where sticking forgets all
@@ -37,10 +38,10 @@ class LyapunovExponents:
         False: the motion is not one of the equations, or not to the tolerance
     """
 
-    value: float
-    error: float
-    spectrum: np.ndarray
-    errors: np.ndarray
+    value: Rate
+    error: Rate
+    spectrum: Rates
+    errors: Rates
     periods: int
     finished: bool
     certified: bool = True
@@ -48,7 +49,7 @@ class LyapunovExponents:
 
 def lyapunov_exponent(
     system: System,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     *,
     periods: int = 1000,
     transient: int = 200,

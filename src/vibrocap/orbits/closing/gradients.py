@@ -345,7 +345,7 @@ def _measured(ends: _Ends, orbit: PeriodicSolution) -> tuple[dict[str, float], d
 
 def _slope(system: System, measure: str, plain: str, value: float, slope: float) -> Slope:
     """The record of one slope, in SI where the system knows its scales."""
-    from vibrocap.measures.during_run import known_measure
+    from vibrocap.measures.standard import known_measure
 
     known, place, size, unit = known_measure(measure, system), quantity_in_si(plain, system), 1.0, "1"
     assert known is not None

@@ -1,7 +1,7 @@
 """A steady motion: `Orbit`, and the two ways to it, `orbit` by simulation and `shoot` from a state near it."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,13 @@ from vibrocap.orbits.closing.periodic_solution import (
     judged,
     state_vector,
 )
-from vibrocap.orbits.closing.returns import Section, checked_section
+from vibrocap.orbits.closing.returns import SectionAsked, checked_section
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName
 
 CLOSED = 1e3  # tolerances, to which a neighbour closes that is steady too
 
@@ -129,11 +130,11 @@ class Orbit(PeriodicSolution):
 def orbit(
     system: System,
     *,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     response_period: int | None = None,
     half: bool = False,
     settle_periods: int = 2000,
-    section: Section | str | None = None,
+    section: SectionAsked = None,
     returns: int = MOST_RETURNS,
     tolerance: float = 1e-12,
     progress: Progress = None,
@@ -192,7 +193,7 @@ def orbit(
 
 def shoot(
     system: System,
-    start: Mapping[str, float],
+    start: ByName,
     response_period: int = 1,
     *,
     half: bool = False,

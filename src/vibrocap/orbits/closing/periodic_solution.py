@@ -10,6 +10,7 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import Derivative, Length, Number, Numbers, Speed, States, Time
 from vibrocap.results import Advised, Result
 
 CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
@@ -77,18 +78,18 @@ class PeriodicSolution(Result):
     """
 
     system: System
-    state: dict[str, float]
-    period: float
+    state: States
+    period: Time
     response_period: int
-    drift: float | None
-    multipliers: np.ndarray
-    residual: float
+    drift: Length | None
+    multipliers: Numbers
+    residual: Number
     symmetric: bool | None
-    derivative: np.ndarray
+    derivative: Derivative
     status: OrbitStatus
     iterations: int
-    tolerance: float
-    mirrored_state: dict[str, float] | None = None
+    tolerance: Number
+    mirrored_state: States | None = None
     winding: dict[str, int] = dataclasses.field(default_factory=dict)
     returns: int = 0
 
@@ -112,9 +113,9 @@ class PeriodicSolution(Result):
             return {"status": f"{self.status.value}{tried}"}
         largest = float(np.max(np.abs(self.multipliers), initial=0.0))
         stability = "stable" if self.stable else "unstable" if self.unstable else "neither stable nor unstable"
-        found = {"period": f"period {self.period:.10g}"}
+        found = {"period": f"period {self.said('period')}"}
         if self.drift is not None:
-            found["travel"] = f"drift {self.drift:.10g}, mean velocity {self.drift / self.period:.6g}"
+            found["travel"] = f"drift {self.said('drift')}, mean velocity {self.said('mean_velocity', 6)}"
         if self.winding:
             found["turns"] = ", ".join(f"{turns} turn(s) of {name}" for name, turns in self.winding.items())
         if self.symmetric is not None:
@@ -157,7 +158,7 @@ class PeriodicSolution(Result):
         return known and bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
 
     @property
-    def mean_velocity(self) -> float | None:
+    def mean_velocity(self) -> Speed | None:
         """Drift over the period."""
         return None if self.drift is None else self.drift / self.period
 

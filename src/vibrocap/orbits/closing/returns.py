@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vibrocap.motion.section import section_states
 from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import Context, Declared
 
 KINDS = (*CONTACT_EVENTS, "impact")
 WAYS = {"up": 1, "down": -1}
@@ -47,6 +48,19 @@ class Section:
         if self.observable is None:
             return f"{self.event} of contact {self.contact}"
         return f"{self.observable} = {self.value:g}, {'upward' if self.direction > 0 else 'downward'}"
+
+
+class OfSection(Declared):
+    """A section as it is asked for, whose value is in the unit of its observable."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        found = checked_section(context.system, value)
+        if found is None or found.observable is None:
+            return found
+        return dataclasses.replace(found, value=found.value / context.units.factor(found.observable))
+
+
+SectionAsked = Annotated[Any, OfSection()]  # a `Section` or a text
 
 
 def checked_section(system: System, given: Any) -> Section | None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_one_of, check_whole
+from vibrocap.measures.of_measure import OneOfMeasure
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
@@ -22,8 +23,11 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Lengths, Numbers, Speeds, StateColumns, Time, Times
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 TOWARDS = ("both", "up", "down")
@@ -49,21 +53,21 @@ class Branch(Result):
     """
 
     system: System
-    over: str
-    between: tuple[float, float]
+    over: Path
+    between: tuple[Parameter, Parameter]
     response_period: int
     symmetric: bool | None
-    parameter: np.ndarray
-    period: np.ndarray
-    states: np.ndarray
-    drift: np.ndarray
-    mean_velocity: np.ndarray
-    multipliers: np.ndarray
-    stable: np.ndarray
-    word: np.ndarray
-    arclength: np.ndarray
-    certified: np.ndarray
-    winding: np.ndarray
+    parameter: Parameters
+    period: Times
+    states: StateColumns
+    drift: Lengths
+    mean_velocity: Speeds
+    multipliers: Numbers
+    stable: Numbers
+    word: Numbers
+    arclength: Numbers
+    certified: Numbers
+    winding: Numbers
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[BranchEnd, BranchEnd]
     start: int
@@ -84,7 +88,7 @@ class Branch(Result):
         low, high = np.min(self.parameter), np.max(self.parameter)
         kinds = collections.Counter(special.kind.value for special in self.special_points)
         return {
-            "points": f"{len(self)} points from {low:.6g} to {high:.6g}",
+            "points": f"{len(self)} points from {low:.6g} to {said(high, self.unit_of('parameter'), 6)}",
             **({} if self.certified.all() else {"certificate": f"{np.sum(~self.certified)} of them not certified"}),
             "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
             "special points": ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no special points",
@@ -102,7 +106,7 @@ class Branch(Result):
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
         return self.orbit_near(self.states[point], float(self.parameter[point]), float(self.period[point]))
 
-    def orbits_at(self, value: float) -> list[Orbit]:
+    def orbits_at(self, value: Parameter) -> list[Orbit]:
         """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
         found = []
         for i in range(len(self) - 1):
@@ -114,11 +118,11 @@ class Branch(Result):
                 found.append(self.orbit_near(state, value, float(period)))
         return found
 
-    def orbit_near(self, state: np.ndarray, value: float, period: float) -> Orbit:
+    def orbit_near(self, state: StateColumns, value: Parameter, period: Time) -> Orbit:
         """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
         return orbit_near(self.closing_map, state, value, period)
 
-    def crossings(self, measure: str = "drift", value: float = 0.0) -> tuple[BranchCrossing, ...]:
+    def crossings(self, measure: str = "drift", value: OneOfMeasure = 0.0) -> tuple[BranchCrossing, ...]:
         """All places of the branch where a measure passes a value, in its order; see `branch_crossings`.
 
         measure: a name of `measure_table()` that is a number; drift and works are per drive period
@@ -152,21 +156,21 @@ class Branch(Result):
 
     def __str__(self) -> str:
         """The branch in words."""
-        kind = self._kind
+        kind, unit = self._kind, self.unit_of("parameter")
         if not len(self):
             return f"No {kind}branch: {self.ends[0].advice}"
         what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
         lines = [
             f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
-            *(f"  {row['kind']:20s} {special.parameter:.10g} (error {special.error:.0e})  {row['remarks']}"
+            *(f"  {row['kind']:20s} {said(special.parameter, unit)} (error {special.error:.0e})  {row['remarks']}"
               for row, special in zip(self.table(), self.special_points, strict=True)),
-            *(f"  {where} at {value:.10g}: {_ended(end)}"
+            *(f"  {where} at {said(value, unit)}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip
         if not self.certified.all():
             wrong = self.parameter[~self.certified]
             lines.append(
-                f"  {len(wrong)} points from {wrong.min():.6g} to {wrong.max():.6g} not certified: "
+                f"  {len(wrong)} points from {wrong.min():.6g} to {said(wrong.max(), unit, 6)} not certified: "
                 "their motions are not those of the equations"
             )
         return "\n".join(lines)
@@ -244,11 +248,11 @@ def _confirmed(closure: ClosingMap, point: BranchPoint) -> bool:
 @shows_progress("Following the branch")
 def branch(
     system: System,
-    over: str,
-    between: tuple[float, float],
+    over: Path,
+    between: tuple[Parameter, Parameter],
     *,
     orbit: Orbit | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     half: bool | None = None,
     towards: str = "both",
     points: int = 1000,
@@ -348,8 +352,8 @@ def check_options(towards: str, points: int, step: float) -> None:
 
 def first_orbit(
     system: System,
-    over: str,
-    between: tuple[float, float],
+    over: Path,
+    between: tuple[Parameter, Parameter],
     orbit: Orbit | None,
     initial: Mapping[str, float] | None,
     settle_periods: int,

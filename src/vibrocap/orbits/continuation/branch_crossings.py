@@ -17,13 +17,15 @@ from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
+from vibrocap.physics.conversion import Parameter
+from vibrocap.quantities.dimensional import Dimensional
 
 MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
 BESIDE = 1e-3  # share of a segment over which the slope is taken
 
 
 @dataclasses.dataclass(frozen=True)
-class BranchCrossing:
+class BranchCrossing(Dimensional):
     """A place of a branch where a measure passes a value, or (a jump) where it leaps over it at a change of the word.
 
     at: the parameter; error: how far it may be off, by the bracket and by the error of a closed orbit
@@ -31,8 +33,8 @@ class BranchCrossing:
     """
 
     kind: CrossingKind
-    at: float
-    error: float
+    at: Parameter
+    error: Parameter
     after_point: int
     orbit: Orbit | None
 

@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.motion.section import whole_turns
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
-from vibrocap.orbits.continuation.branch_point import corrected
+from vibrocap.orbits.continuation.branch_distance import branch_distance
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
+from vibrocap.physics.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName
+from vibrocap.quantities.dimensional import Dimensional, said
 from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
@@ -27,7 +29,6 @@ ONE_PLACE = 1e-5  # in natural sizes and shares of the range: two bifurcations s
 ON_BRANCH = 1e-7  # the same of two orbits
 SEEN = 200  # drive periods in which a run that fails shows why
 BEYOND = 2e-3, 1e-2  # shares of the range beyond an end of stable motions; farther on where all is slow beside it
-ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Join:
 
 
 @dataclasses.dataclass(frozen=True)
-class Transition:
+class Transition(Dimensional):
     """Where the stable motions of a branch end within the range, and where a simulation goes from there.
 
     branch: index of the branch; point: its last stable point; parameter: where; why: the special point, or the end of
@@ -55,7 +56,7 @@ class Transition:
 
     branch: int
     point: int
-    parameter: float
+    parameter: Parameter
     why: str
     reached: int | None
     leads_to: str
@@ -71,8 +72,8 @@ class BranchDiagram(Result):
     """
 
     system: System
-    over: str
-    between: tuple[float, float]
+    over: Path
+    between: tuple[Parameter, Parameter]
     branches: tuple[Branch, ...]
     joins: tuple[Join, ...]
     unfollowed: tuple[tuple[int, int], ...]
@@ -86,7 +87,7 @@ class BranchDiagram(Result):
     def facts(self) -> dict[str, str]:
         low, high = self.between
         return {
-            "range": f"{low:g} to {high:g}",
+            "range": f"{low:g} to {said(high, self.unit_of('over'), 6)}",
             "branches": f"{len(self.branches)} branches of {sum(map(len, self.branches))} points",
             "special points": f"{sum(len(each.special_points) for each in self.branches)} special points",
         }
@@ -101,9 +102,11 @@ class BranchDiagram(Result):
         for join in self.joins:
             place = self.branches[join.parent].special_points[join.special]
             verb = "leaves" if join.end == 0 else "ends on"
-            lines.append(f"[{join.child}] {verb} [{join.parent}] at {self.over} = {place.parameter:.10g}")
+            lines.append(
+                f"[{join.child}] {verb} [{join.parent}] at {self.over} = {said(place.parameter, self.unit_of('over'))}"
+            )
         for each in self.transitions:
-            edge = f"{self.over} = {each.parameter:.10g} ({each.why})"
+            edge = f"{self.over} = {said(each.parameter, self.unit_of('over'))} ({each.why})"
             lines.append(f"[{each.branch}] is stable up to {edge}; beyond it a simulation leads to {each.leads_to}")
         return "\n".join(lines)
 
@@ -111,11 +114,11 @@ class BranchDiagram(Result):
 @shows_progress("Following branches")
 def branches(
     system: System,
-    over: str,
-    between: tuple[float, float],
+    over: Path,
+    between: tuple[Parameter, Parameter],
     *,
     orbit: Orbit | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     depth: int = 2,
     points: int = 1000,
     step: float = 0.01,
@@ -282,7 +285,7 @@ class _Edge:
     """
 
     point: int
-    parameter: float
+    parameter: Parameter
     beyond: tuple[float, ...]
     why: str
     special: int | None
@@ -350,50 +353,3 @@ def _holds(known: Branch, orbit: Orbit) -> bool:
         return False
     state = np.array([orbit.state[name] for name in known.system.state_names])
     return branch_distance(known, state, float(orbit.system.parameter(known.over))) <= ON_BRANCH
-
-
-def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
-    """Distance of an orbit from a branch of its period, in natural sizes and shares of the range; the least over twins.
-
-    state: of the orbit at the section, [states]. Infinite where the branch does not come near.
-    """
-    return min(_distance(branch, each, parameter) for each in _starts(branch, state, parameter))
-
-
-def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
-    """States of an orbit at the sections of its response, and of its mirror twin."""
-    closure = branch.closing_map
-    row = closure.row.copy()
-    row[closure.index] = parameter
-    here, found = state.copy(), []
-    for _ in range(branch.response_period):
-        found.append(here)
-        here = closure.map.images(here[None], row[None], tangents=False).state[0]
-    if closure.mirrored and not closure.half:
-        found += [closure.map.mirrored_half(each[None], row[None], tangents=False).state[0] for each in found]
-    return found
-
-
-def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
-    """Distance of a point from a branch: from its chords first, then from the branch across the nearest of them."""
-    closure = branch.closing_map
-    x = closure.point(state, parameter)
-    corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
-    ways = np.diff(corners, axis=0)
-    lengths = np.linalg.norm(ways, axis=1)
-    apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
-    if not len(apart):
-        return float("inf")
-    turned = np.zeros_like(corners)  # whole turns, so that each chord begins as near as can be
-    unknown = closure.unknowns
-    turned[:, : len(unknown)] = whole_turns(branch.system, branch.states - state)[:, unknown] / closure.sizes[unknown]
-    starts, ways, lengths = (corners - turned)[apart], ways[apart], lengths[apart]
-    shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
-    feet = starts + shares[:, None] * ways
-    off = np.linalg.norm(feet - x, axis=1)
-    i = int(np.argmin(off))
-    if off[i] > ROUGHLY:
-        return float("inf")
-    normal = ways[i] / lengths[i]
-    found, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
-    return float(off[i]) if found is None else float(np.linalg.norm(found.x - x))

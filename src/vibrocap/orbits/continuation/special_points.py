@@ -12,6 +12,9 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
 from vibrocap.orbits.maps.itinerary import WordChange, same_cycle, word_change
+from vibrocap.physics.conversion import Parameter
+from vibrocap.quantities.declared import Length, Number, Numbers, States
+from vibrocap.quantities.dimensional import Dimensional
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
 FOLDED = 1e-3  # distance from 1 of the multiplier that makes a turn of the parameter a fold
@@ -259,7 +262,7 @@ def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class SpecialPoint:
+class SpecialPoint(Dimensional):
     """Something special on a branch, between two of its points.
 
     parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
@@ -270,12 +273,12 @@ class SpecialPoint:
     """
 
     kind: SpecialKind
-    parameter: float
-    error: float
-    state: dict[str, float]
-    drift: float | None
-    multipliers: np.ndarray
-    arclength: float
+    parameter: Parameter
+    error: Parameter
+    state: States
+    drift: Length | None
+    multipliers: Numbers
+    arclength: Number
     after_point: int
     word_before: str
     word_after: str

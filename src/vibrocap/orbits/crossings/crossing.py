@@ -8,13 +8,18 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number
-from vibrocap.measures.during_run import check_travel, known_measure, measure_table, near_measure, resolved
+from vibrocap.measures.during_run import check_travel, measure_table, near_measure, resolved
+from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
+from vibrocap.measures.standard import known_measure
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName
+from vibrocap.quantities.dimensional import Dimensional, said
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
@@ -22,7 +27,7 @@ NOTHING = 1e-9  # a difference of no more than this share of the measure's range
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Crossings:
+class Crossings(Dimensional):
     """All places found, and what the scan saw.
 
     found: `Crossing`s in the order of the parameter
@@ -33,38 +38,41 @@ class Crossings:
     """
 
     measure: str
-    over: str
-    value: float
+    over: Path
+    value: OneOfMeasure
     found: tuple[Crossing, ...]
-    equal: tuple[tuple[float, float], ...]
-    unsettled: tuple[float, ...]
-    parameters: np.ndarray
-    differences: np.ndarray
+    equal: tuple[tuple[Parameter, Parameter], ...]
+    unsettled: tuple[Parameter, ...]
+    parameters: Parameters
+    differences: ManyOfMeasure
 
     @property
-    def places(self) -> tuple[float, ...]:
+    def places(self) -> tuple[Parameter, ...]:
         """The parameters of the crossings proper."""
         return tuple(each.at for each in self.found if each.kind is CrossingKind.CROSSING)
 
     def __str__(self) -> str:
         """What was found, in words."""
         lines = []
+        along, unit = self.unit_of("over"), self.unit_of("value")
         for each in self.found:
-            row = f"{each.kind.value:<10}{each.at:.12g} +- {each.error:.1g}"
+            row = f"{each.kind.value:<10}{said(each.at, along, 12)} +- {each.error:.1g}"
             if each.kind is CrossingKind.CROSSING:
-                lines.append(f"{row}, between {each.bracket[0]!r} and {each.bracket[1]!r}, slope {each.slope:.6g}")
+                low, high = each.bracket
+                slope = said(each.slope, each.unit_of("slope"), 6)
+                lines.append(f"{row}, between {low!r} and {high!r}, slope {slope}")
             else:
                 lines.append(f"{row}  {each.kind.advice}")
         for low, high in self.equal:
-            lines.append(f"equal     all along {low:.6g} to {high:.6g}: no point of it is a crossing")
+            lines.append(f"equal     all along {low:.6g} to {said(high, along, 6)}: no point of it is a crossing")
         if self.unsettled:
-            first, last = self.unsettled[0], self.unsettled[-1]
-            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {first:.6g} to {last:.6g}"
+            ends = f"{self.unsettled[0]:.6g} to {said(self.unsettled[-1], along, 6)}"
+            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {ends}"
             lines.append(f"unsettled {many}: nothing can be told there")
         if not any(each.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for each in self.found):
             seen = self.differences[np.isfinite(self.differences)]
             if len(seen):
-                scan = f"over the scan the difference is from {seen.min():.3g} to {seen.max():.3g}"
+                scan = f"over the scan the difference is from {seen.min():.3g} to {said(seen.max(), unit, 3)}"
                 lines.append(f"no crossing: {scan}")
         return "\n".join(lines)
 
@@ -73,12 +81,12 @@ class Crossings:
 def crossing(
     system: System,
     measure: str = "drift",
-    over: str = "machine.mass_ratio",
-    between: tuple[float, float] = (0.01, 8.1),
+    over: Path = "machine.mass_ratio",
+    between: tuple[Parameter, Parameter] = (0.01, 8.1),
     *,
-    value: float = 0.0,
+    value: OneOfMeasure = 0.0,
     against: System | None = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByName | None = None,
     points: int = 200,
     periods: int = 2000,
     tolerance: float = 1e-12,

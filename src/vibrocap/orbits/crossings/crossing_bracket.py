@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibrocap.measures.during_run import measured
+from vibrocap.measures.of_measure import OneOfMeasure, SlopeOfMeasure
 from vibrocap.motion.section import brought_back, section_states
 from vibrocap.motion.simulate import period_marks, simulate
 from vibrocap.motion.start import within_room
@@ -16,7 +17,9 @@ from vibrocap.orbits.closing.periodic_solution import CERTIFIED, named_states, s
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.physics.conversion import Parameter
 from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Advised
 
 ARRIVED = 20.0  # tolerances of the run within which a motion stands still: what is left is error of the integration
@@ -128,7 +131,7 @@ class CrossingKind(Advised):
 
 
 @dataclasses.dataclass(frozen=True)
-class Crossing:
+class Crossing(Dimensional):
     """A place where the measure passes the value, or jumps over it.
 
     at: the parameter; bracket: of it, with the difference (measure less value) at both ends
@@ -139,12 +142,12 @@ class Crossing:
     """
 
     kind: CrossingKind
-    at: float
-    bracket: tuple[float, float]
-    differences: tuple[float, float]
-    error: float
-    values: tuple[float, ...]
-    slope: float
+    at: Parameter
+    bracket: tuple[Parameter, Parameter]
+    differences: tuple[OneOfMeasure, OneOfMeasure]
+    error: Parameter
+    values: tuple[OneOfMeasure, ...]
+    slope: SlopeOfMeasure
 
 
 Motions = Sequence[SettledMotion]

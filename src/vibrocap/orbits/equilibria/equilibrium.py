@@ -11,6 +11,8 @@ from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, Force, Speed, States
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 NEUTRAL = 1e-10  # real part over the largest eigenvalue below which its sign is rounding
@@ -33,13 +35,13 @@ class Equilibrium(Result):
 
     system: System
     sides: tuple[int, ...]
-    state: dict[str, float]
-    least: dict[str, float]
-    most: dict[str, float]
+    state: States
+    least: States
+    most: States
     dimension: int
-    travel: float | None
-    friction: tuple[float, ...]
-    eigenvalues: np.ndarray
+    travel: Speed | None
+    friction: tuple[Force, ...]
+    eigenvalues: AngularFrequencies
     stable: bool | None
 
     @property
@@ -55,7 +57,7 @@ class Equilibrium(Result):
         return {True: "stable", False: "unstable", None: "not decided"}[self.stable]
 
     @property
-    def frequency(self) -> float | None:
+    def frequency(self) -> AngularFrequency | None:
         """Angular frequency of the oscillation that decays least or grows most; None where nothing oscillates."""
         pairs = self.eigenvalues[np.imag(self.eigenvalues) > 0.0]
         return float(pairs[np.argmax(np.real(pairs))].imag) if len(pairs) else None
@@ -68,12 +70,15 @@ class Equilibrium(Result):
     @property
     def facts(self) -> dict[str, str]:
         spans = {
-            name: f"{value:.10g}" if self.least[name] == self.most[name]
-            else f"{self.least[name]:.10g} to {self.most[name]:.10g}"
+            name: said(value, self.unit_of(name)) if self.least[name] == self.most[name]
+            else f"{self.least[name]:.10g} to {said(self.most[name], self.unit_of(name))}"
             for name, value in self.state.items() if name != self.system.machine.cyclic
         }  # fmt: skip
-        travels = {} if self.travel is None or not any(self.sides) else {"travel": f"{self.travel:.10g} per time"}
-        shown_values = ", ".join(_written(value) for value in self.eigenvalues)
+        travels = {}
+        if self.travel is not None and any(self.sides):
+            travels["travel"] = self.said("travel") + ("" if self.si_context() else " per time")
+        rate = "" if (unit := self.unit_of("eigenvalues")) == "1" else f" {unit}"
+        shown_values = ", ".join(_written(value) + rate for value in self.eigenvalues)
         return {**spans, **travels, "eigenvalues": shown_values or "none"}
 
     def table(self) -> list[dict[str, Any]]:

@@ -14,7 +14,18 @@ from vibrocap.orbits.equilibria.rest_set import RestSet
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
 from vibrocap.orbits.parameter_range import checked_range, system_at
+from vibrocap.physics.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import (
+    AngularFrequencies,
+    AngularFrequency,
+    Number,
+    Numbers,
+    Speeds,
+    StateColumns,
+    States,
+)
+from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
 ON_AXIS = 1e-9  # real part over the eigenvalue that is zero up to rounding
@@ -58,13 +69,13 @@ class EquilibriumPoint(Result):
     """
 
     kind: EquilibriumPointKind
-    parameter: float
-    error: float
-    state: dict[str, float]
+    parameter: Parameter
+    error: Parameter
+    state: States
     after_point: int
-    frequency: float | None
-    lyapunov: float | None
-    vector: np.ndarray
+    frequency: AngularFrequency | None
+    lyapunov: Number | None
+    vector: Numbers
     unstable_before: int
     unstable_after: int
 
@@ -79,7 +90,7 @@ class EquilibriumPoint(Result):
 
     @property
     def heading(self) -> str:
-        return f"{self.kind.value} at {self.parameter:.12g} (error {self.error:.0e})"
+        return f"{self.kind.value} at {self.said('parameter', 12)} (error {self.error:.0e})"
 
     @property
     def stability(self) -> str:
@@ -91,7 +102,7 @@ class EquilibriumPoint(Result):
     @property
     def remarks(self) -> str:
         """What else is to be said of it."""
-        said = [] if self.frequency is None else [f"omega {self.frequency:.10g}", self.criticality]
+        said = [] if self.frequency is None else [f"omega {self.said('frequency')}", self.criticality]
         said += [] if self.stability == "kept" else [f"stability {self.stability}"]
         return "; ".join(each for each in said if each)
 
@@ -111,15 +122,15 @@ class EquilibriumBranch(Result):
     """
 
     system: System
-    over: str
-    between: tuple[float, float]
+    over: Path
+    between: tuple[Parameter, Parameter]
     sides: tuple[int, ...]
-    parameter: np.ndarray
-    states: np.ndarray
-    travel: np.ndarray
-    eigenvalues: np.ndarray
-    unstable: np.ndarray
-    stable: np.ndarray
+    parameter: Parameters
+    states: StateColumns
+    travel: Speeds
+    eigenvalues: AngularFrequencies
+    unstable: Numbers
+    stable: Numbers
     special_points: tuple[EquilibriumPoint, ...]
     ends: tuple[EquilibriumEnd, EquilibriumEnd]
     mode: Mode = dataclasses.field(compare=False)
@@ -134,9 +145,9 @@ class EquilibriumBranch(Result):
     @property
     def facts(self) -> dict[str, str]:
         low, high = float(np.min(self.parameter)), float(np.max(self.parameter))
-        special = ", ".join(f"{each.kind.value} at {each.parameter:.10g}" for each in self.special_points)
+        special = ", ".join(f"{each.kind.value} at {each.said('parameter')}" for each in self.special_points)
         return {
-            "points": f"{len(self)} points from {low:.6g} to {high:.6g}",
+            "points": f"{len(self)} points from {low:.6g} to {said(high, self.unit_of('parameter'), 6)}",
             "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
             "special points": special or "no special points",
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
@@ -172,15 +183,22 @@ class EquilibriumBranch(Result):
         """The branch in words."""
         lines = [f"Branch of steady sliding over {self.over}, {len(self)} points:"]
         for each in self.special_points:
-            lines.append(f"  {each.kind.value:20s} {each.parameter:.12g} (error {each.error:.0e})  {each.remarks}")
+            lines.append(
+                f"  {each.kind.value:20s} {each.said('parameter', 12)} (error {each.error:.0e})  {each.remarks}"
+            )
         for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True):
             advice = f". {end.advice}" if end is not EquilibriumEnd.PARAMETER_BOUND else ""
-            lines.append(f"  {where} at {value:.10g}: {end.value}{advice}")
+            lines.append(f"  {where} at {said(value, self.unit_of('parameter'))}: {end.value}{advice}")
         return "\n".join(lines)
 
 
 def equilibrium_branch(
-    system: System, over: str, between: tuple[float, float], *, start: Equilibrium | None = None, points: int = 2000
+    system: System,
+    over: Path,
+    between: tuple[Parameter, Parameter],
+    *,
+    start: Equilibrium | None = None,
+    points: int = 2000,
 ) -> EquilibriumBranch:
     """The branch of steady sliding through one state of it, over a range of a parameter.
 

@@ -10,9 +10,13 @@ class Biharmonic(Wave):
     """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
 
     amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     second_amplitude: Number = parameter(0.0, "h2", "torque of the second harmonic", "effort")
-    second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic [rad]", "phase")
+    second_phase: Number = parameter(
+        0.0, "psi", "phase of the second harmonic [rad]", "phase", in_si="phase of the second harmonic"
+    )
 
     name: ClassVar[str] = "biharmonic"
     source: ClassVar[str] = "vibrocap"

@@ -10,7 +10,9 @@ class Harmonic(Wave):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
     amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
 
     name: ClassVar[str] = "harmonic"
     source: ClassVar[str] = "liu2019"

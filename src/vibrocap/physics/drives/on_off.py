@@ -22,7 +22,9 @@ class OnOff(Wave, Piecewise):
 
     amplitude: Number = parameter(1.0, "h", "what is added while it is on", "effort")
     offset: Number = parameter(0.0, "h_0", "level while it is off", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     duty: WithinOne = parameter(0.5, "d", "share of the period in which it is on", "share")
     phase: Phase = parameter(0.0, "phi", "share of the period at which it is switched on, less than 1", "share")
 

@@ -27,7 +27,9 @@ class PulseWidth(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "height of the pulses", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     modulation: Share = parameter(0.8, "m", "peak of the sine that the pulses follow, over their height", "share")
     pulses: Annotated[Any, BeforeValidator(_whole)] = parameter(6, "n", "cells in a period", "convention")
 

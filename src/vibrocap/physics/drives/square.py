@@ -13,7 +13,9 @@ class Square(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "level of the first part; that of the second is -h", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     duty: WithinOne = parameter(0.5, "d", "share of the period at the first level", "share")
 
     name: ClassVar[str] = "square"

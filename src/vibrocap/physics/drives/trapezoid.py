@@ -25,7 +25,9 @@ class Trapezoid(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "upper level; the lower one is -h", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     rise: WithinOne = parameter(0.125, "r", "share of the period in which it rises", "share")
     hold: Share = parameter(0.375, "d", "share of the period at the upper level", "share")
     fall: WithinOne = parameter(0.125, "f", "share of the period in which it falls", "share")

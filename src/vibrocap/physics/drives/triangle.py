@@ -14,7 +14,9 @@ class Triangle(PiecewiseWave):
     """
 
     amplitude: Number = parameter(1.0, "h", "peak of the wave, half of its stroke", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     rise: WithinOne = parameter(0.5, "r", "share of the period in which it rises", "share")
 
     name: ClassVar[str] = "triangle"

@@ -15,8 +15,7 @@ from vibrocap.physics.machines.machine import (
     parameters,
     sin,
 )
-
-STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
+from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2
 
 LOADS = ("weight", "dynamic")
 

@@ -42,10 +42,22 @@ class LinkageCrawler(Machine):
     where the mass comes down on them, at h = 0.2.
     """
 
-    mass_ratio: Positive = parameter(1.0, "lambda_1", "mass of body 1, the rear one, over the mass on top", "mass")
-    mass_ratio_2: Positive = parameter(1.0, "lambda_2", "mass of body 2 over the mass on top", "mass")
-    stiffness: Positive = parameter(2.0, "rho", "spring between the bodies, k l/(m g)", "stiffness")
-    damping: NonNegative = parameter(0.5, "nu", "damper between the bodies, c sqrt(l/g)/m", "viscous damping")
+    mass_ratio: Positive = parameter(
+        1.0,
+        "lambda_1",
+        "mass of body 1, the rear one, over the mass on top",
+        "mass",
+        in_si="mass of body 1, the rear one",
+    )
+    mass_ratio_2: Positive = parameter(
+        1.0, "lambda_2", "mass of body 2 over the mass on top", "mass", in_si="mass of body 2"
+    )
+    stiffness: Positive = parameter(
+        2.0, "rho", "spring between the bodies, k l/(m g)", "stiffness", in_si="spring between the bodies"
+    )
+    damping: NonNegative = parameter(
+        0.5, "nu", "damper between the bodies, c sqrt(l/g)/m", "viscous damping", in_si="damper between the bodies"
+    )
     stance: Stance = parameter(1.2, "w_0", "distance of the bodies at which the spring is not stretched", "distance")
 
     name: ClassVar[str] = "linkage-crawler"

@@ -178,6 +178,9 @@ class Machine(Part):
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
         return {}
 
+    def check_scales(self, scales: Scales) -> None:
+        """ArgumentError for parameters that mean something else in these units."""
+
     def ground_speed(self):
         """Speed at which the ground moves under the contact."""
         return 0.0

@@ -30,14 +30,25 @@ class PendulumCapsule(CapsuleWithBob):
     Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
-    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
-    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
+    mass_ratio: Positive = parameter(
+        2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    stiffness: NonNegative = parameter(
+        2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring"
+    )
+    damping: NonNegative = parameter(
+        1.0,
+        "nu",
+        "viscous damper at the pivot, c/(m l^2 omega_n)",
+        "torsional damping",
+        in_si="viscous damper at the pivot",
+    )
     normal_load: Annotated[Any, BeforeValidator(checked_load)] = parameter(
         1.0,
         "N",
         'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
         "load",
+        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
     )
 
     name: ClassVar[str] = "pendulum-capsule"

@@ -46,10 +46,20 @@ class PendulumCrawler(ImposedDisplacement):
     load is constant.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
-    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
-    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
-    normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m g", "load")
+    mass_ratio: Positive = parameter(
+        2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    stiffness: NonNegative = parameter(
+        2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring"
+    )
+    damping: NonNegative = parameter(
+        1.0,
+        "nu",
+        "viscous damper at the pivot, c/(m l^2 omega_n)",
+        "torsional damping",
+        in_si="viscous damper at the pivot",
+    )
+    normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m g", "load", in_si="load on the contact")
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 
     name: ClassVar[str] = "pendulum-crawler"

@@ -31,7 +31,9 @@ class RotorCapsule(CapsuleWithBob):
     V. O. Kononenko, Vibrating Systems with a Limited Power Supply, Iliffe, London 1969, ch. 1.
     """
 
-    mass_ratio: Positive = parameter(4.0, "lambda", "capsule mass over eccentric mass, M/m", "mass")
+    mass_ratio: Positive = parameter(
+        4.0, "lambda", "capsule mass over eccentric mass, M/m", "mass", in_si="mass of the capsule"
+    )
     damping: NonNegative = parameter(
         0.75, "nu", "fall of the motor's torque over its speed (stall torque over no-load speed)", "torsional damping"
     )
@@ -40,6 +42,7 @@ class RotorCapsule(CapsuleWithBob):
         "N",
         'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
         "load",
+        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
     )
 
     name: ClassVar[str] = "rotor-capsule"

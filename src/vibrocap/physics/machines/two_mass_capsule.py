@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
+from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
 from vibrocap.physics.machines.machine import (
     Body,
     Contact,
@@ -11,7 +12,6 @@ from vibrocap.physics.machines.machine import (
     Mechanism,
     NonNegative,
     Positive,
-    Scales,
     Shape,
     parameter,
     parameters,
@@ -31,23 +31,6 @@ Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
 
 
 @parameters
-class InnerMassScales(Scales):
-    """Scales of a capsule that counts mass in that of its inner mass, length and time in units of one's choice.
-
-    Good units are of the size of the motion: the length of a stroke, the time of one radian of the drive.
-    """
-
-    inner_mass_kg: Positive = parameter(..., "m", "inner mass", unit="kg")
-    length_unit_m: Positive = parameter(..., "l", "unit of length, such as the stroke of the inner mass", unit="m")
-    time_unit_s: Positive = parameter(..., "1/omega_0", "unit of time, such as sqrt(m/k)", unit="s")
-
-    @property
-    def units(self) -> tuple[float, float, float]:
-        """m, l, 1/omega_0."""
-        return self.inner_mass_kg, self.length_unit_m, self.time_unit_s
-
-
-@parameters
 class TwoMassCapsule(Machine):
     """Inner mass m on a spring and a damper in a capsule M; both move along one line.
 
@@ -59,14 +42,24 @@ class TwoMassCapsule(Machine):
     instance (actuation = "external"), does not: lambda X'' = F - R (Liu et al. 2013).
 
     Time is in units of 1/omega_0 for a frequency omega_0 of one's choice, mass in m, length in a length l of one's
-    choice and force in m l omega_0^2; the load is a force in that unit. Nothing rises or falls: the load
-    is constant.
+    choice and force in m l omega_0^2; the load is a force in that unit. Nothing rises or falls: the load is constant.
+    Where force is counted in m g, as in SI, normal_load = "weight" is that of capsule and mass, lambda + 1.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over inner mass, M/m", "mass")
-    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness")
-    damping: NonNegative = parameter(0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping")
-    normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m l omega_0^2", "load")
+    mass_ratio: Positive = parameter(
+        2.5, "lambda", "capsule mass over inner mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness", in_si="spring")
+    damping: NonNegative = parameter(
+        0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping", in_si="viscous damper"
+    )
+    normal_load: Load = parameter(
+        1.0,
+        "N",
+        'load on the contact over m l omega_0^2: a number, or "weight" (lambda + 1, in units of m g)',
+        "load",
+        in_si='load on the contact: a force, or "weight"',
+    )
     actuation: Actuation = parameter(
         "internal", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
     )
@@ -79,11 +72,20 @@ class TwoMassCapsule(Machine):
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     si_scales: ClassVar = InnerMassScales
+    si_load: ClassVar = '"weight" for that of capsule and inner mass, (M + m) g'
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
     @property
     def _external(self) -> bool:
         return self.actuation == "external"
+
+    def check_scales(self, scales):
+        """The weight is lambda + 1 where force is counted in m g."""
+        check_weight(self, scales)
+
+    def loads(self):
+        """N, or the weight (lambda + 1) g_n."""
+        return (weight_or_load(self),)
 
     def masses(self):
         """lambda and 1."""

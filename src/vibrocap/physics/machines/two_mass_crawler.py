@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import ImposedDisplacement, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
+from vibrocap.physics.machines.machine import ImposedDisplacement, Positive, parameter, parameters
 from vibrocap.physics.scene import capsule_with_mass
 
 
@@ -26,13 +27,31 @@ class TwoMassCrawler(ImposedDisplacement):
     Mass is counted in m, length and time in units of one's choice; the load is a force in those.
     """
 
-    mass_ratio: Positive = parameter(1.0, "lambda", "mass of the body over inner mass, M/m", "mass")
-    normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load")
+    mass_ratio: Positive = parameter(
+        1.0, "lambda", "mass of the body over inner mass, M/m", "mass", in_si="mass of the body"
+    )
+    normal_load: Load = parameter(
+        1.0,
+        "N",
+        'load on the contact: a number, or "weight" (lambda + 1, in units of m g)',
+        "load",
+        in_si='load on the contact: a force, or "weight"',
+    )
 
     name: ClassVar[str] = "two-mass-crawler"
     source: ClassVar[str] = "chernousko2002"
     effort: ClassVar = "displacement"
+    si_scales: ClassVar = InnerMassScales
     si_names: ClassVar = {"mass_ratio": "body_mass"}
+    si_load: ClassVar = '"weight" for that of body and inner mass, (M + m) g'
+
+    def check_scales(self, scales):
+        """The weight is lambda + 1 where force is counted in m g."""
+        check_weight(self, scales)
+
+    def loads(self):
+        """N, or the weight (lambda + 1) g_n."""
+        return (weight_or_load(self),)
 
     def masses(self):
         """lambda + 1, of both; what moves between them is imposed."""

@@ -21,14 +21,22 @@ class VibroImpactCapsule(TwoMassCapsule):
     spring and a damper of its own (`ElasticStops`).
     """
 
-    mass_ratio: Positive = parameter(5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass")
-    stop_stiffness: NonNegative = parameter(15.0, "beta", "spring of the stop, k_2/(m_1 omega_0^2)", "stiffness")
+    mass_ratio: Positive = parameter(
+        5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass", in_si="mass of the capsule"
+    )
+    stop_stiffness: NonNegative = parameter(
+        15.0, "beta", "spring of the stop, k_2/(m_1 omega_0^2)", "stiffness", in_si="spring of the stop"
+    )
     gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
     back_gap: BackGap = parameter(
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
     stop_damping: StopDamping = parameter(
-        None, "nu_s", "damper of the stop, c_2/(m_1 omega_0); none where it has none", "viscous damping"
+        None,
+        "nu_s",
+        "damper of the stop, c_2/(m_1 omega_0); none where it has none",
+        "viscous damping",
+        in_si="damper of the stop; none where it has none",
     )
     back_stop_stiffness: StopStiffness = parameter(
         None, "beta_b", "spring of the stop behind; none where it is that of the one in front", "stiffness"

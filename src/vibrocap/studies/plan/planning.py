@@ -6,9 +6,9 @@ from typing import Any
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
-from vibrocap.measures.during_run import known_measure, resolved
+from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
-from vibrocap.measures.standard import LOAD_WATCH
+from vibrocap.measures.standard import LOAD_WATCH, known_measure
 from vibrocap.measures.windows import usual_window
 from vibrocap.motion.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.measures.during_run import known_measure
+from vibrocap.measures.of_measure import measure_unit, unit_in
+from vibrocap.measures.standard import known_measure
 from vibrocap.physics.system import System
 from vibrocap.studies.store.record import plan_of
-from vibrocap.studies.variables import coordinate_attributes, unit_and_scale
+from vibrocap.studies.variables import coordinate_attributes
 
 FACTORS = ("dimensionless_unit", "scale_factor")
 
@@ -60,7 +61,7 @@ class ArrayUnits:
             measure = known_measure(entry, system)
             if measure is None:
                 return factors
-            unit, scale = unit_and_scale(measure.unit, measure.si_unit, system)
+            unit, scale = measure_unit(measure, system)
         else:
-            unit, scale = unit_and_scale(entry["unit"], entry.get("si_unit") or "1", system)
+            unit, scale = unit_in(entry["unit"], entry.get("si_unit") or "1", system)
         return {"units": unit, "dimensionless_unit": scale, "scale_factor": None if scale == 1.0 else scale}

@@ -1,0 +1,41 @@
+"""A part in a line, with its units."""
+
+from typing import Any
+
+from vibrocap.physics.parameters import described, given_parameters, parameter_table
+from vibrocap.physics.system import System
+from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in_si
+
+
+def in_words(part: Any, system: System, digits: int = 6) -> str:
+    """A part in a line, in SI where the system knows its scales: its name, and each parameter with its unit."""
+    if system.units is None:
+        return described(part, digits)
+    own = _keys(part, system)
+    words = []
+    for key, value in _values(part, system).items():
+        name, unit = own.get(key, (key, "1"))
+        number = value if isinstance(value, str) else f"{value:.{digits}g}"
+        words.append(" ".join((name, number) if unit == "1" else (name, number, unit)))
+    return f"{part.name}: {', '.join(words)}"
+
+
+def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
+    """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
+    keys = {
+        key: (each.stem, each.unit)
+        for key, each in parameter_keys(type(part), system.si.effort).items()
+        if each.has_unit
+    }
+    if part is system.machine and system.units is not None:
+        for info in parameter_table(system.units):
+            assert info.dimension is not None
+            unit = unit_name(info.dimension)
+            keys[info.name] = (info.name.removesuffix(suffix(unit)), unit)
+    return keys
+
+
+def _values(part: Any, system: System) -> dict[str, Any]:
+    """Values of a part by keys in SI, for a machine those of its scales too."""
+    scales = given_parameters(system.units) if part is system.machine else {}
+    return (written_in_si(part, system.si, exactly=False) or {}) | scales

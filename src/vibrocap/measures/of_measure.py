@@ -1,0 +1,61 @@
+"""What numbers are that belong to a measure: they have the unit of the measure that a record or a call names."""
+
+from typing import Annotated, Any
+
+import numpy as np
+
+from vibrocap.measures.measure import Measure
+from vibrocap.measures.standard import known_measure
+from vibrocap.physics.conversion import Along
+from vibrocap.quantities.declared import Context, Declared, In
+
+
+class OfMeasure(Declared):
+    """A value of the measure that the record or the call around names `measure`."""
+
+    def unit(self, context: Context) -> str:
+        return _unit(next(iter(context.known("measure")), ""), context)
+
+
+class OverParameter(OfMeasure):
+    """A slope of a measure over the parameter `over`."""
+
+    def unit(self, context: Context) -> str:
+        return f"{super().unit(context)} per {Along().unit(context)}"
+
+    def scale(self, context: Context) -> float:
+        return OfMeasure().scale(context) / Along().scale(context)
+
+
+class OfMeasures(Declared):
+    """Values of measures by their names, in the units of those that the call around asked for."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        asked = next(iter(context.known("measures")), ())
+        asked = (asked,) if isinstance(asked, (str, Measure)) else asked
+        own = {each.name: each for each in asked if isinstance(each, Measure)}
+        named = {name: own.get(name) or name for name in value}
+        return {name: In(_unit(named[name], context)).converted(each, context, back) for name, each in value.items()}
+
+
+def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None]:
+    """(unit of a measure in the results of a system, what one dimensionless unit is in it; None where it has none)."""
+    known = measure if isinstance(measure, Measure) else known_measure(measure, system)
+    return ("1", None) if known is None else unit_in(known.unit, known.si_unit, system)
+
+
+def unit_in(unit: str, si_unit: str, system: Any) -> tuple[str, float | None]:
+    """The same of a measure that has these units, without scales and in SI."""
+    context = system.si_context()
+    return (unit, None) if context is None or si_unit == "1" else (si_unit, context.units.factor_of(si_unit))
+
+
+def _unit(measure: str | Measure, context: Context) -> str:
+    known = measure if isinstance(measure, Measure) else known_measure(measure, context.system)
+    return "1" if known is None else known.si_unit
+
+
+OneOfMeasure = Annotated[float, OfMeasure()]
+ManyOfMeasure = Annotated[np.ndarray, OfMeasure()]
+SlopeOfMeasure = Annotated[float, OverParameter()]
+ByMeasure = Annotated[dict[str, Any], OfMeasures()]

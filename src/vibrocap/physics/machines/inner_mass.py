@@ -1,0 +1,64 @@
+"""What machines with an inner mass on a line have in common: their scales, and the load that their weight makes."""
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.physics.machines.machine import Machine, Positive, Scales, parameter, parameters
+from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2
+
+WEIGHT = "weight"
+ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
+
+
+def _checked_load(given: Any) -> Any:
+    number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if given == WEIGHT if isinstance(given, str) else number and 0 <= given < 1e300:
+        return given
+    raise ValueError('should be a finite number >= 0 or "weight" (mass_ratio + 1, in units of m g)')
+
+
+Load = Annotated[Any, BeforeValidator(_checked_load)]
+
+
+@parameters
+class InnerMassScales(Scales):
+    """Scales of a machine that counts mass in that of its inner mass.
+
+    Length is counted in a centimetre and time in sqrt(l/g), 32 milliseconds, unless they are given: sizes of a bench,
+    with which forces are counted in the weight of the inner mass, m g. They decide only over what size errors are
+    measured: good units are of the size of the motion, the length of a stroke and the time of one radian of the drive.
+    """
+
+    inner_mass_kg: Positive = parameter(..., "m", "inner mass", unit="kg")
+    length_unit_m: Positive = parameter(0.01, "l", "unit of length, such as the stroke of the inner mass", unit="m")
+    time_unit_s: Positive | None = parameter(
+        None, "1/omega_0", "unit of time, such as sqrt(m/k); sqrt(l/g) where it is left out", unit="s"
+    )
+    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        """m, l, 1/omega_0."""
+        time = self.time_unit_s
+        time = math.sqrt(self.length_unit_m / self.gravity_m_per_s2) if time is None else time
+        return self.inner_mass_kg, self.length_unit_m, time
+
+
+def weight_or_load(machine: Any) -> Any:
+    """The load of a machine, where that is its weight lambda + 1, on a slope that times g cos(phi)."""
+    if not isinstance(machine.normal_load, str):
+        return machine.normal_load
+    weight = machine.mass_ratio + 1.0
+    return weight if machine.gravity is None else weight * machine.gravity[0]
+
+
+def check_weight(machine: Machine, scales: Scales) -> None:
+    """ArgumentError for a load that is the weight in units in which m g is not 1."""
+    gravity = getattr(scales, "gravity_m_per_s2", STANDARD_GRAVITY_M_PER_S2)
+    counted = scales.length_m / scales.time_s**2
+    if machine.normal_load == WEIGHT and not abs(counted - gravity) <= ROUNDING * gravity:
+        what = "which counts forces in m g; leave out time_unit_s, or give the load in N, normal_load_N"
+        raise ArgumentError("machine.normal_load", f'should be "weight" with a unit of time sqrt(l/g), {what}')

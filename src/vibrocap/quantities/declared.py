@@ -1,0 +1,194 @@
+"""Declarations: what a number is, said by its type, `period: Time` or `state: ByName`.
+
+Each is an `Annotated` type whose note is a `Declared`: it knows the unit and what one dimensionless unit is in it.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class Context:
+    """Where a number stands: the system it belongs to, which knows its scales, and the records and calls around it.
+
+    around: records, and arguments of calls by name, the nearest first
+    """
+
+    system: Any
+    around: tuple[Any, ...] = ()
+
+    @property
+    def units(self) -> Any:
+        """Factor and unit of every quantity, `physics.units.Units`."""
+        return self.system.si
+
+    def within(self, owner: Any) -> "Context":
+        """The same, seen from inside a record or a call."""
+        return dataclasses.replace(self, around=(owner, *self.around))
+
+    def known(self, name: str) -> list[Any]:
+        """What the records and calls around have under a name, the nearest first."""
+        found = (each.get(name) if isinstance(each, Mapping) else vars(each).get(name) for each in self.around)
+        return [each for each in found if each is not None]
+
+    def kept(self) -> "Context":
+        """The same with nothing of the calls but their words: what a record in SI remembers."""
+        words = (
+            {key: x for key, x in each.items() if isinstance(x, (str, bool))} if isinstance(each, Mapping) else each
+            for each in self.around
+        )
+        return dataclasses.replace(self, around=tuple(words))
+
+
+class Declared:
+    """What a number is. Give `unit` and `scale`, or `converted` where these do not suffice."""
+
+    def unit(self, context: Context) -> str:
+        """The SI unit, "1" where there is none."""
+        raise NotImplementedError
+
+    def units(self, value: Any, context: Context) -> Any:
+        """The unit of a value, or the units of what it holds by name."""
+        return self.unit(context)
+
+    def scale(self, context: Context) -> Any:
+        """What one dimensionless unit is in the unit: a number, or an array that goes with the value."""
+        return context.units.factor_of(self.unit(context))
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        """A value in SI; back: one in SI without units. What has no unit stays as it is, to the last bit."""
+        if isinstance(value, (list, tuple)):
+            return type(value)(self.converted(each, context, back) for each in value)
+        if not isinstance(value, (int, float, np.ndarray, np.number)) or self.unit(context) == "1":
+            return value
+        return value / self.scale(context) if back else value * self.scale(context)
+
+
+@dataclasses.dataclass(frozen=True)
+class In(Declared):
+    """A quantity that is always in the same unit, such as "N s/m"."""
+
+    name: str
+
+    def unit(self, context: Context) -> str:
+        return self.name
+
+
+@dataclasses.dataclass(frozen=True)
+class Named(Declared):
+    """The quantity of a motion that an argument or a field around names: `at(t, name)`."""
+
+    by: str
+
+    def unit(self, context: Context) -> str:
+        names = context.known(self.by)
+        return context.units.unit(names[0]) if names else "1"
+
+
+class WithoutUnits(dict):
+    """Values by name that are without units, whatever system they are given to."""
+
+
+class OfNames(Declared):
+    """Values by the names of quantities; what is given under a name with its unit ("position_m") stays as it is."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        if not isinstance(value, Mapping) or (back and isinstance(value, WithoutUnits)):
+            return value
+        return {name: self._one(name, each, context, back) for name, each in value.items()}
+
+    def units(self, value: Any, context: Context) -> dict[str, str]:
+        return {name: context.units.unit(name) for name in value or ()}
+
+    @staticmethod
+    def _one(name: str, value: Any, context: Context, back: bool) -> Any:
+        return In(context.units.unit(name)).converted(value, context, back)
+
+
+class OfKeys(OfNames):
+    """The same; what is given under a name with its unit becomes what it is without."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        if not back or not isinstance(value, Mapping):
+            return super().converted(value, context, back)
+        return context.units.states_of(super().converted(value, context, back))
+
+
+@dataclasses.dataclass(frozen=True)
+class AlongNames(Declared):
+    """An array with a quantity for each index along an axis: `states` [points, states].
+
+    names: fields around that name them, by default the states of the system
+    """
+
+    axis: int
+    names: tuple[str, ...] = ()
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        names = [name for each in self.names for name in context.known(each)[0]] or context.system.state_names
+        value = np.asarray(value)
+        shape = [1] * value.ndim
+        shape[self.axis] = len(names)
+        scale = np.array([context.units.factor(name) for name in names]).reshape(shape)
+        return value / scale if back else value * scale
+
+
+class Words(Declared):
+    """What a record says in words, which quote numbers without units."""
+
+    def unit(self, context: Context) -> str:
+        return "1"
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        quotes = isinstance(value, str) and any(letter.isdigit() for letter in value)
+        return f"{value} (these numbers are dimensionless)" if quotes and not back else value
+
+
+class AsGiven(Declared):
+    """What a function takes as it is given, in SI or without units, to show it."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        return value
+
+
+class OverStates(Declared):
+    """A matrix of derivatives of states by states: [states, states]."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        scale = np.array([context.units.factor(name) for name in context.system.state_names])
+        return value / scale[:, None] * scale if back else value * scale[:, None] / scale
+
+
+# numbers
+Number = Annotated[float, In("1")]
+Time = Annotated[float, In("s")]
+Rate = Annotated[float, In("1/s")]
+AngularFrequency = Annotated[float, In("rad/s")]
+Length = Annotated[float, In("m")]
+Speed = Annotated[float, In("m/s")]
+Acceleration = Annotated[float, In("m/s^2")]
+Force = Annotated[float, In("N")]
+Damping = Annotated[float, In("N s/m")]
+Work = Annotated[float, In("J")]
+# arrays
+Numbers = Annotated[np.ndarray, In("1")]
+Times = Annotated[np.ndarray, In("s")]
+Rates = Annotated[np.ndarray, In("1/s")]
+AngularFrequencies = Annotated[np.ndarray, In("rad/s")]
+Lengths = Annotated[np.ndarray, In("m")]
+Speeds = Annotated[np.ndarray, In("m/s")]
+Forces = Annotated[np.ndarray, In("N")]
+Reason = Annotated[str, Words()]
+# results to be shown
+Shown = Annotated[Any, AsGiven()]
+# by name
+ByName = Annotated[Mapping[str, Any], OfNames()]
+ByKey = Annotated[Mapping[str, Any], OfKeys()]
+States = Annotated[dict[str, float], OfNames()]
+StateColumns = Annotated[np.ndarray, AlongNames(-1)]  # [..., states]
+StateRows = Annotated[np.ndarray, AlongNames(0)]  # [states, ...]
+Derivative = Annotated[np.ndarray, OverStates()]
+NamedArray = Annotated[np.ndarray, Named("name")]  # of the quantity that the argument `name` names

@@ -1,0 +1,96 @@
+"""Hints: the declarations of a record, a method and a function, read once from their types."""
+
+import dataclasses
+import functools
+import inspect
+import sys
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+
+from vibrocap.quantities.declared import Declared
+
+
+@functools.cache
+def field_hints(record: type) -> dict[str, Any]:
+    """The types of the fields of a record by name, with what they declare."""
+    found: dict[str, Any] = {}
+    for cls in reversed(record.__mro__):
+        for name, hint in vars(cls).get("__annotations__", {}).items():
+            found[name] = _read(hint, cls.__module__)
+    return {field.name: found[field.name] for field in dataclasses.fields(record)}
+
+
+@functools.cache
+def call_hints(function: Callable[..., Any]) -> dict[str, Any]:
+    """The types of the arguments of a function by name and, as "return", of what it returns."""
+    own = inspect.unwrap(function)
+    return {name: _read(hint, own.__module__) for name, hint in own.__annotations__.items()}
+
+
+def _read(hint: Any, module: str) -> Any:
+    """A type that may be given as text; Any where a name in it is known to type checkers only."""
+    if not isinstance(hint, str):
+        return hint
+    try:
+        return eval(hint, vars(sys.modules[module]))  # what the interpreter makes of an annotation without quotes
+    except NameError:
+        return Any
+
+
+def fitting(hint: Any, value: Any) -> tuple[Declared | None, Any]:
+    """(what a type declares of a value, the alternative of the type that the value is of)."""
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        for each in typing.get_args(hint):
+            if _is_of(each, value):
+                return fitting(each, value)
+        return None, Any
+    return declaration(hint), hint
+
+
+def declaration(hint: Any) -> Declared | None:
+    """What a type declares, None for nothing."""
+    if typing.get_origin(hint) is not Annotated:
+        return None
+    return next((each for each in hint.__metadata__ if isinstance(each, Declared)), None)
+
+
+def declared_anywhere(hint: Any) -> Declared | None:
+    """The first declaration in a type, whatever it is of: of `tuple[Time, Time] | None` that of a time."""
+    own = declaration(hint)
+    inside = () if own is not None else (each for each in typing.get_args(hint) if not isinstance(each, str))
+    return own or next((each for each in map(declared_anywhere, inside) if each is not None), None)
+
+
+def _is_of(hint: Any, value: Any) -> bool:
+    inner = typing.get_args(hint)[0] if typing.get_origin(hint) is Annotated else hint
+    kind = typing.get_origin(inner) or inner
+    if kind is Any:
+        return True
+    if kind in (float, int):
+        return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if kind in (Mapping, dict):
+        return isinstance(value, Mapping)
+    if kind in (tuple, list, Sequence):
+        return isinstance(value, (tuple, list))
+    return isinstance(kind, type) and isinstance(value, kind)
+
+
+def of_elements(hint: Any, count: int) -> list[Any]:
+    """The types of the elements of a tuple or a list of a type."""
+    given = [each for each in typing.get_args(hint) if each is not Ellipsis]
+    if not given or len(given) not in (1, count):
+        return [Any] * count
+    return given if len(given) == count else given * count
+
+
+def undeclared(hint: Any) -> bool:
+    """Whether a type holds numbers of which it does not say what they are."""
+    if declaration(hint) is not None:
+        return False
+    if hint in (float, complex, np.ndarray):
+        return True
+    return any(undeclared(each) for each in typing.get_args(hint) if not isinstance(each, (str, Declared)))

@@ -1,0 +1,55 @@
+"""The door: functions that take what is in SI, and answer in SI where what they are given is.
+
+The rooms compute without units. A public function is given records in SI, and numbers in SI of a system that knows its
+scales; what it returns is shown in SI. Where nothing given is in SI, the function is called as it stands.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from vibrocap.quantities.declared import Context
+from vibrocap.quantities.dimensional import walked
+from vibrocap.quantities.hints import call_hints
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def opened_in_si(function: Function) -> Function:
+    """A function as it stands at the door."""
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def opened(*args: Any, **kwargs: Any) -> Any:
+        context = _context((*args, *kwargs.values()))
+        if context is None:
+            return function(*args, **kwargs)
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError:
+            return function(*args, **kwargs)  # which says what is wrong
+        hints = call_hints(function)
+        inside = context.within(dict(bound.arguments))
+        for name, value in bound.arguments.items():
+            bound.arguments[name] = walked(value, hints.get(name, Any), inside, back=True)
+        return walked(function(*bound.args, **bound.kwargs), hints.get("return", Any), inside)
+
+    opened.__module__ = "vibrocap"  # where it is found, also by pickle
+    return opened  # type: ignore[return-value]
+
+
+def _context(given: tuple[Any, ...]) -> Context | None:
+    """Where the numbers of a call stand in SI; None where nothing that is given is in SI."""
+    for each in given:
+        if hasattr(type(each), "si_context"):
+            found = each.si_context()
+        elif isinstance(each, Mapping):
+            found = _context(tuple(each.values()))
+        elif isinstance(each, (tuple, list)) and each and not isinstance(each[0], (int, float, str)):
+            found = _context(tuple(each))
+        else:
+            continue
+        if found is not None:
+            return Context(found.system)
+    return None

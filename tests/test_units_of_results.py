@@ -1,0 +1,390 @@
+"""What is computed in SI answers in SI: arrays, tables, cards, measures, orbits, branches, crossings and basins.
+
+Each number is that of the same system without units times its scale, written out here by hand; `dimensionless` gives
+the numbers without units, to the last bit; and every number of every public result declares what it is.
+"""
+
+import dataclasses
+import inspect
+import math
+import pickle
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.measures import standard
+from vibrocap.quantities.dimensional import Dimensional, computed
+from vibrocap.quantities.hints import call_hints, field_hints, undeclared
+
+METRE, KILOGRAM, GRAVITY = 0.25, 0.2, 9.80665
+SECOND = math.sqrt(METRE / GRAVITY)
+NEWTON, SPEED = KILOGRAM * GRAVITY, METRE / SECOND
+STATES = {"angle": 1.0, "angle_rate": 1 / SECOND, "position": METRE, "velocity": SPEED}
+CLOSE = {"rel": 1e-13, "abs": 1e-15}  # a few roundings of scales that are products of powers
+
+
+def bench() -> vc.System:
+    """A bench in SI, under two tones, so that there is one steady motion, which travels."""
+    return vc.System(
+        machine=vc.PendulumCapsule.in_si(
+            capsule_mass_kg=0.5,
+            pendulum_mass_kg=KILOGRAM,
+            pendulum_length_m=METRE,
+            stiffness_N_m_per_rad=0.98,
+            damping_N_m_s_per_rad=0.08,
+            normal_load="weight",
+        ),
+        friction=vc.Exponential.in_si(decay_rate_s_per_m=6.5),
+        drive=vc.Biharmonic.in_si(amplitude_N_m=0.9, second_amplitude_N_m=0.4, frequency_Hz=1.0),
+    )
+
+
+@pytest.fixture(scope="module")
+def motions():
+    """A motion in SI, and the same of the system without units."""
+    system = bench()
+    start = {"position_m": 0.1, "angle": 0.5}
+    return vc.simulate(system, periods=12, initial=start), vc.simulate(
+        system.dimensionless, periods=12, initial={"position": 0.1 / METRE, "angle": 0.5}
+    )
+
+
+@pytest.fixture(scope="module")
+def orbits():
+    """The steady motion of both."""
+    return vc.orbit(bench()), vc.orbit(bench().dimensionless)
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+def test_arrays_tables_and_labelled_arrays_of_a_motion_are_the_same_numbers(motions):
+    found, plain = motions
+    table = found.to_pandas()
+    for name, scale in STATES.items():
+        assert found[name] == pytest.approx(plain[name] * scale, **CLOSE)
+        assert found.state[name] == pytest.approx(plain.state[name] * scale, **CLOSE)
+        assert table[name].iloc[-1] == found[name][-1]
+        assert found.to_xarray()[name].values[-1] == found[name][-1]
+        assert found.states(found.end)[found.state_names.index(name), 0] == pytest.approx(found.state[name], **CLOSE)
+    assert found.time == pytest.approx(plain.time * SECOND, **CLOSE)
+    assert table.index[-1] == found.time[-1]
+    assert found.at(1.5, "velocity") == pytest.approx(plain.at(1.5 / SECOND, "velocity") * SPEED, rel=1e-11)
+    assert found.crossings("position", 0.05) == pytest.approx(plain.crossings("position", 0.2) * SECOND, rel=1e-12)
+    assert found["drive_work"][-1] == pytest.approx(plain["drive_work"][-1] * NEWTON * METRE, **CLOSE)
+    names = ("time", "period", "position", "velocity", "friction", "drive", "drive_work", "side")
+    assert [found.unit_of(name) for name in names] == ["s", "s", "m", "m/s", "N", "N m", "J", "1"]
+    assert {plain.unit_of(name) for name in names} == {"1"}
+
+
+def test_events_and_phases_are_in_si(motions):
+    found, plain = motions
+    for event, same in zip(found.events, plain.events, strict=True):
+        assert (event.kind, event.contact) == (same.kind, same.contact)
+        assert event.time == pytest.approx(same.time * SECOND, **CLOSE)
+        for name, scale in STATES.items():
+            assert event.state[name] == pytest.approx(same.state[name] * scale, **CLOSE)
+    assert [each.length for each in found.phases] == pytest.approx([x.length * SECOND for x in plain.phases], **CLOSE)
+    assert found.events.to_pandas()["position"].iloc[0] == found.events[0].state["position"]
+    assert "<th>time [s]</th>" in found.events._repr_html_()
+    assert "<th>position [m]</th>" in found.events._repr_html_()
+    assert "<th>time</th>" in plain.events._repr_html_()
+    assert re.match(r"Event\(time=[\d.]+ s, kind='stick', state=\{'angle': [\d.]+ rad, ", repr(found.events[0]))
+
+
+def test_the_numbers_without_units_are_asked_for_by_name(motions):
+    found, plain = motions
+    assert found.dimensionless == plain
+    assert plain.dimensionless is plain
+    assert found.dimensionless.system.units is None
+    table = found.dimensionless.to_pandas()
+    assert np.array_equal(table["position"], plain["position"])
+    assert vc.mean_velocity(found.dimensionless) == vc.mean_velocity(plain)
+    for known, unit in ((found, " [m]"), (found.dimensionless, "")):
+        label = vc.plot(known).get_ylabel()
+        assert label.endswith(unit)
+        assert unit or "[" not in label
+
+
+def test_cards_and_words_say_their_units(motions):
+    found, plain = motions
+    assert f"position = {found.state['position']:.5g} m" in found._repr_html_()
+    assert f"time 0 to {found.end:.6g} s" in repr(found)
+    assert " m" not in plain.facts["end"]
+
+
+def test_what_a_motion_in_si_says_goes_into_another(motions):
+    """The states of a result have the units of the result, wherever they are given."""
+    found, _ = motions
+    again = vc.simulate(found.system, periods=1, initial=found.state)
+    assert again["position"][0] == found.state["position"]
+    onward = vc.simulate(found.system, periods=1, start=found)
+    assert onward.time[0] == found.end
+    assert onward["position"][0] == pytest.approx(found.state["position"], rel=1e-15)
+    later = vc.simulate(found.system, periods=0.1, start=vc.Start(time=3.0))
+    assert later.start_time == pytest.approx(3.0, rel=1e-15)
+    assert vc.simulate(found.system, periods=0.1, start=3.0).start_time == later.start_time
+
+
+def test_the_start_of_a_case_is_taken_as_it_is(tmp_path, motions):
+    path = vc.save_case(motions[0].system, tmp_path / "bench.toml", initial=motions[0].state, periods=1)
+    assert f"position_m = {motions[0].state['position']!r}" in path.read_text()
+    case = vc.read_case(path)
+    found = case.simulate()
+    assert found["position"][0] == pytest.approx(motions[0].state["position"], rel=1e-15)
+    assert vc.simulate(case.system, periods=1, initial=case.initial) == found
+
+
+def test_a_motion_in_si_is_a_result_like_any_other(motions):
+    found, plain = motions
+    assert isinstance(found, vc.Trajectory)
+    back = pickle.loads(pickle.dumps(found))
+    assert back == found
+    assert back.state == found.state
+    assert found != plain
+    with pytest.raises(AttributeError, match=r"coefficients of a Trajectory is known without units only"):
+        _ = found.coefficients
+    with pytest.raises(TypeError, match="make another one of its `dimensionless`"):
+        dataclasses.replace(vc.mean_velocity(found), value=1.0)
+
+
+# --- measures ---------------------------------------------------------------------------------------------------------
+def test_measures_are_in_si_and_say_their_units(motions):
+    found, plain = motions
+    velocity, same = vc.mean_velocity(found), vc.mean_velocity(plain)
+    assert velocity.value == pytest.approx(same.value * SPEED, **CLOSE)
+    assert velocity.window == pytest.approx(tuple(t * SECOND for t in same.window), **CLOSE)
+    assert re.fullmatch(r"MeanVelocity\(value=-0\.\d+ m/s, window=\(.*\) s, settled=False\)", repr(velocity))
+    energy, works = vc.energy_balance(found, periods=3), vc.energy_balance(plain, periods=3)
+    assert energy.drive == pytest.approx(works.drive * NEWTON * METRE, **CLOSE)
+    assert energy.friction == pytest.approx(works.friction * NEWTON * METRE, **CLOSE)
+    assert energy.mean_power.drive == pytest.approx(works.mean_power.drive * NEWTON * SPEED, **CLOSE)
+    assert (energy.unit_of("drive"), energy.mean_power.unit_of("drive")) == ("J", "W")
+    assert vc.energy_balance(found, window=(1.0, 2.0)).window == pytest.approx((1.0, 2.0), rel=1e-14)
+    assert vc.displacement(found) == pytest.approx(vc.displacement(plain) * METRE, **CLOSE)
+    assert vc.drift(found) == pytest.approx(vc.drift(plain) * METRE, **CLOSE)
+    assert vc.stick_fraction(found) == vc.stick_fraction(plain)
+    assert vc.stick_phases(found).longest == pytest.approx(vc.stick_phases(plain).longest * SECOND, **CLOSE)
+    names = ("mean_velocity", "drive_work", "word")
+    taken, known = vc.measured(found, names), vc.measured(plain, names)
+    assert taken["mean_velocity"] == pytest.approx(known["mean_velocity"] * SPEED, **CLOSE)
+    assert taken["drive_work"] == pytest.approx(known["drive_work"] * NEWTON * METRE, **CLOSE)
+    assert taken["word"] == known["word"]
+
+
+def test_a_measure_of_ones_own_is_in_the_unit_that_it_declares(motions):
+    found, plain = motions
+    declared = vc.Measure.largest("largest_push", "largest friction", lambda now: now.friction, si_unit="N")
+    bare = vc.Measure.largest("largest_bare", "the same without a unit", lambda now: now.friction)
+    taken, same = vc.measured(found, [declared, bare]), vc.measured(plain, [declared, bare])
+    assert taken["largest_push"] == pytest.approx(same["largest_push"] * NEWTON, **CLOSE)
+    assert taken["largest_bare"] == same["largest_bare"]
+
+
+def test_the_friction_loop_and_its_curve_are_in_si(motions):
+    found, plain = (vc.friction_loop(each) for each in motions)
+    assert found.peak_force == pytest.approx(plain.peak_force * NEWTON, **CLOSE)
+    assert found.displacement_area == pytest.approx(plain.displacement_area * NEWTON * METRE, **CLOSE)
+    assert found.peak.velocity == pytest.approx(plain.peak.velocity * SPEED, **CLOSE)
+    curve, same = (vc.friction_curve(each) for each in motions)
+    for name, scale in {"time": SECOND, "velocity": SPEED, "displacement": METRE, "friction": NEWTON}.items():
+        assert getattr(curve, name) == pytest.approx(getattr(same, name) * scale, **CLOSE)
+
+
+def test_contact_modes_take_and_give_si():
+    (found,) = vc.contact_modes(bench(), {"velocity": 0.1, "angle": 0.3})
+    (plain,) = vc.contact_modes(bench().dimensionless, {"velocity": 0.1 / SPEED, "angle": 0.3})
+    assert found.loads[0] == pytest.approx(plain.loads[0] * NEWTON, **CLOSE)
+    assert found.accelerations[0] == pytest.approx(plain.accelerations[0] * METRE / SECOND**2, **CLOSE)
+
+
+def test_many_motions_are_measured_in_si():
+    found = vc.ensemble(bench(), {"drive.frequency_Hz": np.array([0.9, 1.0])}, initial={"position": 0.1}, periods=12)
+    hertz = 1 / (2 * math.pi * SECOND)
+    over = {"drive.frequency": np.array([0.9, 1.0]) / hertz}
+    plain = vc.ensemble(bench().dimensionless, over, initial={"position": 0.1 / METRE}, periods=12)
+    assert found["mean_velocity"] == pytest.approx(plain["mean_velocity"] * SPEED, rel=1e-9)
+    assert np.array_equal(found["status"], plain["status"])
+
+
+def test_to_know_one_unit_no_other_measure_is_made(monkeypatch):
+    """Of the measures of one system only: those of every machine are for lists and for names that it does not have."""
+
+    def asked():
+        raise AssertionError("every machine was asked")
+
+    monkeypatch.setattr(standard, "machines", asked)
+    standard._standard_measures.cache_clear()
+    assert vc.measured(vc.simulate(bench(), periods=2), ["drive_work"])["drive_work"] != 0.0
+
+
+# --- steady motions ---------------------------------------------------------------------------------------------------
+def test_orbits_are_in_si_and_say_their_units(orbits):
+    found, plain = orbits
+    assert found.period == pytest.approx(1.0, rel=1e-14)
+    assert found.drift == pytest.approx(plain.drift * METRE, **CLOSE)
+    assert found.mean_velocity == pytest.approx(plain.mean_velocity * SPEED, **CLOSE)
+    for name, scale in STATES.items():
+        assert found.state[name] == pytest.approx(plain.state[name] * scale, **CLOSE)
+    assert np.array_equal(found.multipliers, plain.multipliers)
+    scales = np.array(list(STATES.values()))
+    assert found.derivative == pytest.approx(plain.derivative * scales[:, None] / scales, rel=1e-13, abs=1e-13)
+    assert found.motion()["position"][-1] == pytest.approx(found.drift, rel=1e-9)
+    assert found.to_pandas()["position"].iloc[-1] == found.motion()["position"][-1]
+    assert (found.word, found.stable) == (plain.word, plain.stable)
+    assert f"period {found.period:.10g} s" in repr(found)
+    assert f"drift {found.drift:.10g} m, mean velocity {found.mean_velocity:.6g} m/s" in found._repr_html_()
+    assert found.dimensionless == plain
+    again = vc.shoot(bench(), found.state)
+    assert again.drift == pytest.approx(found.drift, rel=1e-12)
+
+
+def test_classes_of_motions_are_in_si(orbits):
+    found = vc.classify(bench())
+    assert found.drift == pytest.approx(orbits[0].drift, rel=1e-9)
+    assert found.orbit.period == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_branches_are_in_si_and_so_is_what_is_asked_of_them(orbits):
+    found = vc.branch(bench(), "drive.frequency_Hz", (0.98, 1.02), points=20)
+    plain, hertz = found.dimensionless, 1 / (2 * math.pi * SECOND)
+    assert (found.over, plain.over) == ("drive.frequency_Hz", "drive.frequency")
+    assert found.between == pytest.approx((0.98, 1.02), rel=1e-14)
+    assert found.parameter == pytest.approx(plain.parameter * hertz, **CLOSE)
+    assert found.mean_velocity == pytest.approx(plain.mean_velocity * SPEED, **CLOSE)
+    assert found.period * found.parameter == pytest.approx(np.ones(len(found)), rel=1e-13)
+    (orbit,) = found.orbits_at(1.0)
+    assert orbit.drift == pytest.approx(orbits[0].drift, rel=1e-9)
+    value = 0.5 * (found.drift[0] + found.drift[1])
+    (crossing,) = found.crossings("drift", value)
+    assert found.parameter[0] < crossing.at < found.parameter[1]
+    assert crossing.orbit.drift == pytest.approx(value, rel=1e-8)
+    table = found.to_pandas()
+    assert np.array_equal(table["drive.frequency_Hz"], found.parameter)
+    assert np.array_equal(table["velocity"], found.states[:, 3])
+    dataset = found.to_xarray()
+    assert dataset["mean_velocity"].attrs["units"] == "m/s"
+    assert dataset["drive.frequency_Hz"].attrs["units"] == "Hz"
+    assert plain.to_xarray()["mean_velocity"].attrs["units"] == "1"
+    assert f"begins at {found.parameter[0]:.10g} Hz" in str(found)
+    assert [point.error for point in found.special_points] == pytest.approx(
+        [point.error * hertz for point in plain.special_points], **CLOSE
+    )
+    other = vc.branch(bench(), "drive.frequency_rad_per_s", (6.2, 6.4), points=5)
+    assert (other.over, other.unit_of("parameter")) == ("drive.frequency_rad_per_s", "rad/s")
+
+
+@pytest.mark.slow
+def test_crossings_are_in_si(orbits):
+    wanted = 0.95 * orbits[0].drift
+    found = vc.crossing(bench(), "drift", "drive.frequency_Hz", (0.95, 1.0), value=wanted, points=5)
+    (place,) = found.found
+    assert found.value == pytest.approx(wanted, rel=1e-14)
+    assert vc.orbit(bench().with_parameters({"drive.frequency_Hz": place.at})).drift == pytest.approx(wanted, rel=1e-9)
+    assert (found.unit_of("value"), place.unit_of("at"), place.unit_of("slope")) == ("m", "Hz", "m per Hz")
+    hertz = 1 / (2 * math.pi * SECOND)
+    assert place.slope == pytest.approx(found.dimensionless.found[0].slope * METRE / hertz, rel=1e-12)
+    assert re.search(r"crossing  [\d.]+ Hz .* slope -?[\d.]+ m per Hz", str(found))
+
+
+@pytest.mark.slow
+def test_basins_and_attractors_are_in_si(orbits):
+    found = vc.basins(bench(), {"angle_deg": (-20.0, 20.0), "velocity": (-1.0, 1.0)}, 2)
+    assert found.axes == ("angle", "velocity")
+    assert found.x == pytest.approx(np.radians([-10.0, 10.0]), rel=1e-14)
+    assert found.y == pytest.approx([-0.5, 0.5], rel=1e-14)
+    assert found.drift == pytest.approx(np.full((2, 2), orbits[0].drift), rel=1e-9)
+    dataset = vc.to_xarray(found)
+    assert dataset["initial.velocity"].attrs["units"] == "m/s"
+    assert dataset["drift"].attrs["units"] == "m"
+    known = vc.attractors(bench(), 4, {"velocity": (-1.0, 1.0)})
+    assert known.ranges["velocity"] == pytest.approx((-1.0, 1.0), rel=1e-14)
+    assert np.abs(known.starts[:, 3]).max() <= 1.0
+    assert known.attractors[0].motion.drift == pytest.approx(orbits[0].drift, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_bifurcation_diagrams_exponents_and_smoothing_are_in_si(orbits):
+    found = vc.bifurcation_diagram(bench(), "drive.frequency_Hz", (0.99, 1.01), 3, starts=1, kept=16)
+    assert found.values == pytest.approx([0.99, 1.0, 1.01], rel=1e-14)
+    assert found.drift[0, 0, 1] == pytest.approx(orbits[0].drift, rel=1e-5)
+    assert found.states[0, 0, 1, 0, 3] == pytest.approx(orbits[0].state["velocity"], rel=1e-5)
+    grows, same = (vc.lyapunov_exponent(each, periods=30) for each in (bench(), bench().dimensionless))
+    assert grows.value == pytest.approx(same.value / SECOND, **CLOSE)
+    smoothed = vc.regularisation_error(bench(), widths=[0.1, 0.01], periods=3)
+    plain = vc.regularisation_error(bench().dimensionless, widths=[0.1 / SPEED, 0.01 / SPEED], periods=3)
+    assert smoothed.widths == pytest.approx([0.1, 0.01], rel=1e-14)
+    assert smoothed.errors == pytest.approx(plain.errors * METRE, rel=1e-6)
+    assert re.search(r"displacement is -?[\d.]+ m exactly.* m/s, in", smoothed.text)
+
+
+def test_equilibria_are_in_si():
+    """A block on a belt, whose parameters are the same numbers in SI: with other scales they are not."""
+    system = vc.System(vc.Oscillator(stiffness=4.0, damping=0.4, belt_speed=0.5), vc.Coulomb(0.3), vc.Constant())
+    scaled = dataclasses.replace(system, units=vc.FreeScales(2.0, 0.1, 0.5))
+    found, plain = vc.equilibria(scaled), vc.equilibria(system)
+    assert len(found) == len(plain) > 0
+    for each, same in zip(found, plain, strict=True):
+        assert each.state["position"] == pytest.approx(same.state["position"] * 0.1, **CLOSE)
+        assert each.friction[0] == pytest.approx(same.friction[0] * 2.0 * 0.1 / 0.25, **CLOSE)
+        assert each.eigenvalues == pytest.approx(same.eigenvalues / 0.5, **CLOSE)
+        assert f"{each.state['position']:.10g} m" in each.facts["position"]
+        assert each.facts["eigenvalues"].endswith(" rad/s")
+    assert found.to_pandas()["position"].iloc[0] == found[0].state["position"]
+
+
+# --- the rule ---------------------------------------------------------------------------------------------------------
+KNOWN_WITHOUT_UNITS = {  # which a result in SI refuses to give: they belong to the equations as they were integrated
+    ("Trajectory", "coefficients"),
+    ("Trajectory", "observe"),
+}
+OF_NO_SYSTEM = {  # records of the computation itself, and of shares
+    "Certificate",
+    "ZeroOneTest",
+    "Section",
+}
+
+
+def public_records():
+    """The public results of the rooms that are given systems and motions."""
+    rooms = ("motion", "measures", "orbits", "design")
+    names = (getattr(vc, name) for name in vc.__all__)
+    return [
+        each
+        for each in names
+        if inspect.isclass(each) and dataclasses.is_dataclass(each) and each.__module__.split(".")[1] in rooms
+    ]
+
+
+@pytest.mark.parametrize("record", public_records(), ids=lambda each: each.__name__)
+def test_every_number_of_a_result_declares_what_it_is(record):
+    numbers = [name for name, hint in field_hints(record).items() if undeclared(hint)]
+    if not issubclass(record, Dimensional):
+        assert not numbers or record.__name__ in OF_NO_SYSTEM
+        return
+    assert {(record.__name__, name) for name in numbers} <= KNOWN_WITHOUT_UNITS
+    for name, member in inspect.getmembers_static(record, lambda each: isinstance(each, property)):
+        assert not undeclared(call_hints(member.fget).get("return")), name
+
+
+def test_no_room_goes_through_the_public_functions():
+    """They answer in SI; inside, all is computed without units."""
+    package = Path(vc.__file__).parent
+    through = re.compile(r"^\s*(?:from vibrocap import (.*)|import (vibrocap)\s*)$", re.MULTILINE)
+    found = {
+        (str(path.relative_to(package)), name)
+        for path in package.rglob("*.py")
+        for names in through.findall(path.read_text(encoding="utf-8"))
+        for name in "".join(names).split(", ")
+        if not (package / name).is_dir() and not (package / f"{name}.py").exists() and name != "__version__"
+    }
+    # one asks it for pictures and tables of what the user holds, the other where the package stands
+    assert found == {("results.py", "vibrocap"), ("lab/controls.py", "vibrocap")}
+
+
+def test_without_units_nothing_is_shown_otherwise(motions, orbits):
+    for plain in (motions[1], orbits[1], vc.mean_velocity(motions[1])):
+        assert computed(plain) is plain
+        assert plain.si_context() is None
