@@ -33,7 +33,7 @@ SYSTEMS = {
         {"others": (vc.Coulomb(0.1, 0.15), DROPPING)},
     ),
     "block that its neighbours move": (
-        vc.ThreeBodyCrawler(mass_2=2.7, normal_load_2=2.0),
+        vc.ThreeBodyCrawler(mass_2=2.7, normal_load_2=2.0, stiffness=0.6),
         vc.Coulomb(0.2, 0.4),
         vc.Trapezoid(amplitude=1.2),
         {},
