@@ -79,7 +79,7 @@ from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
-from vibrocap.numerics.kernel.step.turning_simd import ahead_simd, before_turning, doubt_simd, still_simd
+from vibrocap.numerics.kernel.step.turning_simd import ahead_simd, before_turning, doubt_simd, out_of_doubt, still_simd
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -127,6 +127,9 @@ def step_simd(floats, ints, trace, running):
                 tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
             counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
             if SEVERAL and bits(moving & ~counts) != 0:
+                if SLOWED and bits(slow & ~counts) != 0:
+                    reach = out_of_doubt(floats, c, slow & ~counts, reach)
+                    longest = where(slow, lesser(reach, longest), longest)
                 h = lesser(reach, remaining)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
                 counts = counts | ~doubt_simd(floats, c, h)

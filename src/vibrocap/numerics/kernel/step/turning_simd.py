@@ -32,6 +32,19 @@ def doubt_simd(floats, c, h):
     return velocity_tail_simd(floats, row, h) > 0.01 * first + none
 
 
+def out_of_doubt(floats, c, slow, h):
+    """Step lengths within which the sign of a velocity is not in doubt, of lanes on a slow manifold; cut a few times.
+
+    The long steps of the others make much of the rounding of one that is at rest to rounding.
+    """
+    for _ in range(CUTS):
+        doubtful = slow & doubt_simd(floats, c, h)
+        if bits(doubtful) == 0:
+            break
+        h = where(doubtful, CUT * h, h)
+    return h
+
+
 def before_turning(floats, side, start, slow, h):
     """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
     for _ in range(CUTS):
