@@ -9,6 +9,7 @@ import dataclasses
 import statistics
 import time
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -79,7 +80,7 @@ PAIRS = (
 )
 
 
-def alone(pair: Pair, system: vc.System) -> Callable[[], object]:
+def alone(pair: Pair, system: vc.System) -> Callable[[], Any]:
     """A motion of its own, everything recorded."""
     return lambda: vc.simulate(system, periods=PERIODS, initial=pair.start, tolerance=TOLERANCE)
 
