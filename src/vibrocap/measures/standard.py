@@ -271,7 +271,9 @@ def _drive_peaks(effort: str | None) -> tuple[Measure, ...]:
             lambda now: now.drive_rate,
             si_unit="1" if effort is None else over_seconds(unit),
         ),
-        Measure.peak("peak_drive_power", "largest |power of the drive|", lambda now: now.drive_power, si_unit="W"),
+        Measure.peak(
+            "peak_drive_power", "largest |power of the drive| in the window", lambda now: now.drive_power, si_unit="W"
+        ),
     )
 
 

@@ -15,8 +15,24 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
 from vibrocap.physics.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
-from vibrocap.plotting.style import LABELS
 
+LABELS = {
+    "time": r"time $\tau$",
+    "periods": r"time in drive periods $\tau/T$",
+    "angle": r"pendulum angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "displacement": r"inner displacement $z$",
+    "displacement_rate": r"inner velocity $z'$",
+    "position": r"capsule position $X$",
+    "velocity": r"capsule velocity $X'$",
+    "contact_velocity": r"sliding velocity $X'$",
+    "sliding_velocity": "sliding velocity $v$",
+    "bristle": r"bristle deflection $\xi$",
+    "bristle_rate": r"bristle rate $\xi'$",
+    "friction": r"friction force $R$",
+    "reaction": r"normal load $N$",
+    "drive": r"drive $h\cos\omega\tau$",
+}
 LETTERS_PER_INCH = 14.5  # of the type of a title, roughly
 EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 

@@ -12,12 +12,11 @@ from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
-from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
+from vibrocap.plotting.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     ANY_UNITS,
     DIMENSIONLESS,
-    LABELS,
     STICK_SHADE,
     blank_figure,
     footnote,

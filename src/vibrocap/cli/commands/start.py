@@ -10,7 +10,7 @@ from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
-from vibrocap.cli.example_files import examples_folder, shows
+from vibrocap.cli.example_files import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
@@ -196,7 +196,8 @@ class _InSI(_Plain):
 def examples(*names: str, to: Path | None = None) -> int:
     """The example cases that come with vibrocap: what each shows, and a copy of them to work with.
 
-    Without names and --to they are listed. Files that are there already are left as they are.
+    Without names and --to they are listed. Measured tables of a case go along with it. Files that are there already are
+    left as they are.
 
     Parameters
     ----------
@@ -225,8 +226,8 @@ def examples(*names: str, to: Path | None = None) -> int:
         return OK
     folder = to or Path("examples")
     made_folder(folder)
-    for name in names or known:
-        source = known[name.removesuffix(".toml")]
+    chosen = [known[name.removesuffix(".toml")] for name in names or known]
+    for source in (each for case in chosen for each in (case, *tables_of(case))):
         target = folder / source.name
         if os.path.lexists(target):
             same = target.is_file() and target.read_bytes() == source.read_bytes()
