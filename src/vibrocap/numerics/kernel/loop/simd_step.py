@@ -73,13 +73,13 @@ from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION,
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
+from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, before_turning, doubt_simd, out_of_doubt, still_simd
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
-from vibrocap.numerics.kernel.step.turning_simd import ahead_simd, before_turning, doubt_simd, out_of_doubt, still_simd
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
