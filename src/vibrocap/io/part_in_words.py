@@ -22,11 +22,7 @@ def in_words(part: Any, system: System, digits: int = 6) -> str:
 
 def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
     """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
-    keys = {
-        key: (each.stem, each.unit)
-        for key, each in parameter_keys(type(part), system.si.effort).items()
-        if each.has_unit
-    }
+    keys = {key: (each.stem, each.unit) for key, each in parameter_keys(type(part), system.si.effort).items()}
     if part is system.machine and system.units is not None:
         for info in parameter_table(system.units):
             assert info.dimension is not None

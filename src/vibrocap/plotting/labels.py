@@ -168,6 +168,8 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
         numbers = _quantities(name, part, system, {without}, {})
         if name == "machine" and system.units is not None:
             numbers += _scales(system.units)
+        if name == "environment" and not numbers:  # level ground, in which nothing else acts
+            continue
         text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
         lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)

@@ -28,6 +28,7 @@ HEAD = """\
 """
 PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).\n"
 SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits (docs/case-files.md).\n"
+SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench (docs/case-files.md).\n"
 BENCH = {  # of a bench, what a machine declares as its units
     "pendulum_mass_kg": 0.2,
     "pendulum_length_m": 0.25,
@@ -60,7 +61,7 @@ def new(
     Parameters
     ----------
     kind
-        of the machine: pendulum-capsule or oscillator
+        of the machine, such as pendulum-capsule, vibro-impact-capsule or oscillator
     law
         of friction, as `vibrocap friction list` shows them
     drive
@@ -154,12 +155,11 @@ class _Plain:
 class _InSI(_Plain):
     """The same of a new case in SI: the defaults at the size of a bench, to three digits."""
 
-    head = SI_HEAD
-
     def __init__(self, classes: Mapping[str, Any]):
         record = classes["machine"].si_scales
         table = parameter_table(record)
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
+        self.head = SI_HEAD if self.needed else SI_AS_IT_STANDS
         self.given = record(**{name: BENCH[name] for name in self.needed})
         self.units = Units(self.given, classes["machine"].effort, state_units(classes))
 
