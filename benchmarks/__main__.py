@@ -23,6 +23,7 @@ from benchmarks import (
     named_sweeps,
     orders,
     ratios,
+    stepping,
     two_threads,
 )
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
@@ -108,6 +109,7 @@ def main() -> None:
         "attractors": attractors,
         "branches": branches,
         "ratios": ratios,
+        "stepping": stepping,
     }
     wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}
     del sys.argv[1:]  # the tables below read it when they are run alone

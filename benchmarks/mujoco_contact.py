@@ -38,7 +38,7 @@ def contact_case() -> Case:
 def main() -> None:
     """Print the table of docs/exchange.md."""
     loss, contact = loss_case(), contact_case()
-    motions = loss.simulate(), contact.simulate()
+    motions = loss.simulate().dimensionless, contact.simulate().dimensionless
     print("| | position after 40 periods | drift per period | time of both |\n| --- | --- | --- | --- |")
     print(f"| exact | {motions[0].state['position']:.4f} | {drift(motions[1]):.6f} | |")
     for step, tight in SETTINGS:

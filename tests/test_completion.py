@@ -98,7 +98,9 @@ def test_paths_are_those_of_the_case_on_the_line(words, capsys):
 
 
 def test_paths_of_a_case_in_si_have_units(capsys):
-    found = set(offered(capsys, "sweep", IN_SI, "--over", ""))
+    said = offered(capsys, "sweep", IN_SI, "--over", "")
+    assert said["drive.frequency_Hz="] == "drive frequency"  # in SI it is no ratio
+    found = set(said)
     assert {
         "drive.frequency_Hz=",
         "machine.capsule_mass_kg=",

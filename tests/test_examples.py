@@ -17,7 +17,9 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 FILES = sorted(EXAMPLES.glob("*.toml"))
 TABLE = dict(
     re.findall(
-        r"^\| \[([\w-]+)\]\([\w-]+\.toml\) \|.*\| ([-+.\d]+) \|$", (EXAMPLES / "README.md").read_text("utf-8"), re.M
+        r"^\| \[([\w-]+)\]\([\w-]+\.toml\) \|.*\| ([-+.\d]+(?: m)?) \|$",
+        (EXAMPLES / "README.md").read_text("utf-8"),
+        re.M,
     )
 )
 
@@ -60,7 +62,9 @@ def test_example_runs_settles_and_has_the_drift_of_the_table(path, motions):
     if motion.system.machine.cyclic is None:  # held to its place
         assert TABLE[path.stem] == "-"
         return
-    assert vc.drift(motion) == pytest.approx(float(TABLE[path.stem]), abs=0.5e-5)
+    number, _, unit = TABLE[path.stem].partition(" ")
+    assert (unit or "1") == motion.unit_of("displacement")
+    assert vc.drift(motion) == pytest.approx(float(number), abs=0.5e-5)
 
 
 @pytest.mark.slow

@@ -253,6 +253,26 @@ def test_bad_input_is_named(tmp_path, capsys):
     assert not (tmp_path / "new").exists()
 
 
+@needs_gcc
+@pytest.mark.parametrize("input", [None, "drive"])
+def test_a_library_holds_no_memory_and_its_names_begin_with_its_own(input, tmp_path):
+    """By its symbols: what it needs of others, what it offers, and no variable of any kind, only constants."""
+    nm = shutil.which("nm")
+    if not nm:
+        pytest.skip("no nm is installed")
+    export_c(example("bristles-lugre"), tmp_path, name="plant", input=input)
+    command = [GCC, "-std=c99", "-O0", "-fno-pie", "-c", "-o", tmp_path / "plant.o", tmp_path / "plant.c"]
+    subprocess.run(command, check=True)
+    done = subprocess.run([nm, tmp_path / "plant.o"], capture_output=True, text=True, check=True)
+    kinds = {row[-1]: row[-2] for row in map(str.split, done.stdout.splitlines())}
+    needed = {name for name, kind in kinds.items() if kind == "U"}
+    assert needed <= {"floor", "sqrt", "fabs", "memset", "memcpy", "memcmp"}
+    offered = [name for name, kind in kinds.items() if kind == "T"]
+    assert len(offered) > 20
+    assert [name for name in offered if not name.startswith("plant_")] == []
+    assert [(name, kind) for name, kind in kinds.items() if kind in "BbDdCGgSs"] == []
+
+
 def test_sources_need_floor_sqrt_and_fabs_only():
     text = c_files(example("bristles-lugre"))["capsule.c"]
     for name in ("sin", "cos", "exp", "log", "tanh", "atan", "pow", "fmod", "fma", "malloc", "free"):

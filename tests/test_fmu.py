@@ -175,6 +175,31 @@ def test_variables_carry_units_starts_and_meanings():
     assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
 
 
+@pytest.mark.parametrize(("kind", "fmi"), VARIANTS)
+def test_sides_counts_and_status_are_declared(kind, fmi):
+    found = fmpy.read_model_description(fmu("readme", kind=kind, fmi=fmi, platforms=("none",)))
+    variables = {each.name: each for each in found.modelVariables}
+    side = variables["side"]
+    assert (side.type, side.declaredType.name, side.variability) == ("Enumeration", "Side", "discrete")
+    items = {each.name: int(each.value) for each in side.declaredType.items}
+    assert items == {"slides back": -1, "rests": 0, "slides forward": 1}
+    for name in ("stick", "slip_forward", "slip_back", "reversal"):
+        assert variables[f"events.{name}"].type in ("Int64", "Integer")
+        assert variables[f"events.{name}"].causality == "output"
+    assert variables["status"].type == "String"
+    assert {"friction", "reaction", "energy"} <= variables.keys()
+    if kind == "model-exchange":
+        indicators = [each.variable.name for each in found.eventIndicators]
+        assert indicators == ["guard_1", "guard_2"]
+        assert found.numberOfEventIndicators == 2
+    else:
+        about = found.coSimulation
+        assert about.canGetAndSetFMUstate
+        assert about.canSerializeFMUstate
+        assert about.canHandleVariableCommunicationStepSize
+        assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
+
+
 def test_an_fmu_is_the_same_bytes_again(tmp_path):
     for i in range(2):
         export_fmu(README, tmp_path / f"{i}.fmu", input="drive", platforms=("none",))
@@ -218,7 +243,12 @@ class TestCompiled:
         np.testing.assert_allclose(times, length * np.arange(1, 2501), rtol=4e-16)
         motion, inside = README.simulate(), np.minimum(times, README.simulate().end)
         exact = np.column_stack([motion.at(inside, name) for name in STATES])
-        assert np.max(np.abs(exact - found)) < 1e-13  # `simulate` fuses: 4.7e-14 of the angle, 1.9e-14 of the position
+        off = np.max(np.abs(exact - found), axis=0)  # `simulate` fuses
+        resolved = np.spacing(motion.end) * np.max(
+            np.abs(exact[:, 1])
+        )  # by which the angle turns in a last bit of time
+        assert np.all(off[2:] < 2.5e-14)  # position, velocity
+        assert np.all(off[:2] < 2.5e-14 + resolved)  # measured: 4.7e-14, 2.9e-14
         kinds = Counter(event.kind for event in motion.events)
         assert slave.whole(*(f"events.{kind}" for kind in kinds)) == list(kinds.values())
 
@@ -242,6 +272,21 @@ class TestCompiled:
             if event_mode:  # it returned at every event
                 at_events = {event.time for event in motion.events if event.kind != "graze"}
                 np.testing.assert_array_less([np.min(np.abs(found["time"] - each)) for each in at_events], 1e-9)
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_an_input_has_slope_and_curvature(self, fmi):
+        """Of a machine whose inner motion the drive imposes, which feels nothing else: the bits of the stepper."""
+        case = read_case(EXAMPLES["worm-of-two-bodies"])
+        motion = vc.stepper(case, input="drive")
+        slave = Slave(fmu("worm-of-two-bodies", fmi=fmi, input="drive")).begin()
+        for k in range(60):
+            slope, curvature = 0.8 * np.cos(0.4 * k), -0.3 * np.sin(0.4 * k)
+            slave.set(drive=0.1, drive_slope=slope, drive_curvature=curvature)
+            slave.fmu.doStep(0.25 * k, 0.25)
+            motion.step(0.1, 0.25, slope, curvature)
+            assert slave.get(*case.system.state_names) == motion.states.tolist()
+        assert abs(motion["position"]) > 0.01
+        assert slave.whole("events.stick") == [motion.events["stick"] + motion.events["stick_2"]]
 
     def test_a_continuous_input_would_be_interpolated(self, tmp_path):
         """A planted fault: declared continuous, FMPy changes a held input between events."""
@@ -291,20 +336,42 @@ class TestCompiled:
         motion = vc.simulate(case.system, initial={"angle": 0.4}, periods=10, tolerance=case.tolerance)
         slave.fmu.doStep(0.0, 9.0)
         for name in (*STATES, "energy", "friction", "reaction"):
-            assert slave.get(name)[0] == pytest.approx(at(motion.si, 9.0, name), rel=1e-11, abs=1e-11)
+            assert slave.get(name)[0] == pytest.approx(at(motion, 9.0, name), rel=1e-11, abs=1e-11)
+
+    @pytest.mark.parametrize("fmi", ["3.0", "2.0"])
+    def test_the_importer_asks_for_a_tolerance(self, fmi):
+        """The bits of a stepper with that tolerance and the order of the case."""
+        given = {"stop_time": 60.0, "output_interval": 60.0, "output": STATES}
+        off = {}
+        for tolerance in (1e-6, README.tolerance, None):
+            found = fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=tolerance, **given)
+            off[tolerance] = abs(found["position"][-1] - at(README.simulate(), 60.0, "position"))
+        assert off[None] == off[README.tolerance] < 1e-9 < off[1e-6] < 1e-4
+        for refused in (1e-15, 0.1):
+            with pytest.raises(Exception, match=r"nitializ|etupExperiment"):
+                fmpy.simulate_fmu(fmu("readme", fmi=fmi), relative_tolerance=refused, **given)
+
+    def test_whoever_looks_sees_the_side(self):
+        slave, motion = Slave(fmu("readme", fmi="3.0")).begin(), vc.stepper(README)
+        seen = set()
+        for i in range(300):
+            slave.fmu.doStep(0.2 * i, 0.2)
+            motion.step(0.2)
+            assert slave.whole("side") == list(motion.sides)
+            assert (slave.get("velocity") == [0.0]) == (motion.sides == (0,))
+            seen |= set(motion.sides)
+        assert seen == {-1, 0, 1}
 
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_every_example_moves_as_its_motion(self, name, tmp_path):
         case = read_case(EXAMPLES[name], periods=5)
         export_fmu(case, tmp_path / "own.fmu")
         slave, motion = Slave(str(tmp_path / "own.fmu")).begin(), case.simulate()
-        factor = 1.0 if case.system.units is None else case.system.si.factor("time")
-        seen = motion if case.system.units is None else motion.si
-        end = 0.999 * motion.end * factor
+        end = 0.999 * motion.end
         slave.fmu.doStep(0.0, end)
         names = case.system.state_names
         found = slave.get(*names)
-        exact = [at(seen, end, each) for each in names]
+        exact = [at(motion, end, each) for each in names]
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
 
     # --- model exchange -----------------------------------------------------------------------------------------------
@@ -326,6 +393,17 @@ class TestCompiled:
         assert abs(found["position"][-1] - motion.state["position"]) < bound
         assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
 
+    def test_euler_without_location_of_events_travels_the_wrong_way_or_elsewhere(self):
+        """In FMPy its step is the interval of outputs, whatever `step_size` says."""
+        exact, path = README.simulate(), fmu("readme", kind="model-exchange")
+        off = {}
+        for step in (0.1, 0.01):
+            given = {"stop_time": exact.end, "solver": "Euler", "step_size": step, "output_interval": step}
+            found = fmpy.simulate_fmu(path, output=["position"], record_events=False, **given)
+            off[step] = found["position"][-1] - exact.state["position"]
+        assert off[0.1] < -exact.state["position"]  # it ends behind where it started
+        assert 0.5 < abs(off[0.01]) < 3.0  # CVode at a tolerance of 1e-4: 0.08
+
     @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
     def test_examples_for_model_exchange_have_the_events_of_their_motion(self, name, tmp_path):
         case = read_case(EXAMPLES[name], periods=10)
@@ -334,8 +412,7 @@ class TestCompiled:
         except ArgumentError as error:
             pytest.skip(str(error))
         motion = case.simulate()
-        in_si = case.system.units is not None
-        end = 0.999 * (motion.si.end if in_si else motion.end)
+        end = 0.999 * motion.end
         early = (event.kind for event in motion.events if event.time < 0.999 * motion.end)
         # impacts in quick succession are fewer, down to their rounding
         kinds = Counter(kind for kind in early if kind in ("stick", "slip_forward", "slip_back", "reversal"))
@@ -344,7 +421,7 @@ class TestCompiled:
         found = fmpy.simulate_fmu(str(tmp_path / "rates.fmu"), relative_tolerance=1e-10, output=output, **given)
         assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
         for each in motion.state:
-            exact = at(motion.si if in_si else motion, end, each)
+            exact = at(motion, end, each)
             assert found[each][-1] == pytest.approx(exact, rel=1e-6, abs=1e-6)  # at most 1e-7
 
     @pytest.mark.parametrize("given", [{"relative_tolerance": 1e-6}, {"solver": "Euler", "step_size": 1e-2}])
@@ -515,7 +592,7 @@ def test_what_cannot_be_exported_is_named(tmp_path, capsys):
     case = str(EXAMPLES["bristles-lugre"])
     out = ["--out", str(tmp_path / "a.fmu")]
     for options, said in (
-        (["--to", "fmu", "--kind", "model-exchange", *out], "takes set-valued laws of friction, lugre is none"),
+        (["--to", "fmu", "--kind", "model-exchange", *out], "take set-valued laws of friction, lugre is none"),
         (["--to", "fmu", "--kind", "model-exchange", "--fmi", "2.0", *out], "--fmi should be 3.0 for model exchange"),
         (["--to", "fmu", "--name", "A b", *out], "--name should be"),
         (["--to", "fmu", "--platforms", "vax", *out], "--platforms should be"),

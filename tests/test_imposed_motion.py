@@ -195,7 +195,7 @@ def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
         rate = slope if motion == "angle" else slope / math.cos(angle)
         velocity = run.at([t], "contact_velocity")[0]
         torque, force = run.at([t], "actuator_torque")[0], run.at([t], "friction")[0]
-        rates = free.rates(t, (angle, rate, 0.0, velocity), torque, force)
+        rates = free.rates(t, (angle, rate, 0.0, velocity), torque, (force,))
         h = 1e-4
         around = run.at([t - h, t + h], "contact_velocity")
         assert rates[3] == pytest.approx((around[1] - around[0]) / (2 * h), abs=1e-6)

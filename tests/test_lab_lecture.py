@@ -23,11 +23,23 @@ ON_PAPER = "(dispatchEvent(new Event('beforeprint')), document.getElementById('p
 
 
 def systems():
-    """The paper's, one on a slope, and a crawler of three bodies with more numbers than most."""
+    """The paper's, one on a slope, a crawler of three bodies with more numbers than most, and one in SI."""
     uphill = vc.Environment(inclination=SLOPE)
     return {
         "usual": None,
         "slope": vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), environment=uphill),
+        "si": vc.System(
+            vc.PendulumCapsule.in_si(
+                capsule_mass_kg=0.5,
+                pendulum_mass_kg=0.2,
+                pendulum_length_m=0.1,
+                stiffness_N_m_per_rad=0.4,
+                damping_N_m_s_per_rad=0.02,
+                normal_load="dynamic",
+            ),
+            vc.Exponential.in_si(decay_rate_s_per_m=10.0),
+            vc.Harmonic.in_si(amplitude_N_m=0.2, frequency_Hz=1.0),
+        ),
         "crawler": vc.System(vc.ThreeBodyCrawler(), [vc.MaxwellSlip(), vc.LuGre(), vc.Coulomb()], vc.Biharmonic()),
     }
 
@@ -126,6 +138,21 @@ def test_numbers_on_paper_have_units_in_si(opened):
     assert re.search(r"decay rate a = [\d.]+ s/m", words)
     assert re.search(r"frequency ω = [\d.]+ Hz", words)
     assert re.search(r"Drift per period: [\d.]+ m;", words)
+    assert re.search(r"normal load N = weight[,;]?\s|normal load N = [\d.]+ N", words)
+    assert re.search(r"friction [\u2212\d.]+ N\s+ground in m", words)  # the scene on paper, as on the screen
+    page.js("lab.moment()")
+    assert re.search(r"friction [\u2212\d.]+ N", page.js("document.getElementById('clock').textContent"))
+
+
+def test_a_word_on_paper_has_no_unit_and_every_axis_has_a_scale(opened):
+    page = opened("si")
+    words = page.js(f"{ON_PAPER}.textContent")
+    assert "normal load N = dynamic" in words
+    assert "dynamic N" not in words
+    axes = page.js(
+        "[[-0.19, 0.31], [-1.9, 1.4], [0.01, 0.99], [-7, 9]].map(([low, high]) => ticks(low, high, 2).length)"
+    )
+    assert min(axes) > 1
 
 
 def test_a_page_on_a_disk_gives_its_case_in_place_of_a_link(opened):

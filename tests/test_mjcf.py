@@ -1,21 +1,27 @@
 """MuJoCo models of cases: what is lost is named, and what is said is the equations, by MuJoCo's own accelerations."""
 
 import math
+import re
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from benchmarks.mujoco_contact import contact_case, loss_case
 from law_instances import LAW_NAMES, LAWS
+from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
+from vibrocap.measures.travel import drift
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 
+PAGE = (Path(__file__).parents[1] / "docs" / "exchange.md").read_text(encoding="utf-8")
 TRAVELS = "examples/travels-by-stick-slip.toml"
 COULOMB = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.1)
 SCALES = PendulumScales(pendulum_mass_kg=0.02, pendulum_length_m=0.04)
@@ -159,7 +165,7 @@ def ending_errors(case, name, steps):
     """How far MuJoCo ends from the exact motion, for two steps."""
     from vibrocap.exchange.mujoco_motion import mujoco_ending
 
-    exact = case.simulate()
+    exact = case.simulate().dimensionless
     return [mujoco_ending(case, mujoco_model(case, h), exact.end, True).place - exact.state[name] for h in steps]
 
 
@@ -194,10 +200,43 @@ def test_every_kind_of_machine_comes_near(name, machine, units):
     case = Case(system, start, periods=2, tolerance=1e-10)
     time = 1.0 if scales is None else scales.time_s
     (error,) = ending_errors(case, name, [5e-4 * time])
-    size = np.ptp(case.simulate()[name])
+    size = np.ptp(case.simulate().dimensionless[name])
     assert size > 0.01
     # of first order, and a step is 5e-4 of the time in which it moves so far; a soft contact keeps an error of its own
     assert abs(error) < (6e-3 if machine.follows_load else 3e-3) * size
+
+
+TABLE = re.findall(r"^\| (\S+) ms, (.+?) \| (\S+) \| (\S+) \|$", PAGE, re.MULTILINE)
+
+
+def test_the_exact_row_of_the_documented_table():
+    loss, contact = (case.simulate().dimensionless for case in (loss_case(), contact_case()))
+    row = f"| exact | {loss.state['position']:.4f} | {drift(contact):.6f} |"
+    assert row == "| exact | 6.8597 | -0.230592 |"
+    assert row in PAGE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "how", "position", "travel"), exhaustive_but([0, 1, 2], TABLE))
+def test_the_documented_table_is_what_mujoco_does(step, how, position, travel):
+    pytest.importorskip("mujoco", reason=needs_mujoco)
+    from vibrocap.exchange.mujoco_motion import mujoco_ending
+
+    tight, found = how == "tight", []
+    for case in (loss_case(), contact_case()):
+        model = mujoco_model(case, float(step) * 1e-3, tight)
+        found.append(mujoco_ending(case, model, case.simulate().dimensionless.end, rewritten=True))
+    assert found[0].place == pytest.approx(float(position), abs=2e-3)  # half of the last digit, thrice
+    assert found[1].drift == pytest.approx(float(travel), abs=2e-4)
+
+
+def test_the_table_has_its_rows():
+    assert [row[:2] for row in TABLE] == [
+        ("2", "default `solref`"),
+        ("0.1", "default `solref`"),
+        ("0.1", "tight"),
+        ("0.02", "tight"),
+    ]
 
 
 def test_the_command_writes_the_model_and_says_what_is_lost(tmp_path, capsys):
@@ -218,6 +257,19 @@ def test_the_command_judges(tmp_path, capsys):
     place = read_case(case).simulate().state["position"]
     assert f"{place:.6g}" in said
     assert "friction rewritten at each step" in said
+
+
+def test_a_case_in_si_is_judged_in_si(tmp_path, capsys):
+    pytest.importorskip("mujoco", reason=needs_mujoco)
+    case = tmp_path / "case.toml"
+    read_case("examples/bench-in-si.toml", periods=2).save(case)
+    assert main(["export", str(case), "--to", "mjcf", "--judge", "--out", str(tmp_path / "capsule.xml")]) == 0
+    rows = [row.split() for row in capsys.readouterr().out.splitlines() if " m" in row and "MuJoCo cannot" not in row]
+    exact, rewritten = (next(row for row in rows if each in row) for each in ("exact", "rewritten"))
+    motion = read_case(case).simulate()
+    assert exact[1:3] == [f"{motion.state['position']:.6g}", "m"]
+    place = float(rewritten[rewritten.index("m") - 1])
+    assert abs(place - motion.state["position"]) < 0.05 * np.ptp(motion["position"])
 
 
 def test_bad_input_is_named(tmp_path, capsys, monkeypatch):

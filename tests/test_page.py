@@ -150,6 +150,29 @@ def test_the_users_settings_hold_over_those_of_the_package(motion):
     assert vc.plot(motion).xaxis.label.get_fontfamily() == ["DejaVu Sans"]
 
 
+def test_lines_have_the_users_widths_and_colours(motion, tmp_path):
+    own = {"lines.linewidth": 0.75, "axes.prop_cycle": matplotlib.cycler("color", ["0.0", "0.5"])}
+    (usual, *_), frame = vc.plot(motion).get_lines(), empty_figure()[1][0, 0]
+    (given,) = frame.plot([0.0, 1.0], [0.0, 0.0], color="#0072B2", linewidth=2.0)
+    with matplotlib.rc_context(own):
+        drawn = next(line for line in vc.plot(motion, ax=frame).get_lines() if line is not given)
+        loops = vc.plot(motion, "friction loop")
+        sheet = finished(vc.figure(motion, width="column"))  # finished again, as when it is saved
+        path = tmp_path / "sheet.svg"
+        vc.figure(motion, path, width="column")
+    assert drawn.get_color() == "0.0"
+    assert drawn.get_linewidth() == usual.get_linewidth() / 2.0  # once, as the usual width is 1.5
+    assert (given.get_color(), given.get_linewidth()) == ("#0072B2", 2.0)  # not ours
+    assert {"0.0", "0.5"} <= {line.get_color() for line in loops.get_lines()}
+    lines = [line for ax in sheet.findobj(Axes) for line in ax.get_lines()]
+    assert {line.get_color() for line in lines} & {"#0072B2", "#D55E00"} == set()
+    assert min(line.get_linewidth() for line in lines if line.get_color() == "0.0") > 0.3  # of 0.8 and 1.5: halved once
+    assert "#0072b2" not in path.read_text(encoding="utf-8").lower()
+    legends = [line for ax in sheet.findobj(Axes) if ax.get_legend() for line in ax.get_legend().get_lines()]
+    assert legends
+    assert "#0072B2" not in {line.get_color() for line in legends}
+
+
 def test_letters_of_a_pdf_are_outlines_of_a_font_that_journals_take(tmp_path):
     vc.figure(vc.LuGre(), tmp_path / "one.pdf", width="column")
     file = (tmp_path / "one.pdf").read_bytes()

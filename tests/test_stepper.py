@@ -386,6 +386,31 @@ def test_many_motions_are_each_what_it_is_alone():
     assert not many.ended.any()
 
 
+def test_many_motions_take_slopes_and_stop_at_their_own_events():
+    """A machine whose inner motion is imposed feels nothing but slope and curvature."""
+    system = OWN["imposed"]
+    many = vc.stepper(system, input="drive", count=3)
+    alone = [vc.stepper(system, input="drive") for _ in range(3)]
+    for k in range(40):
+        slopes, curvatures = np.array([0.5, 1.0, -1.5]) * (-1) ** k, [0.0, 0.2, -0.4]
+        given = 0.0, 0.4, slopes, curvatures
+        each = [(0.0, 0.4, *pair) for pair in zip(slopes.tolist(), curvatures, strict=True)]
+        if k % 2:
+            stopped = [motion.step_to_event(*one) for motion, one in zip(alone, each, strict=True)]
+            assert many.step_to_event(*given).tolist() == stopped
+        else:
+            many.step(*given)
+            for motion, one in zip(alone, each, strict=True):
+                motion.step(*one)
+    np.testing.assert_array_equal(many.values, [motion.values for motion in alone])
+    assert np.ptp(many.values[:, 0]) > 0.01
+    for name, counts in many.events.items():
+        assert counts.tolist() == [motion.events[name] for motion in alone]
+    assert sum(many.events["stick"]) > 3
+    with pytest.raises(ValueError, match="slope should be finite"):
+        many.step(0.0, 0.1, math.nan)
+
+
 # --- ends and bad input -----------------------------------------------------------------------------------------------
 
 LIGHT = vc.System(
@@ -406,6 +431,8 @@ def test_lift_off_within_a_step_is_told_with_its_time():
     with pytest.raises(vc.MotionEnded):
         motion.step(0.0, 1.0)
     assert motion.time == caught.value.time
+    assert "lift off" in str(vc.MotionEnded(2.0, vc.Status.LIFT_OFF, "s"))
+    assert "t = 2 s: " in str(vc.MotionEnded(2.0, vc.Status.LIFT_OFF, "s"))
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.time, again.status) == (caught.value.time, caught.value.status)
     many = vc.stepper(LIGHT, input="drive", tolerance=1e-10, count=2)
@@ -434,6 +461,10 @@ def test_an_own_drive_reads_up_to_the_end_of_its_motion_and_not_beyond():
         (lambda motion: motion.step(1.0, -0.1), "length should be .* got -0.1"),
         (lambda motion: motion.step_to_event(1.0, math.inf), "length should be .* got inf"),
         (lambda motion: motion.step(1.0, math.nan), "length should be .* got nan"),
+        (lambda motion: motion.step(1.0, "long"), "length should be .* got 'long'"),
+        (lambda motion: motion.step(1.0, np.ones(2)), "length should be .* got array"),
+        (lambda motion: motion.step("much", 0.1), "value should be a finite number, got 'much'"),
+        (lambda motion: motion.step(np.ones(2), 0.1), "value should be a finite number, got array"),
         (lambda motion: motion["fricton"], "did you mean 'friction'"),
         (lambda motion: motion.restore(vc.stepper(README)), "kept should be a copy"),
     ],
@@ -452,6 +483,7 @@ def test_bad_steps_are_named_and_do_nothing(call, said):
     [
         ({"input": "torque"}, "input should be 'drive' or None, got 'torque'"),
         ({"initial": {"angel": 1.0}}, "initial.angel.*did you mean 'angle'"),
+        ({"initial": {"angle": np.zeros(3)}}, "initial.angle should be a finite number, got array"),
         ({"tolerance": 1.0}, "tolerance should be a number from"),
         ({"parameters": {"machine.mass": 1.0}}, "machine.mass.*no such parameter.*machine.mass_ratio"),
         ({"parameters": {"machine.mass_ratio": -1.0}}, "mass_ratio.*greater than 0"),
@@ -637,6 +669,62 @@ def test_quantities_cross_the_border_with_their_units():
         assert port.least <= port.value <= port.most
     text = c_files(case, input="drive")["capsule.c"]
     assert f'"{stepped.time.unit}", {stepped.time.scale.hex()}' in text
+
+
+def test_a_case_in_si_is_stepped_in_si():
+    case = read_case(EXAMPLES / "bench-in-si.toml")
+    si, state = case.system.si, {"angle": 0.4, "velocity": 0.2}
+    motion = vc.stepper(case, input="drive", initial=state)
+    plain = vc.stepper(
+        case.system.dimensionless, input="drive", initial={"angle": 0.4, "velocity": 0.2 / si.factor("velocity")}
+    )
+    assert [motion.unit_of(name) for name in ("time", "position", "friction", "drive")] == ["s", "m", "N", "N m"]
+    assert motion.unit_of("drive_slope") == "N m/s"
+    assert {motion.dimensionless.unit_of(name) for name in ("time", "position", "drive")} == {"1"}
+    for k in range(200):
+        torque, slope = 0.9 * math.cos(0.3 * k), 0.4
+        motion.step(torque, 0.05, slope)
+        given = torque / si.factor("drive"), 0.05 / si.factor("time"), slope / si.factor("drive") * si.factor("time")
+        plain.step(*given)
+    scales = [si.factor(name) for name in motion.names]
+    np.testing.assert_allclose(motion.values, plain.values * scales, rtol=1e-8, atol=1e-12)
+    assert motion.time == pytest.approx(10.0, rel=1e-14)
+    assert motion.events == plain.events
+    assert motion.last_event.time == pytest.approx(plain.last_event.time * si.factor("time"), rel=1e-10)
+    for again in (motion.copy(), pickle.loads(pickle.dumps(motion))):
+        assert again.values.tolist() == motion.values.tolist()
+        assert again.time == motion.time
+    np.testing.assert_allclose(motion.dimensionless.states, motion.states / scales[:4], rtol=1e-15)
+    motion.dimensionless.step(0.0, 1.0)  # the same motion
+    assert motion.time == pytest.approx(10.0 + si.factor("time"), rel=1e-14)
+    own = vc.stepper(case)
+    own.step(2.5)
+    assert own["position"] == pytest.approx(case.simulate().at(2.5, "position")[0], rel=1e-9)
+
+
+def test_many_motions_in_si():
+    case = read_case(EXAMPLES / "bench-in-si.toml")
+    masses, places, angles = np.array([0.4, 0.6]), np.array([0.1, 0.2]), [20.0, 30.0]
+    many = vc.stepper(
+        case,
+        count=2,
+        initial={"position_m": places, "angle_deg": angles, "velocity": 0.1},
+        parameters={"machine.capsule_mass_kg": masses, "drive.frequency_Hz": 1.1},
+    )
+    assert many.unit_of("position") == "m"
+    many.step(3.0)
+    for i in range(2):
+        one = vc.stepper(
+            case,
+            initial={"position_m": float(places[i]), "angle_deg": angles[i], "velocity": 0.1},
+            parameters={"machine.capsule_mass_kg": float(masses[i]), "drive.frequency_Hz": 1.1},
+        )
+        one.step(3.0)
+        np.testing.assert_array_equal(many.values[i], one.values)
+    assert many.time.tolist() == [one.time] * 2
+    assert many.copy().values.tolist() == pickle.loads(pickle.dumps(many)).values.tolist() == many.values.tolist()
+    with pytest.raises(ValueError, match="mass_ratio: should be greater than 0"):
+        vc.stepper(case, count=2, parameters={"machine.capsule_mass_kg": np.array([0.4, -1.0])})
 
 
 # --- Gymnasium --------------------------------------------------------------------------------------------------------

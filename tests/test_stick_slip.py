@@ -429,19 +429,19 @@ def test_pictures_show_phases_levels_and_units():
     words = [text.get_text() for text in whole.get_legend().get_texts()]
     assert words[0] == f"slip ({len(found.slips)})"
     assert any(re.match(r"static level 1\.[45]", word) for word in words)
-    assert whole.get_ylabel() == "force (N)"
+    assert whole.get_ylabel() == "force [N]"
     left, right = detail.get_xlim()
     shaded = [patch for patch in detail.patches if patch.get_width() > 0]
     assert sum(patch.get_width() for patch in shaded) == pytest.approx(
         (right - left) * belt.stick / belt.period, rel=0.1
     )
-    assert velocity.get_ylabel() == "velocity (mm/s)"
+    assert velocity.get_ylabel() == "velocity [mm/s]"
     assert any("0.3" in text.get_text() or "mean" in text.get_text() for text in periods.get_legend().get_texts())
     noise = np.random.default_rng(0).standard_normal(len(TIME))
     steady = stick_slip_figure(stick_slip(TIME, 10.0 + noise))
     assert "no periods" in [text.get_text() for part in steady.subfigs for axes in _axes(part) for text in axes.texts]
     diagram = regime_figure(regime_diagram([found]))
-    assert diagram.axes[0].get_xlabel() == "stiffness k (N/m)"
+    assert diagram.axes[0].get_xlabel() == "stiffness k [N/m]"
     assert len(diagram.axes[0].texts) == 1
 
 

@@ -7,6 +7,7 @@ Their numbers are those without units, times the unit. The units of the machine 
 import dataclasses
 import json
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
+from vibrocap.io.part_in_words import in_words
 from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
@@ -299,6 +301,32 @@ def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
     assert seen[0].get_xlabel() == r"initial pendulum angle $\theta$ [deg]"
     assert seen[0].get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
     assert seen[0].get_ylim() == pytest.approx((-1.0, 1.0), rel=1e-12)
+
+
+def test_basins_remember_the_keys_of_their_plane():
+    """In Python too, in a sheet and in a panel, and after pickling; bare keys are drawn in the units of results."""
+    found = vc.basins(case_from_text(BENCH).system, {"angle_deg": (-60, 60), "velocity": (-1, 1)}, 2)
+    assert found.keys == ("angle_deg", "velocity")
+    for each in (found, pickle.loads(pickle.dumps(found))):
+        for axes in (vc.plot(each), vc.figure(each).axes[0]):
+            assert axes.get_xlabel() == r"initial pendulum angle $\theta$ [deg]"
+            assert axes.get_xlim() == pytest.approx((-60.0, 60.0), rel=1e-12)
+    bare = vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
+
+
+def test_headings_say_what_is_in_si():
+    """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
+    system = case_from_text(BENCH).system
+    words = vc.sweep(system, {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]}, measures=["word"])
+    texts = " ".join(text.get_text() for text in vc.figure(words).texts).replace("\n", " ")
+    assert "in SI" in texts
+    assert "dimensionless" not in texts
+    level = dataclasses.replace(system, environment=vc.Environment())
+    heading = vc.figure(vc.branch(level, "drive.frequency_Hz", (0.99, 1.01)))._suptitle.get_text()
+    assert "0.2\N{NO-BREAK SPACE}kg" in heading
+    assert "Environment" not in heading
+    assert in_words(level.environment, level).startswith("environment: inclination 0 rad, ")
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures import standard
-from vibrocap.quantities.dimensional import Dimensional, computed
+from vibrocap.quantities.dimensional import Dimensional, InSI, computed
 from vibrocap.quantities.hints import call_hints, field_hints, undeclared
 
 METRE, KILOGRAM, GRAVITY = 0.25, 0.2, 9.80665
@@ -333,6 +334,36 @@ def test_equilibria_are_in_si():
         assert f"{each.state['position']:.10g} m" in each.facts["position"]
         assert each.facts["eigenvalues"].endswith(" rad/s")
     assert found.to_pandas()["position"].iloc[0] == found[0].state["position"]
+
+
+def test_what_holds_quantities_of_several_units_is_shown_and_refuses_one_unit(orbits):
+    found = vc.attractors(bench(), 8)
+    assert "starts=array(" in repr(found)
+    assert "velocity [m/s]" in repr(found)
+    assert " m/s}" in repr(vc.classify(bench(), initial=orbits[0].state))
+    for result, name in ((orbits[0], "state"), (found, "starts")):
+        with pytest.raises(ArgumentError, match="holds several, each with its own unit"):
+            result.unit_of(name)
+
+
+def test_a_measure_that_is_not_named_has_its_unit_too():
+    """The displacement, by default: what a call leaves out says what its numbers are as well."""
+    found = vc.width_for(bench(), error=0.05)
+    assert found.run.unit_of("value") == "m"
+    assert found.run.value == pytest.approx(found.regularisation.exact.value, rel=0.06)
+
+
+def test_robustness_is_shown_in_si():
+    found = vc.robustness(bench(), {"drive.frequency_Hz": (0.95, 1.05)}, samples=8)
+    assert found.unit == "m/s"
+    assert re.search(r"mean of the worst tenth [-\d.]+ m/s", repr(found))
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
+def test_no_record_has_members_of_those_in_si():
+    taken = set(InSI.__annotations__)
+    for record in (each for each in vars(vc).values() if inspect.isclass(each) and issubclass(each, Dimensional)):
+        assert not taken & set(dir(record)), record
 
 
 # --- the rule ---------------------------------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ def bibliography() -> Mapping[str, Reference]:
             raise ValueError(f"{FILE.name}: {key} occurs twice")
         if key == SOFTWARE:
             fields["version"] = version("vibrocap")
-        found[key] = Reference(key, kind, MappingProxyType(fields))
+        found[key] = Reference(key, kind, fields)
     rest = [line for line in ENTRY.sub("", text).splitlines() if line and not line.startswith("%")]
     if rest:
         raise ValueError(f"{FILE.name}: belongs to no entry: {rest[0]!r}")

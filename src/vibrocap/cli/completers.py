@@ -203,10 +203,8 @@ def _meaning(path: str, system: System) -> str:
 
     place = path_in_si(path, system.parts)
     section, _, name = (path if place is None else place[0]).partition(".")
-    known = (
-        {info.name: info.meaning for info in parameter_table(system.parts[section])} if section in system.parts else {}
-    )
-    return known.get(name, "")
+    table = parameter_table(system.parts[section]) if section in system.parts else ()
+    return next((each.meaning if system.units is None else each.in_si for each in table if each.name == name), "")
 
 
 def _described(parts: Mapping[str, Any]) -> dict[str, str]:

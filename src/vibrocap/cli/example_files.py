@@ -10,6 +10,11 @@ def examples_folder() -> Path:
     return inside if inside.is_dir() else package.parents[1] / "examples"
 
 
+def tables_of(case: Path) -> list[Path]:
+    """The measured tables of an example, whose names begin with its own."""
+    return sorted(case.parent.glob(f"{case.stem}-*.csv"))
+
+
 def shows(path: Path) -> str:
     """What an example shows: the first sentence of its head."""
     words = []

@@ -37,10 +37,10 @@ def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str,
     text = stepped.kernel.c_text(f"{name}_kernel")
     words = _words(stepped, text, name)
     return {
-        f"{name}.h": _filled(templates.HEADER, words),
-        f"{name}.c": f'#include "{name}.h"\n\n{text}\n{_filled(templates.INTERFACE, words)}',
-        "main.c": _filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
-        "README.txt": _filled(templates.README, words),
+        f"{name}.h": filled(templates.HEADER, words),
+        f"{name}.c": f'#include "{name}.h"\n\n{text}\n{filled(templates.INTERFACE, words)}',
+        "main.c": filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
+        "README.txt": filled(templates.README, words),
     }
 
 
@@ -64,77 +64,88 @@ def export_c(case: Case, folder: str | Path, name: str = "capsule", input: Input
 
 def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
     """What stands in the places of the templates."""
-    case, kernel, memory = stepped.case, stepped.kernel, stepped.memory()
+    kernel, memory = stepped.kernel, stepped.memory()
     sizes = {"floats": memory.floats.size, "ints": memory.ints.size, "trace": memory.trace.size}
-    statuses = stepped.statuses
-    codes: dict[str, int] = {}  # some of the kernel's say the same
-    for code, said in statuses.items():
-        codes.setdefault(said, code)
-    same = {code: codes[said] for code, said in statuses.items() if codes[said] != code}
-    period = case.system.drive.period
+    same = {code: first for code, first in first_codes(stepped).items() if first != code}
     held = stepped.input is not None
     words = {each: str(value) for each, value in kernel.places.items()}
-    words |= {each: str(size) for each, size in sizes.items()} | {
-        "name": name,
-        "NAME": name.upper(),
+    words |= {each: str(size) for each, size in sizes.items()} | common_words(stepped, name)
+    return words | {
         "drive_said": AN_INPUT if held else OWN_DRIVE,
-        "units_said": "What one unit is in SI is told by the tables of quantities."
-        if stepped.system.units is not None
-        else "The case says nothing of SI, so that all scales are 1.",
         "kilobytes": f"{8 * sum(sizes.values()) / 1000:.1f}",
-        "states": str(len(stepped.states)),
-        "observables": str(len(stepped.observables)),
-        "parameters": str(len(stepped.parameters)),
         "contacts": str(stepped.contacts),
         "inputs": str(len(stepped.inputs)),
         "event_kinds": str(len(stepped.event_kinds)),
         "contact_kinds": str(stepped.contact_kinds),
         "counts": str(kernel.layout.counts),
+        "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
+        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
+        "set_floats": settings("floats", memory.floats),
+        "set_ints": settings("ints", memory.ints),
+        "input_declared": templates.INPUT_DECLARED if held else "",
+        "input_defined": templates.INPUT_DEFINED if held else "",
+        "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
+        "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
+    }
+
+
+def first_codes(stepped: SteppedCase) -> dict[int, int]:
+    """Each status of the kernel, and the first that says the same."""
+    firsts: dict[str, int] = {}
+    return {code: firsts.setdefault(said, code) for code, said in stepped.statuses.items()}
+
+
+def common_words(stepped: SteppedCase, name: str) -> dict[str, str]:
+    """What stands in the places of all libraries of a case."""
+    firsts = {code: said for code, said in stepped.statuses.items() if first_codes(stepped)[code] == code}
+    return {
+        "name": name,
+        "NAME": name.upper(),
+        "units_said": "What one unit is in SI is told by the tables of quantities."
+        if stepped.system.units is not None
+        else "The case says nothing of SI, so that all scales are 1.",
+        "quantities": templates.QUANTITIES.rstrip(),
+        "tables": templates.TABLES,
+        "states": str(len(stepped.states)),
+        "observables": str(len(stepped.observables)),
+        "parameters": str(len(stepped.parameters)),
         "status_defines": "\n".join(
             f"#define {name.upper()}_{said.upper().replace(' ', '_')} {code}"
-            for said, code in codes.items()
+            for code, said in firsts.items()
             if code > REFUSED
         ),
-        "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
-        "statuses": "\n".join(f'    case {code}: return "{said}";' for said, code in codes.items()),
+        "statuses": "\n".join(f'    case {code}: return "{said}";' for code, said in firsts.items()),
         "time_infos": _infos([stepped.time]),
         "input_infos": _infos(stepped.inputs),
         "parameter_infos": _infos(stepped.parameters),
         "state_infos": _infos(stepped.states),
         "observable_infos": _infos(stepped.observables),
-        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
         "parameter_places": ", ".join(str(each.place) for each in stepped.parameters) or "0",
-        "set_floats": _settings("floats", memory.floats),
-        "set_ints": _settings("ints", memory.ints),
-        "input_declared": templates.INPUT_DECLARED if held else "",
-        "input_defined": templates.INPUT_DEFINED if held else "",
-        "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
         "samples": str(SAMPLES),
-        "lines": str(math.floor(SAMPLES * case.periods + 0.5)),
-        "period": _number(period),
-        "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
+        "lines": str(math.floor(SAMPLES * stepped.case.periods + 0.5)),
+        "period": number(stepped.case.system.drive.period),
     }
-    return words
 
 
 def _infos(ports: Sequence[Port]) -> str:
     """Initialisers of quantities; C has no empty arrays."""
     rows = (
         f'\n    {{"{each.name}", "{each.unit}", '
-        + ", ".join(map(_number, (each.scale, each.value, each.least, each.most)))
+        + ", ".join(map(number, (each.scale, each.value, each.least, each.most)))
         + "}"
         for each in ports
     )
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
 
-def _settings(array: str, values: np.ndarray) -> str:
+def settings(array: str, values: np.ndarray) -> str:
     """Statements that set what is not zero."""
-    from_numbers = ((int(i), values[i].item()) for i in np.flatnonzero(values))
-    return "\n".join(f"  c->{array}[{i}] = {_number(value)};" for i, value in from_numbers)
+    fromnumbers = ((int(i), values[i].item()) for i in np.flatnonzero(values))
+    return "\n".join(f"  c->{array}[{i}] = {number(value)};" for i, value in fromnumbers)
 
 
-def _number(value: float | int) -> str:
+def number(value: float | int) -> str:
+    """A number of C, to the last bit."""
     if isinstance(value, int):
         return f"INT64_C({value})" if value >= 0 else f"-INT64_C({-value})"
     if math.isinf(value):
@@ -142,7 +153,7 @@ def _number(value: float | int) -> str:
     return value.hex()
 
 
-def _filled(template: str, words: Mapping[str, str]) -> str:
+def filled(template: str, words: Mapping[str, str]) -> str:
     """A template with its @places@ filled, which may hold places themselves."""
     while re.search(r"@\w+@", template):
         template = re.sub(r"@(\w+)@", lambda found: words[found[1]], template)

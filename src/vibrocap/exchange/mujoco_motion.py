@@ -27,7 +27,7 @@ class Ending:
 class Judgement:
     """The exact motion, the model as its file says, and the same with friction rewritten at every step.
 
-    exact: the motion. exact_ending, as_written, rewritten: where each ended. steps: how many MuJoCo took.
+    exact: without units. exact_ending, as_written, rewritten: where each ended. steps: how many MuJoCo took.
     """
 
     exact: Trajectory
@@ -46,7 +46,7 @@ def judgement(case: Case, model: MujocoModel | None = None) -> Judgement:
     """
     require("a MuJoCo model beside the exact motion", "mujoco")
     model = mujoco_model(case) if model is None else model
-    exact = case.simulate()
+    exact = case.simulate().dimensionless
     place = exact.state[str(case.system.machine.place or case.system.cyclic)]
     travel = drift(exact) if case.system.cyclic is not None and len(exact.sections) > 1 else None
     as_written, rewritten = (mujoco_ending(case, model, exact.end, rewritten=each) for each in (False, True))

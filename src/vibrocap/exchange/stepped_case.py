@@ -6,7 +6,10 @@ It is what the library in C, the stepper in Python and all that is built on them
 import dataclasses
 import functools
 import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
@@ -45,6 +48,22 @@ class Port:
     least: float = -math.inf
     most: float = math.inf
     place: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class PortScales:
+    """What one dimensionless unit of all that is stepped and seen is, in units by name.
+
+    inputs: of value, slope and curvature; values: of states and observables, a number for all or an array
+    """
+
+    time: float = 1.0
+    inputs: tuple[float, ...] = (1.0, 1.0, 1.0)
+    values: Any = 1.0
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+
+NO_UNITS = PortScales()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,6 +122,16 @@ class SteppedCase:
         return tuple(
             dataclasses.replace(each, name="drive" if name == "value" else f"drive_{name}") for each, name in named
         )
+
+    @functools.cached_property
+    def scales(self) -> PortScales:
+        """Of the SI units, where the case is in SI."""
+        if self.system.units is None:
+            return NO_UNITS
+        seen = (*self.states, *self.observables)
+        units = {each.name: each.unit for each in (self.time, *self.inputs, *seen)}
+        inputs = tuple(each.scale for each in self.inputs) or NO_UNITS.inputs
+        return PortScales(self.time.scale, inputs, np.array([each.scale for each in seen]), units)
 
     @functools.cached_property
     def parameters(self) -> tuple[Port, ...]:

@@ -1,18 +1,19 @@
 """A motion that is moved on from outside, step by step: of a controller, a robot, a policy.
 
-It is what the library in C is, to the last bit, and is made of the same kernel.
+It is what the library in C is, to the last bit, and is made of the same kernel. Where its case is in SI, `vc.stepper`
+makes it take and answer in SI.
 """
 
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, Literal, Self, overload
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole, shown, suggestion
+from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.case.case import Case
-from vibrocap.exchange.stepped_case import Input, SteppedCase
+from vibrocap.exchange.stepped_case import NO_UNITS, Input, PortScales, SteppedCase
 from vibrocap.exchange.stepper_array import StepperArray
 from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
@@ -20,17 +21,22 @@ from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import ByKey, Context, Declared
+from vibrocap.quantities.dimensional import said
 
 
 class MotionEnded(RuntimeError):
-    """A motion that cannot go on, as its load has lifted off for example: `time` says when, `status` why."""
+    """A motion that cannot go on, as its load has lifted off for example: `time` says when, `status` why.
 
-    def __init__(self, time: float, status: Status):
-        super().__init__(f"the motion has ended at t = {time:.10g}: {status.value}. {status.text}")
-        self.time, self.status = time, status
+    unit: of the time, "1" for none
+    """
+
+    def __init__(self, time: float, status: Status, unit: str = "1"):
+        super().__init__(f"the motion has ended at t = {said(time, unit)}: {status.value}. {status.text}")
+        self.time, self.status, self.unit = time, status, unit
 
     def __reduce__(self):
-        return type(self), (self.time, self.status)
+        return type(self), (self.time, self.status, self.unit)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,7 +50,7 @@ class StepperEvent:
 
 @dataclasses.dataclass(frozen=True)
 class Instant:
-    """A motion at one instant. Dimensionless, as the states of a `Trajectory`.
+    """A motion at one instant, in SI where the stepper is.
 
     states: by name; observables: friction, energy and what else can be asked of a motion, by name
     sides: of each contact, +1 or -1 where it slides, 0 at rest; events: how often each kind occurred
@@ -60,15 +66,52 @@ class Instant:
     status: Status | None
 
 
+class SameInSI(Declared):
+    """A motion that knows its own scales."""
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        return value.dimensionless if back else value.in_si
+
+
+@overload
+def stepper(
+    case: Case | System,
+    *,
+    input: None = None,
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: None = None,
+) -> "Stepper": ...
+@overload
+def stepper(
+    case: Case | System,
+    *,
+    input: Literal["drive"],
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: None = None,
+) -> "InputStepper": ...
+@overload
 def stepper(
     case: Case | System,
     *,
     input: Input = None,
-    initial: Mapping[str, float] | None = None,
+    initial: ByKey | None = None,
+    tolerance: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    count: int,
+) -> StepperArray: ...
+def stepper(
+    case: Case | System,
+    *,
+    input: Input = None,
+    initial: ByKey | None = None,
     tolerance: float | None = None,
     parameters: Mapping[str, Any] | None = None,
     count: int | None = None,
-) -> "Stepper | InputStepper | StepperArray":
+) -> "Annotated[Stepper | InputStepper | StepperArray, SameInSI()]":
     """The motion of a case or a system, at its start, to be moved on by any lengths of time.
 
     input: "drive", if it is set at each step, `.step(value, length)`; None: the case's own goes on, `.step(length)`
@@ -77,6 +120,7 @@ def stepper(
     parameters: values by path that replace those of the system, such as {"machine.mass_ratio": 2.0}
     count: so many motions at once, side by side (`StepperArray`), of which initial states and parameters may be arrays
         [count]; None: one
+    Where the case is in SI, times, inputs and all that is seen are; `.dimensionless` is the same motion without units.
     Raises ValueError or TypeError, naming the argument, before any work.
     """
     if not isinstance(case, (Case, System)):
@@ -107,13 +151,13 @@ class SteppedMotion:
     """One motion that is moved on from outside: what can be seen of it, and how it is kept (see `Stepper`)."""
 
     def __init__(self, stepped: SteppedCase):
-        self.stepped = stepped
-        self._begin_with(stepped.memory())
+        self._bind(stepped, stepped.memory(), NO_UNITS)
         self._entry("begin_motion")(0)
 
-    def _begin_with(self, memory: StepperMemory) -> None:
-        places = self.stepped.kernel.places
-        self._memory = memory
+    def _bind(self, stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> None:
+        self.stepped, self._memory, self._scales = stepped, memory, scales
+        places = stepped.kernel.places
+        self._time_scale, self._input_scales, self._value_scales = scales.time, scales.inputs, scales.values
         self._floats: Any = memory.floats.data  # faster, number by number, than arrays
         self._ints: Any = memory.ints.data
         self._length, self._ended, self._stopped = places["LENGTH"], places["ENDED"], places["STOPPED"]
@@ -125,21 +169,19 @@ class SteppedMotion:
         return self.stepped.kernel.entry(name, self._memory)
 
     def _go_on(self, length: float) -> None:
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
-        self._floats[self._length] = length
+        _check_length(length)
+        self._floats[self._length] = length / self._time_scale
         self._take(0)
         if self._ints[self._ended]:
-            raise MotionEnded(self.time, self._status())
+            raise MotionEnded(self.time, self._status(), self.unit_of("time"))
 
     def _go_on_to_event(self, length: float) -> bool:
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
-        self._floats[self._length] = length
+        _check_length(length)
+        self._floats[self._length] = length / self._time_scale
         self._ints[self._stopped] = 0
         self._take(1)
         if self._ints[self._ended]:
-            raise MotionEnded(self.time, self._status())
+            raise MotionEnded(self.time, self._status(), self.unit_of("time"))
         return self._ints[self._stopped] == 1
 
     # --- looking ------------------------------------------------------------------------------------------------------
@@ -152,19 +194,18 @@ class SteppedMotion:
     @property
     def time(self) -> float:
         """Time since the motion began."""
-        return self._floats[self.stepped.kernel.places["CLOCK"]]
+        return self._floats[self.stepped.kernel.places["CLOCK"]] * self._time_scale
 
     @property
     def values(self) -> np.ndarray:
         """All states, then all observables, in the order of `names`: array [names]."""
         self._look(0)
-        return self._memory.trace[: len(self._names)].copy()
+        return self._memory.trace[: len(self._names)] * self._value_scales
 
     @property
     def states(self) -> np.ndarray:
         """In the order of the system's: array [states]."""
-        self._look(0)
-        return self._memory.trace[: len(self.stepped.states)].copy()
+        return self.values[: len(self.stepped.states)]
 
     def __getitem__(self, name: str) -> float:
         if name not in self._names:
@@ -192,7 +233,7 @@ class SteppedMotion:
             return None
         places, floats, ints = self.stepped.kernel.places, self._floats, self._ints
         kind, contact = self.stepped.event_kinds[ints[places["LAST_KIND"]]], ints[places["LAST_CONTACT"]]
-        return StepperEvent(floats[places["LAST_TIME"]], numbered(kind, max(1, contact)), contact)
+        return StepperEvent(floats[places["LAST_TIME"]] * self._time_scale, numbered(kind, max(1, contact)), contact)
 
     @property
     def status(self) -> Status | None:
@@ -216,16 +257,32 @@ class SteppedMotion:
         )
 
     def __repr__(self) -> str:
-        states = ", ".join(
-            f"{port.name} {value:.5g}" for port, value in zip(self.stepped.states, self.states, strict=True)
-        )
-        return f"<{type(self).__name__}: t = {self.time:.10g}; {states}; {self.status or 'goes on'}>"
+        found = zip(self._names, self.states, strict=False)
+        states = ", ".join(f"{name} {said(value, self.unit_of(name), 5)}" for name, value in found)
+        now = said(self.time, self.unit_of("time"))
+        return f"<{type(self).__name__}: t = {now}; {states}; {self.status or 'goes on'}>"
+
+    # --- units --------------------------------------------------------------------------------------------------------
+
+    @property
+    def dimensionless(self) -> Self:
+        """The same motion, not a copy, that takes and answers in numbers without units."""
+        return _bound(type(self), self.stepped, self._memory, NO_UNITS)
+
+    @property
+    def in_si(self) -> Self:
+        """The same motion, not a copy, that takes and answers in SI; the numbers without units where nothing is."""
+        return _bound(type(self), self.stepped, self._memory, self.stepped.scales)
+
+    def unit_of(self, name: str) -> str:
+        """The SI unit of "time" or of a name; of inputs "drive", "drive_slope", "drive_curvature". "1": without."""
+        return self._scales.units.get(name, "1")
 
     # --- keeping ------------------------------------------------------------------------------------------------------
 
     def copy(self) -> Self:
         """The same motion once more, apart from this one."""
-        return _remade(type(self), self.stepped, self._memory)
+        return _remade(type(self), self.stepped, self._memory, self._scales)
 
     def restore(self, kept: "SteppedMotion") -> None:
         """Go back, or over, to a motion of the same case that was kept by `copy`."""
@@ -234,7 +291,7 @@ class SteppedMotion:
         self._memory.take(kept._memory)
 
     def __reduce__(self):
-        return _remade, (type(self), self.stepped, self._memory)
+        return _remade, (type(self), self.stepped, self._memory, self._scales)
 
 
 class Stepper(SteppedMotion):
@@ -261,23 +318,26 @@ class InputStepper(SteppedMotion):
     """One motion whose drive is set from step to step; all else as of `Stepper`.
 
     From where it is set on, the drive is value + slope s + curvature s^2/2 after the time s; machines whose motion it
-    imposes need slope and curvature, as they feel nothing else. The value is dimensionless, as that of `Drive`. Where
-    it jumps, a contact that is at rest is asked again whether it stays there.
+    imposes need slope and curvature, as they feel nothing else. Where it jumps, a contact that is at rest is asked
+    again whether it stays there.
     """
 
     def _set(self, value: float, slope: float, curvature: float) -> None:
-        if not (value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0):
+        try:
+            finite = value - value == 0.0 and slope - slope == 0.0 and curvature - curvature == 0.0
+        except (TypeError, ValueError):  # a text, an array
+            finite = False
+        if not finite:
             given = zip(INPUT_NAMES, (value, slope, curvature), strict=True)
-            name, wrong = next((name, number) for name, number in given if number - number != 0.0)
+            name, wrong = next(pair for pair in given if not is_number(pair[1]) or not math.isfinite(pair[1]))
             raise ArgumentError(name, f"should be a finite number, got {shown(wrong)}")
-        floats, place = self._floats, self._input
-        floats[place], floats[place + 1], floats[place + 2] = value, slope, curvature
+        floats, place, (v, w, c) = self._floats, self._input, self._input_scales
+        floats[place], floats[place + 1], floats[place + 2] = value / v, slope / w, curvature / c
         self._ints[self._new_input] = 1
 
     def step(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> None:
         """Set the drive and go on by a length of time > 0. Raises MotionEnded where the motion cannot go on."""
-        if not 0.0 < length < math.inf:  # before the drive is set
-            raise _not_a_length(length)
+        _check_length(length)  # before the drive is set
         self._set(value, slope, curvature)
         self._go_on(length)
 
@@ -286,21 +346,29 @@ class InputStepper(SteppedMotion):
 
         Where the drive jumps and a side changes at once, that is an event: no time has passed then.
         """
-        if not 0.0 < length < math.inf:
-            raise _not_a_length(length)
+        _check_length(length)
         self._set(value, slope, curvature)
         return self._go_on_to_event(length)
 
 
-def _not_a_length(length: Any) -> ArgumentError:
-    return ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
+def _check_length(length: Any) -> None:
+    try:
+        right = 0.0 < length < math.inf
+    except (TypeError, ValueError):  # a text, an array
+        right = False
+    if not right:
+        raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(length)}")
 
 
-def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory) -> Any:
+def _remade(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> Any:
     """A stepper with what another carries."""
-    made = object.__new__(kind)
-    made.stepped = stepped
     own = stepped.memory()
     own.take(memory)
-    made._begin_with(own)
+    return _bound(kind, stepped, own, scales)
+
+
+def _bound(kind: type[SteppedMotion], stepped: SteppedCase, memory: StepperMemory, scales: PortScales) -> Any:
+    """A stepper of a memory."""
+    made = object.__new__(kind)
+    made._bind(stepped, memory, scales)
     return made

@@ -1,12 +1,14 @@
 """Many motions of one case that are moved on from outside, side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown, suggestion
-from vibrocap.exchange.stepped_case import SteppedCase
+from vibrocap.exchange.stepped_case import NO_UNITS, PortScales, SteppedCase
+from vibrocap.motion.equations import parameter_values
+from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
@@ -22,7 +24,7 @@ class StepperArray:
     def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
         self.stepped, self.count = stepped, count
         one, placed = stepped.memory(), self._placed(columns)
-        self._bind([np.tile(each, (count, 1)) for each in (one.floats, one.ints, one.trace)])
+        self._bind([np.tile(each, (count, 1)) for each in (one.floats, one.ints, one.trace)], NO_UNITS)
         for place, column in placed.items():
             self._floats[:, place] = column
         for memory in self._memories():
@@ -34,9 +36,13 @@ class StepperArray:
         states = {port.name: places["STATE"] + i for i, port in enumerate(self.stepped.states)}
         ports = {port.name: port for port in self.stepped.parameters}
         for name, value in columns.items():
-            if name not in states and name not in ports:
+            in_si = self.stepped.system.units is not None and "." in name
+            if name not in states and name not in ports and not in_si:
                 raise ArgumentError(str(name), f"no such state or parameter; {suggestion(name, [*states, *ports])}")
             column = self._column(name, value)
+            if name not in states and name not in ports:
+                found |= {places["PARAMETER"] + i: each for i, each in self._given_in_si(name, column).items()}
+                continue
             if name in ports:
                 port = ports[name]
                 if np.any((column < port.least) | (column > port.most)):
@@ -47,6 +53,13 @@ class StepperArray:
                 found[states[name]] = column
         return found
 
+    def _given_in_si(self, path: str, column: np.ndarray) -> dict[int, np.ndarray]:
+        """What a parameter in SI makes of the parameter vector, by place, where it changes any of it."""
+        system = self.stepped.system
+        rows = np.array([parameter_values(system.with_parameters({path: value})) for value in column.tolist()])
+        changed = np.flatnonzero(np.any(rows != parameter_values(system), axis=0))
+        return {int(i): rows[:, i] for i in changed}
+
     def _column(self, name: str, value: Any) -> np.ndarray:
         """A number for each motion."""
         found = np.asarray(value, dtype=float)
@@ -56,7 +69,8 @@ class StepperArray:
             raise ArgumentError(name, f"should be finite, got {shown(value)}")
         return np.broadcast_to(found, (self.count,))
 
-    def _bind(self, rows: list[np.ndarray]) -> None:
+    def _bind(self, rows: list[np.ndarray], scales: PortScales) -> None:
+        self._scales = scales
         self._floats, self._ints, self._trace = rows
         self._places, kernel = self.stepped.kernel.places, self.stepped.kernel
         self._take = [kernel.entry("take_step", memory) for memory in self._memories()]
@@ -66,19 +80,35 @@ class StepperArray:
         return [StepperMemory(*each) for each in zip(self._floats, self._ints, self._trace, strict=True)]
 
     def step(self, *given: Any) -> None:
-        """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count]."""
-        wanted = ("length",) if self.stepped.input is None else ("value", "length")
-        if len(given) != len(wanted):
-            raise TypeError(f"step takes {' and '.join(wanted)}, got {len(given)} values")
-        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=True)}
-        if not np.all(columns["length"] > 0.0):
-            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[-1])}")
-        self._floats[:, self._places["LENGTH"]] = columns["length"]
-        if "value" in columns:
-            self._floats[:, self._places["INPUT"]] = columns["value"]
-            self._ints[:, self._places["NEW_INPUT"]] = 1
+        """`step(length)` with the case's own drive, `step(value, length)` of an input: numbers, or arrays [count].
+
+        After the length may stand slope and curvature of the input, 0 by default, as of `InputStepper`.
+        """
+        self._set(given)
         for take in self._take:
             take(0)
+
+    def step_to_event(self, *given: Any) -> np.ndarray:
+        """As `step`, but each motion stops at its first event; whether it did: array [count] of bool."""
+        self._set(given)
+        self._ints[:, self._places["STOPPED"]] = 0
+        for take in self._take:
+            take(1)
+        return self._ints[:, self._places["STOPPED"]] == 1
+
+    def _set(self, given: Sequence[Any]) -> None:
+        """Lengths and inputs of the next step."""
+        wanted, last = (("length",), 1) if self.stepped.input is None else (("value", "length", *INPUT_NAMES[1:]), 2)
+        if not last <= len(given) <= len(wanted):
+            raise TypeError(f"step takes {' and '.join(wanted[:last])}, got {len(given)} values")
+        columns = {name: self._column(name, value) for name, value in zip(wanted, given, strict=False)}
+        if not np.all(columns["length"] > 0.0):
+            raise ArgumentError("length", f"should be a finite length of time > 0, got {shown(given[last - 1])}")
+        self._floats[:, self._places["LENGTH"]] = columns["length"] / self._scales.time
+        if self.stepped.input is not None:
+            for i, name in enumerate(INPUT_NAMES):
+                self._floats[:, self._places["INPUT"] + i] = columns.get(name, 0.0) / self._scales.inputs[i]
+            self._ints[:, self._places["NEW_INPUT"]] = 1
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -88,14 +118,14 @@ class StepperArray:
     @property
     def time(self) -> np.ndarray:
         """Of each motion: array [count]."""
-        return self._floats[:, self._places["CLOCK"]].copy()
+        return self._floats[:, self._places["CLOCK"]] * self._scales.time
 
     @property
     def values(self) -> np.ndarray:
         """States and observables now: array [count, names]."""
         for look in self._look:
             look(0)
-        return self._trace[:, : len(self.names)].copy()
+        return self._trace[:, : len(self.names)] * self._scales.values
 
     @property
     def states(self) -> np.ndarray:
@@ -107,6 +137,14 @@ class StepperArray:
         """+1, -1 where a contact slides, 0 where it is at rest: array [count, contacts] of ints."""
         first = self._places["SHOWN_SIDE"]
         return self._floats[:, first : first + self.stepped.contacts].astype(int)
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """How often each kind of event occurred, by name as of `Stepper`: arrays [count]."""
+        first, found = self._places["COUNTED"], dict.fromkeys(self.stepped.counted, np.zeros(self.count, int))
+        for i, name in enumerate(self.stepped.counted):
+            found[name] = found[name] + self._ints[:, first + i]
+        return found
 
     @property
     def ended(self) -> np.ndarray:
@@ -126,7 +164,22 @@ class StepperArray:
 
     def copy(self) -> "StepperArray":
         """The same motions once more."""
-        return _remade(self.stepped, self.count, [each.copy() for each in (self._floats, self._ints, self._trace)])
+        rows = [each.copy() for each in (self._floats, self._ints, self._trace)]
+        return _bound(self.stepped, self.count, rows, self._scales)
+
+    @property
+    def dimensionless(self) -> "StepperArray":
+        """The same motions, no copies, that take and answer in numbers without units."""
+        return _bound(self.stepped, self.count, [self._floats, self._ints, self._trace], NO_UNITS)
+
+    @property
+    def in_si(self) -> "StepperArray":
+        """The same motions, no copies, that take and answer in SI; the numbers without units where nothing is."""
+        return _bound(self.stepped, self.count, [self._floats, self._ints, self._trace], self.stepped.scales)
+
+    def unit_of(self, name: str) -> str:
+        """As of `Stepper`."""
+        return self._scales.units.get(name, "1")
 
     def restore(self, kept: "StepperArray") -> None:
         """Go back to motions that were kept by `copy`."""
@@ -135,12 +188,12 @@ class StepperArray:
         self._floats[:], self._ints[:], self._trace[:] = kept._floats, kept._ints, kept._trace
 
     def __reduce__(self):
-        return _remade, (self.stepped, self.count, [self._floats, self._ints, self._trace])
+        return _bound, (self.stepped, self.count, [self._floats, self._ints, self._trace], self._scales)
 
 
-def _remade(stepped: SteppedCase, count: int, rows: list[np.ndarray]) -> StepperArray:
-    """Motions with what others carry."""
+def _bound(stepped: SteppedCase, count: int, rows: list[np.ndarray], scales: PortScales) -> StepperArray:
+    """Motions of memories."""
     made = object.__new__(StepperArray)
     made.stepped, made.count = stepped, count
-    made._bind(rows)
+    made._bind(rows, scales)
     return made

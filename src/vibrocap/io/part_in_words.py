@@ -26,11 +26,8 @@ def _units(part: Any, system: System) -> Units:
 
 def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
     """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
-    keys = {
-        key: (each.stem, each.unit)
-        for key, each in parameter_keys(type(part), _units(part, system).effort).items()
-        if each.has_unit
-    }
+    known = parameter_keys(type(part), _units(part, system).effort)
+    keys = {key: (each.stem, each.unit) for key, each in known.items()}
     if part is system.machine and system.units is not None:
         for info in parameter_table(system.units):
             assert info.dimension is not None

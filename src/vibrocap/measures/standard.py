@@ -280,7 +280,7 @@ def _drive_peaks(effort: str | None, source: str) -> tuple[Measure, ...]:
         ),
         Measure.peak(
             "peak_drive_power",
-            f"largest |power of the {source}|",
+            f"largest |power of the {source}| in the window",
             lambda now: getattr(now, f"{source}_power"),
             si_unit="W",
         ),

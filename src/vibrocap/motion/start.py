@@ -99,8 +99,8 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
         if name not in start and name not in keys:
             near = suggestion(name, [*start, *keys], cutoff=0.0)
             raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
-        if isinstance(value, (bool, str)) or not math.isfinite(value):
-            raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
+        if not is_number(value) or not math.isfinite(value):
+            raise ArgumentError(f"initial.{name}", f"should be a finite number, got {shown(value)}")
         if value != round(value) and name in system.switched:
             raise ArgumentError(f"initial.{name}", f"should be a whole number, {BRANCH}, got {value!r}")
         if name in start:

@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
@@ -214,7 +216,7 @@ class Units:
     def _over(self, value: Any, key: Key) -> Any:
         if isinstance(value, (tuple, list)):
             return type(value)(self._over(each, key) for each in value)
-        return value / self.per_key(key) if is_number(value) else value
+        return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
 
     def of_part(self, section: str) -> "Units":
         """The same for the parameters of a part: those of a drive that is a reference count in what it is."""

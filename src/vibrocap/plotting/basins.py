@@ -17,6 +17,7 @@ from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, B
 from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import EQUALS, bracketed, quantity_label, scale, value_text
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
@@ -48,8 +49,8 @@ UNVALUED_STYLES = {
 def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     """The figure of basins: directions of travel, and beside them the attractors where several travel one way.
 
-    axes: those of the plane by other keys, such as ("angle_deg", "angle_rate_deg_per_s"); by default in the units of
-        results
+    axes: those of the plane by other keys, such as ("angle_deg", "angle_rate"); by default as the plane was asked for,
+        in degrees where it was given in degrees
     Starts that failed, did not settle or are not certified are hatched, so that nothing depends on colour alone.
     """
     along = _along(basins, axes)
@@ -86,6 +87,7 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     return fig
 
 
+@in_own_lines
 def draw_basins(
     basins: Basins, what: str = "direction", *, axes: Sequence[str] | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -122,7 +124,8 @@ def _attractor_colours(basins: Basins) -> dict[int, str]:
 def _along(basins: Basins, keys: Sequence[str] | None) -> list[Quantity]:
     """The axes as they are drawn; ArgumentError for keys that are not theirs."""
     names = [name if name == PHASE else INITIAL + name for name in basins.axes]
-    if keys is None:
+    keys = basins.keys if keys is None else keys
+    if not keys:
         return [quantity_in_si(name, basins.system) for name in names]
     asked = [key if key == PHASE else INITIAL + key for key in ((keys,) if isinstance(keys, str) else keys)]
     found = [quantity(path, basins.system) for path in asked]

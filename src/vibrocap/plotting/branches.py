@@ -20,6 +20,8 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.own_lines import in_own_lines
+from vibrocap.plotting.page import page
 from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
 QUANTITIES = {
@@ -45,7 +47,7 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.JUMP: ("X", 6.0, True),
     SpecialKind.UNLOCATED: ("x", 6.0, False),
 }
-WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.WORD_CHANGE: "change of the stick/slip word"}
+WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.WORD_CHANGE: "change of the mode sequence"}
 LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
 LOSS_WORDS = "symmetry breaks at a change of word"
 # Two halves of one disc: full where both sweeps agree.
@@ -116,6 +118,7 @@ def branch_figure(
     return fig
 
 
+@in_own_lines
 def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
 
@@ -134,6 +137,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     return ax
 
 
+@in_own_lines
 def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
     """The size of the largest Floquet multiplier over the parameter: stable below 1.
 
@@ -157,6 +161,7 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
 
 def fixed_parameters(given: Sequence[Any], width: float) -> str:
     """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
+    width = width if page().width is None else 1.15 * page().width_or(width)  # in smaller letters
     if given[0].system.units is not None:
         return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
     parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]

@@ -10,8 +10,8 @@ from matplotlib.patches import Patch
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import with_unit
-from vibrocap.plotting.style import LABELS, legend_above
+from vibrocap.plotting.labels import LABELS, with_unit
+from vibrocap.plotting.style import legend_above
 from vibrocap.plotting.trace import Trace
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)

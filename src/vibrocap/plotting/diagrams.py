@@ -10,6 +10,7 @@ from vibrocap.physics.conversion import quantity_in_si
 from vibrocap.plotting.branches import LINE, fixed_parameters, law_title, parameter_label
 from vibrocap.plotting.colours import BLUE, VERMILION
 from vibrocap.plotting.labels import scale, with_unit
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
 WIDTH = 6.2  # inches
@@ -31,6 +32,7 @@ def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> F
     return fig
 
 
+@in_own_lines
 def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
     """The panel of `bifurcation_figure`. Returns the axes: `ax`, or those of a new figure."""
     ax = given_axes(ax)

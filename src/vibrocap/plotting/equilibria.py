@@ -15,6 +15,7 @@ from vibrocap.physics.conversion import quantity_in_si
 from vibrocap.plotting.branches import LINE, LINES, fixed_parameters, parameter_label
 from vibrocap.plotting.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.labels import scale, with_unit
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
 
 WIDTH = 5.6  # inches
@@ -46,6 +47,7 @@ def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), 
     return fig
 
 
+@in_own_lines
 def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts.
 

@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrocap.files import replacing
 from vibrocap.plotting.labels import filled
+from vibrocap.plotting.own_lines import own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import STYLE, settings_of, style
 from vibrocap.plotting.tex import write_tex
@@ -44,7 +45,8 @@ def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Pat
 
 
 def finished(fig: Figure) -> Figure:
-    """The figure as it is where no width is asked for, else fitted to it."""
+    """The figure in the user's own lines, where a width is asked for fitted to it."""
+    own_lines(fig)
     width = page().width
     if width is None:
         return fig

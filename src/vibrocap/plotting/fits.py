@@ -16,6 +16,7 @@ from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     blank_figure,
@@ -90,7 +91,7 @@ def residual_figure(fit: Fit) -> Figure:
             time, envelope = decimated(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
-            left.set(xlabel="time (s)", ylabel=error_label, title=_title(record))
+            left.set(xlabel="time [s]", ylabel=error_label, title=_title(record))
             middle.plot(record.velocity[at] / speed_scale, error[at], ".", color=colour, markersize=1.2, alpha=0.5)
             middle.axhline(0.0, color="#444444", linewidth=0.6)
             middle.set(xlabel=speed_label, ylabel=error_label)
@@ -150,7 +151,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
         ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
         ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
-        ax.set(xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None))
+        ax.set(xlabel="error over the standard deviation of the force [%]", xlim=(0.0, None))
         ax.set_ylim(-0.6, len(laws) - 0.4)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
         footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
@@ -175,7 +176,7 @@ def _history(axes: list[Axes], record: RecordResult, units: MeasuredUnits) -> No
     for ax, (x, factor, label) in zip(axes[1:], columns, strict=False):
         for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
             ax.plot(x[at] / factor, force[at] / scale, **look)
-        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{whole(units.force)})")
+        ax.set(xlabel=label, ylabel=f"{units.force_name} [{prefix}{whole(units.force)}]")
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
@@ -187,7 +188,7 @@ def _over_time(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     at = at[_even_choice(len(at), MOST_POINTS)]
     for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
         ax.plot(record.time[at], force[at] / scale, **look)
-    ax.set(xlabel="time (s)", ylabel=force_label, title=_title(record) + _part(record, wide))
+    ax.set(xlabel="time [s]", ylabel=force_label, title=_title(record) + _part(record, wide))
 
 
 def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
@@ -203,6 +204,7 @@ def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
+@in_own_lines
 def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Measured and predicted force of a record over time.
 
@@ -220,6 +222,7 @@ def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) 
     return ax
 
 
+@in_own_lines
 def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
     """The 95 % interval of each searched parameter, as its distance from the fitted value in percent.
 
@@ -268,7 +271,7 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
         ax.set_yticklabels([])
         ax.grid(visible=False, axis="y")
     ax.set(xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4 + 0.3 * page().narrow))
-    ax.set_xlabel("95 % interval about the fitted value (%)")
+    ax.set_xlabel("95 % interval about the fitted value [%]")
     ax.set_title("Parameters: green and filled where the data determine them")
 
 
@@ -354,7 +357,7 @@ def _part(record: RecordResult, stretch: slice) -> str:
 def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
     """The factor of the unit that suits the values, and the label of their axis."""
     factor, prefix = unit_of(values)
-    return factor, f"{name} ({prefix}{whole(unit)})"
+    return factor, f"{name} [{prefix}{whole(unit)}]"
 
 
 def _even_choice(count: int, most: int) -> np.ndarray:

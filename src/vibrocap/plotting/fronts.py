@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 from vibrocap.design.front import ParetoFront
 from vibrocap.plotting.colours import BLUE, GREY
 from vibrocap.plotting.labels import bracketed
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.style import figure, given_axes, legend_below, style
 
 FRONT = {"markersize": 4.0, "linewidth": 0.8, "zorder": 2}  # a staircase: nothing lies between two designs
@@ -24,6 +25,7 @@ def front_figure(found: ParetoFront) -> Figure:
     return fig
 
 
+@in_own_lines
 def draw_front(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
     """The panel of `front_figure`. Returns the axes: `ax`, or those of a new figure."""
     ax = given_axes(ax)

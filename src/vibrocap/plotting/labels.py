@@ -15,8 +15,24 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
 from vibrocap.physics.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
-from vibrocap.plotting.style import LABELS
 
+LABELS = {
+    "time": r"time $\tau$",
+    "periods": r"time in drive periods $\tau/T$",
+    "angle": r"pendulum angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "displacement": r"inner displacement $z$",
+    "displacement_rate": r"inner velocity $z'$",
+    "position": r"capsule position $X$",
+    "velocity": r"capsule velocity $X'$",
+    "contact_velocity": r"sliding velocity $X'$",
+    "sliding_velocity": "sliding velocity $v$",
+    "bristle": r"bristle deflection $\xi$",
+    "bristle_rate": r"bristle rate $\xi'$",
+    "friction": r"friction force $R$",
+    "reaction": r"normal load $N$",
+    "drive": r"drive $h\cos\omega\tau$",
+}
 LETTERS_PER_INCH = 14.5  # of the type of a title, roughly
 EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 
@@ -155,6 +171,8 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
         numbers = _quantities(name, part, system, {without}, {})
         if name == "machine" and system.units is not None:
             numbers += _scales(system.units)
+        if name == "environment" and not numbers:  # level ground, in which nothing else acts
+            continue
         text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
         lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)

@@ -14,6 +14,7 @@ from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.labels import parts_title
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     STICK_SHADE,
@@ -77,6 +78,7 @@ def _height(usual: float, rows: int) -> float:
     return usual if page().width is None else PRINTED * rows
 
 
+@in_own_lines
 def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = None, ax: Axes | None = None) -> Axes:
     """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright.
 
@@ -114,6 +116,7 @@ def _steady_back(law: Law, speed: float, load: float) -> float:
     return -float(driven_force(law, time, np.full(50, -speed), load=load).force[-1])
 
 
+@in_own_lines
 def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0, ax: Axes | None = None) -> Axes:
     """Loops of force over displacement: the first loading thin, the last cycle in full.
 

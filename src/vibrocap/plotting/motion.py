@@ -12,12 +12,12 @@ from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
-from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
+from vibrocap.plotting.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.style import (
     ANY_UNITS,
     DIMENSIONLESS,
-    LABELS,
     STICK_SHADE,
     blank_figure,
     footnote,
@@ -127,6 +127,7 @@ def _mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
 
 
 # --- single panels ----------------------------------------------------------------------------------------------------
+@in_own_lines
 def draw_history(
     motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -152,6 +153,7 @@ def draw_history(
     return ax
 
 
+@in_own_lines
 def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
     """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
 
@@ -187,6 +189,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     return ax
 
 
+@in_own_lines
 def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One quantity of a motion over another: the last period over the first ones.
 
@@ -224,6 +227,7 @@ def _relative(trace: Trace, name: str, speed: float) -> np.ndarray:
     return trace[name] - speed * trace.time
 
 
+@in_own_lines
 def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None = None) -> Axes:
     """Friction over sliding velocity in the last period: accelerating, decelerating and stuck.
 

@@ -19,12 +19,10 @@ from vibrocap.laboratory.test_sheet import TestSheet
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.attractors.basins import Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
-from vibrocap.orbits.closing.gradients import Gradients
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium
-from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPoint
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.basins import basin_figure, draw_basins
 from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
@@ -176,15 +174,29 @@ FIGURES: dict[type, Callable[..., Figure]] = {
 }
 
 
+PLOTTED = (
+    Orbit,
+    Trajectory,
+    Branch,
+    BranchDiagram,
+    EquilibriumBranch,
+    Fit,
+    Basins,
+    BifurcationDiagram,
+    ParetoFront,
+    Law,
+)
+
+
 def thumbnail(result: Any) -> str:
     """A small picture of a result for a page, as HTML that holds it; empty where there is nothing to draw."""
     if isinstance(result, Trajectory) and not len(result.piece_start):
         return ""
-    if isinstance(result, (Equilibria, Equilibrium, EquilibriumPoint, Gradients)):
+    if not isinstance(result, PLOTTED) or (isinstance(result, Orbit) and result.failed):
         return ""
-    if isinstance(result, Orbit) and result.failed:
-        return ""
-    if (isinstance(result, Branch) and not len(result)) or (isinstance(result, Fit) and not result.records):
+    if (isinstance(result, (Branch, ParetoFront)) and not len(result)) or (
+        isinstance(result, Fit) and not result.records
+    ):
         return ""
     fig, axes = empty_figure(size=SMALL)
     ax = plot(result, result.records[0].name if isinstance(result, Fit) else None, ax=axes[0, 0])

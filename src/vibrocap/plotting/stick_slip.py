@@ -69,7 +69,7 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
     fig = blank_figure((page().width_or(6.4), min(page().width_or(6.4), 6.4) * 0.72 + 0.4 * page().narrow))
     with style():
         ax = fig.subplots()
-        ax.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="pulling speed V (m/s)")
+        ax.set(xscale="log", yscale="log", xlabel="stiffness k [N/m]", ylabel="pulling speed V [m/s]")
         for regime, (mark, colour) in MARKS.items():
             at = np.array([each == regime for each in diagram.regimes])
             if at.any():
@@ -115,7 +115,7 @@ def _whole(ax: Axes, found: StickSlip) -> None:
     window = _detail_window(found)
     if window[1] - window[0] < 0.99 * (found.time[-1] - found.time[0]):
         ax.axvspan(*window, color=BLUE, alpha=0.10, linewidth=0, label="detail below")
-    ax.set(xlabel="time (s)", ylabel=_force_label(found), title="The record")
+    ax.set(xlabel="time [s]", ylabel=_force_label(found), title="The record")
     handles = ax.get_legend_handles_labels()[0]
     if handles and page().width is None:
         legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
@@ -134,7 +134,7 @@ def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
                 markerfacecolor="white" if phase.minor else VERMILION, markeredgewidth=0.8,
             )  # fmt: skip
     title = "Detail: stick phases shaded, start and end of slips" if found.phases else "Detail"
-    ax.set(xlabel="time (s)", ylabel=_force_label(found), title=title, xlim=window)
+    ax.set(xlabel="time [s]", ylabel=_force_label(found), title=title, xlim=window)
 
 
 def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
@@ -145,7 +145,7 @@ def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
     _shade(ax, found, window)
     assert found.pulling_speed is not None
     ax.axhline(found.pulling_speed / scale, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
-    ax.set(xlabel="time (s)", ylabel=f"velocity ({prefix}m/s)", title="Slider (pulling speed dashed)", xlim=window)
+    ax.set(xlabel="time [s]", ylabel=f"velocity [{prefix}m/s]", title="Slider (pulling speed dashed)", xlim=window)
 
 
 def _periods(ax: Axes, found: StickSlip) -> None:
@@ -167,7 +167,7 @@ def _periods(ax: Axes, found: StickSlip) -> None:
     for value, text, colour, dashes in lines:
         if value is not None:
             ax.axvline(value, color=colour, linestyle=dashes, linewidth=1.2, label=text.format(value))
-    ax.set(xlabel="period (s)", ylabel="number of periods", title="Periods", xlim=(0.0, 1.05 * ax.get_xlim()[1]))
+    ax.set(xlabel="period [s]", ylabel="number of periods", title="Periods", xlim=(0.0, 1.05 * ax.get_xlim()[1]))
     ax.set_ylim(0.0, ax.get_ylim()[1])
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     legend_below(ax, ax.get_legend_handles_labels()[0], ncols=2)
@@ -201,4 +201,4 @@ def _detail_window(found: StickSlip) -> tuple[float, float]:
 
 
 def _force_label(found: StickSlip) -> str:
-    return "force over normal force" if found.force_unit == "1" else "force (N)"
+    return "force over normal force" if found.force_unit == "1" else "force [N]"

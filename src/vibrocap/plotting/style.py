@@ -35,24 +35,6 @@ STICK_SHADE: dict[str, Any] = {"color": "#B8B8B8", "alpha": 0.45, "linewidth": 0
 ANY_UNITS = "All quantities in the units of the parameters."
 DIMENSIONLESS = r"All quantities dimensionless: lengths in $l$, time in $\sqrt{l/g}$, forces in $m\,g$."
 
-LABELS = {
-    "time": r"time $\tau$",
-    "periods": r"time in drive periods $\tau/T$",
-    "angle": r"pendulum angle $\theta$",
-    "angle_rate": r"angular velocity $\theta'$",
-    "displacement": r"inner displacement $z$",
-    "displacement_rate": r"inner velocity $z'$",
-    "position": r"capsule position $X$",
-    "velocity": r"capsule velocity $X'$",
-    "contact_velocity": r"sliding velocity $X'$",
-    "sliding_velocity": "sliding velocity $v$",
-    "bristle": r"bristle deflection $\xi$",
-    "bristle_rate": r"bristle rate $\xi'$",
-    "friction": r"friction force $R$",
-    "reaction": r"normal load $N$",
-    "drive": r"drive $h\cos\omega\tau$",
-}
-
 BELOW = 36.0  # points below axes at which a legend begins: room for the numbers and the label of the axis
 
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))  # of units

@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
+
 
 @dataclasses.dataclass(frozen=True)
 class Context:
@@ -47,8 +49,10 @@ class Declared:
     """What a number is. Give `unit` and `scale`, or `converted` where these do not suffice."""
 
     def unit(self, context: Context) -> str:
-        """The SI unit, "1" where there is none."""
-        raise NotImplementedError
+        """The SI unit, "1" where there is none; ArgumentError where it holds quantities of several units."""
+        raise ArgumentError(
+            "name", "should name one quantity; this holds several, each with its own unit, see its names"
+        )
 
     def units(self, value: Any, context: Context) -> Any:
         """The unit of a value, or the units of what it holds by name."""
@@ -108,13 +112,21 @@ class OfNames(Declared):
         return In(context.units.unit(name)).converted(value, context, back)
 
 
+class Keyed(dict):
+    """Values by name that know the keys under which they were given, such as "angle_deg"."""
+
+    keys_given: tuple[str, ...] = ()
+
+
 class OfKeys(OfNames):
     """The same; what is given under a name with its unit becomes what it is without."""
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         if not back or not isinstance(value, Mapping):
             return super().converted(value, context, back)
-        return context.units.states_of(super().converted(value, context, back))
+        found = Keyed(context.units.states_of(super().converted(value, context, back)))
+        found.keys_given = tuple(value)
+        return found
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,12 +140,19 @@ class AlongNames(Declared):
     names: tuple[str, ...] = ()
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
-        names = [name for each in self.names for name in context.known(each)[0]] or context.system.state_names
-        value = np.asarray(value)
+        names, value = self._along(context), np.asarray(value)
         shape = [1] * value.ndim
         shape[self.axis] = len(names)
         scale = np.array([context.units.factor(name) for name in names]).reshape(shape)
         return value / scale if back else value * scale
+
+    def units(self, value: Any, context: Context) -> dict[str, str]:
+        return {name: context.units.unit(name) for name in self._along(context)}
+
+    def _along(self, context: Context) -> list[str]:
+        """The quantity at each index of the axis."""
+        named = [name for each in self.names for name in context.known(each)[0]]
+        return named or list(context.system.state_names)
 
 
 class Words(Declared):
@@ -156,6 +175,9 @@ class AsGiven(Declared):
 
 class OverStates(Declared):
     """A matrix of derivatives of states by states: [states, states]."""
+
+    def units(self, value: Any, context: Context) -> dict[str, str]:
+        return {}
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         scale = np.array([context.units.factor(name) for name in context.system.state_names])

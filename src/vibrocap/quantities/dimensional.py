@@ -10,6 +10,8 @@ import functools
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self, TypeVar
 
+import numpy as np
+
 from vibrocap.quantities.declared import Context
 from vibrocap.quantities.hints import call_hints, declared_anywhere, field_hints, fitting, of_elements, undeclared
 
@@ -55,7 +57,7 @@ class InSI:
 
     _computed: Any
     _context: Context
-    _known: dict[str, Any]
+    _converted: dict[str, Any]
 
     def __init__(self, *_: Any, **__: Any):
         raise TypeError("a result in SI is only shown; make another one of its `dimensionless`")
@@ -63,9 +65,9 @@ class InSI:
     @property
     def dimensionless(self) -> Any:
         """The numbers without units, of a system without units."""
-        if "dimensionless" not in self._known:
-            self._known["dimensionless"] = detached(self._computed)
-        return self._known["dimensionless"]
+        if "dimensionless" not in self._converted:
+            self._converted["dimensionless"] = detached(self._computed)
+        return self._converted["dimensionless"]
 
     def si_context(self) -> Context:
         """Where its numbers stand."""
@@ -99,6 +101,8 @@ def _in_words(record: Any, name: str) -> str:
     if isinstance(value, Mapping) and isinstance(units, dict):
         each = (f"{key!r}: {one!r}" + f" {units[key]}" * (units.get(key, "1") != "1") for key, one in value.items())
         return "{" + ", ".join(each) + "}"
+    if isinstance(value, np.ndarray) and isinstance(units, dict):
+        return f"{value!r} {', '.join(f'{key} [{unit}]' for key, unit in units.items())}"
     plain = isinstance(units, str) and units != "1" and not isinstance(value, (str, type(None)))
     return f"{value!r} {units}" if plain else repr(value)
 
@@ -152,11 +156,11 @@ def _own(cls: type) -> set[str]:
 
 def _shown_property(cls: type, name: str, hint: Any) -> property:
     def get(self: Any) -> Any:
-        if name not in self._known:
+        if name not in self._converted:
             _refuse(cls, name, hint)
             value = getattr(self._computed, name)
-            self._known[name] = walked(value, hint, self._context.within(self._computed))
-        return self._known[name]
+            self._converted[name] = walked(value, hint, self._context.within(self._computed))
+        return self._converted[name]
 
     return property(get, doc=getattr(getattr(cls, name, None), "__doc__", None))
 
@@ -207,7 +211,7 @@ def shown(record: Value, context: Context) -> Value:
     if isinstance(record, InSI):
         return record
     made = object.__new__(_face(type(record)))
-    made.__dict__.update(_computed=record, _context=context.kept(), _known={})
+    made.__dict__.update(_computed=record, _context=context.kept(), _converted={})
     return made
 
 

@@ -19,6 +19,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def opened_in_si(function: Function) -> Function:
     """A function as it stands at the door."""
     signature = inspect.signature(function)
+    defaults = {name: each.default for name, each in signature.parameters.items() if each.default is not each.empty}
 
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
@@ -30,7 +31,7 @@ def opened_in_si(function: Function) -> Function:
         except TypeError:
             return function(*args, **kwargs)  # which says what is wrong
         hints = call_hints(function)
-        inside = context.within(dict(bound.arguments))
+        inside = context.within(defaults | bound.arguments)
         for name, value in bound.arguments.items():
             bound.arguments[name] = walked(value, hints.get(name, Any), inside, back=True)
         return walked(function(*bound.args, **bound.kwargs), hints.get("return", Any), inside)

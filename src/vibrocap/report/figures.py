@@ -15,6 +15,7 @@ from vibrocap.plotting import style as plots
 from vibrocap.plotting.branches import branch_figure
 from vibrocap.plotting.colours import BLACK, GREEN
 from vibrocap.plotting.finishing import save
+from vibrocap.plotting.labels import LABELS as QUANTITIES
 from vibrocap.plotting.studies.maps import plot_view
 from vibrocap.plotting.studies.view import Panel as StudyPanel
 from vibrocap.plotting.studies.view import View, ViewAxis
@@ -59,7 +60,7 @@ def draw(figure: Figure, path: Path) -> Path:
 
 
 def _panel(ax: Any, panel: Panel) -> None:
-    labels = plots.LABELS | LABELS
+    labels = QUANTITIES | LABELS
     for curve in panel.curves:
         style = _style(curve)
         ax.plot(curve.x, curve.y, label=curve.label, **style)

@@ -31,7 +31,7 @@ def branch(
     The symmetric motion is followed, stable or not, and so are the branches that
     leave it at pitchforks and flips. Where stable motions end within the range, a
     simulation shows what follows them, and that is followed too. Folds, flips, pitchforks and changes of the
-    stick/slip word are located. If the case's own value is outside the range, the
+    mode sequence are located. If the case's own value is outside the range, the
     search begins at the nearer end.
 
     Exit code 3: a branch continues but could not be followed.

@@ -18,7 +18,7 @@ def export(
     case: Path,
     /,
     *,
-    to: Literal["c", "fmu", "mjcf"] = "c",
+    to: Literal["c", "rates", "fmu", "mjcf"] = "c",
     input: Literal["drive"] | None = None,
     out: Path,
     name: str = "capsule",
@@ -27,23 +27,23 @@ def export(
     platforms: list[str] | None = None,
     judge: bool = False,
 ) -> int:
-    """A case for other programs: with its exact contact a library in C99 or an FMU, or the nearest MuJoCo model.
+    """Write a case for other programs: with its exact contact as C99 or as an FMU, or as the nearest MuJoCo model.
 
-    The sources need a C compiler and no other library; they give the same bits with every compiler and optimisation.
-    With --to fmu a file that Simulink, Dymola, OpenModelica, FMPy and other importers of FMI open.
-    With --to mjcf a MuJoCo model, and in words what it loses: its friction has one level and creeps at rest.
+    --to c writes a stepper in C, which needs no other library and gives the same bits with every compiler.
+    --to rates writes rates, guards and decisions only; the integrator and its error are yours.
+    --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI.
+    --to mjcf writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: c for C sources, fmu for an FMU, mjcf for a MuJoCo model
+        what to write: C sources (c), the same without an integrator (rates), an FMU (fmu), a MuJoCo model (mjcf)
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
     out
-        folder for NAME.c, NAME.h, main.c and README.txt, made where it is missing; of an FMU FILE.fmu, of a MuJoCo
-        model FILE.xml
+        folder of the C sources, made where it is missing; of an FMU FILE.fmu, of a MuJoCo model FILE.xml
     name
         of the library or of the model, with which all its names begin
     kind
@@ -51,8 +51,7 @@ def export(
     fmi
         version of an FMU: 3.0 by default
     platforms
-        for which an FMU holds machine code, x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin,
-        all or none: by default this computer's, if a C compiler is found; for others zig is needed (package ziglang)
+        of an FMU's machine code, such as x86_64-windows, all or none; by default this computer's if it has a compiler
     judge
         run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
@@ -68,17 +67,18 @@ def export(
         if input is not None:
             raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
         return _mjcf(setup, out, judge)
-    return _c(setup, out, name, input)
+    return _c(setup, out, name, input, to)
 
 
-def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
-    """The C library."""
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None, to: Literal["c", "rates"]) -> int:
+    """The C library, with an integrator or without."""
     from vibrocap.exchange.c_library import export_c
+    from vibrocap.exchange.rates_library import export_rates
 
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = export_c(case, out, name, input)
+        written = (export_c if to == "c" else export_rates)(case, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")

@@ -80,5 +80,6 @@ def robust(
     if found.first_order and found.total:
         page.say("Sobol indices: alone, and with all that it takes part in")
         rows = ((name, found.first_order[name], found.total[name]) for name in found.total)
-        page.rows([(name, f"{alone[0]:.3f}, {total[0]:.3f}") for name, alone, total in rows], 16)
+        width = max(16, 2 + max(map(len, found.total)))
+        page.rows([(name, f"{alone[0]:.3f}, {total[0]:.3f}") for name, alone, total in rows], width)
     return OK

@@ -10,7 +10,7 @@ from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
-from vibrocap.cli.example_files import examples_folder, shows
+from vibrocap.cli.example_files import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
@@ -28,6 +28,7 @@ HEAD = """\
 """
 PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).\n"
 SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits (docs/case-files.md).\n"
+SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench (docs/case-files.md).\n"
 BENCH = {  # of a bench, what a machine declares as its units
     "pendulum_mass_kg": 0.2,
     "pendulum_length_m": 0.25,
@@ -60,7 +61,7 @@ def new(
     Parameters
     ----------
     kind
-        of the machine: pendulum-capsule or oscillator
+        of the machine, such as pendulum-capsule, vibro-impact-capsule or oscillator
     law
         of friction, as `vibrocap friction list` shows them
     drive
@@ -158,12 +159,11 @@ class _Plain:
 class _InSI(_Plain):
     """The same of a new case in SI: the defaults at the size of a bench, to three digits."""
 
-    head = SI_HEAD
-
     def __init__(self, classes: Mapping[str, Any]):
         record = classes["machine"].si_scales
         table = parameter_table(record)
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
+        self.head = SI_HEAD if self.needed else SI_AS_IT_STANDS
         self.given = record(**{name: BENCH[name] for name in self.needed})
         self.units = units_of(classes, self.given)
 
@@ -200,7 +200,8 @@ class _InSI(_Plain):
 def examples(*names: str, to: Path | None = None) -> int:
     """The example cases that come with vibrocap: what each shows, and a copy of them to work with.
 
-    Without names and --to they are listed. Files that are there already are left as they are.
+    Without names and --to they are listed. Measured tables of a case go along with it. Files that are there already are
+    left as they are.
 
     Parameters
     ----------
@@ -229,8 +230,8 @@ def examples(*names: str, to: Path | None = None) -> int:
         return OK
     folder = to or Path("examples")
     made_folder(folder)
-    for name in names or known:
-        source = known[name.removesuffix(".toml")]
+    chosen = [known[name.removesuffix(".toml")] for name in names or known]
+    for source in (each for case in chosen for each in (case, *tables_of(case))):
         target = folder / source.name
         if os.path.lexists(target):
             same = target.is_file() and target.read_bytes() == source.read_bytes()

@@ -15,7 +15,7 @@ from vibrocap.exchange.stepped_case import SteppedCase
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of all files in the zip
 # our own files in C, of each version and kind
 OWN = {
-    ("3.0", "ModelExchange"): ("fmi3.h", "fmi3.c", "instance.h", "model_exchange.h"),
+    ("3.0", "ModelExchange"): ("fmi3.h", "fmi3.c", "instance.h", "rates.h", "model_exchange.h"),
     ("3.0", "CoSimulation"): ("fmi3.h", "fmi3.c", "instance.h", "stepping.h", "co_simulation.h"),
     ("2.0", "CoSimulation"): ("fmi2.h", "fmi2.c", "instance.h", "stepping.h"),
 }

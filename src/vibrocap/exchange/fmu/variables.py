@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
+from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import one_way, over_seconds, parameter_keys, shortest
 
@@ -108,11 +109,19 @@ def rates(stepped: SteppedCase) -> list[Variable]:
 
 
 def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
-    """The input, where there is one. variability: "discrete" for one that is held, else "continuous"."""
-    held = dataclasses.replace(stepped.inputs[0], name=INPUT) if stepped.inputs else None
-    meaning = "what drives the machine, held until it is set again" if variability == "discrete" else "what drives"
+    """The input, where there is one. variability: "discrete" for one that is held, else "continuous".
+
+    A machine whose motion the drive imposes feels nothing of a held input but its slope and curvature: three inputs.
+    """
+    held = variability == "discrete"
+    imposed = held and isinstance(stepped.system.machine, Imposed)
+    meanings = ["what drives the machine, from when it is set on" if held else "what drives the machine"]
+    meanings += ["slope of the drive from then on", "its curvature"] if imposed else []
     given = {"causality": "input", "variability": variability, "starts": True}
-    return [] if held is None else [Variable(held, meaning, "HELD", **given)]
+    return [
+        Variable(each, meaning, f"HELD + {i}", **given)
+        for i, (each, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))
+    ]
 
 
 def observables(stepped: SteppedCase) -> list[Variable]:

@@ -152,7 +152,7 @@ function ticks(low, high, about = 5) {
   const step = [1, 2, 5, 10].map((each) => each * power).find((each) => each >= raw * 0.999) ?? 10 * power;
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k++) found.push(Number((k * step).toPrecision(12)));
-  return found;
+  return found.length > 1 || about > 8 ? found : ticks(low, high, 2 * about); // one number is no scale
 }
 
 // The range of some numbers, with a margin; never empty.

@@ -37,10 +37,13 @@ class Units {
     return [this.by(exponents), this.si ? unit : ""];
   }
 
-  label(name) {
-    const words = wordy(name), unit = this.model.form.units[name]?.[0];
-    return this.si && unit && unit !== "1" ? `${words} [${unit}]` : words;
+  // The unit of a quantity of a motion, in SI; empty where it has none.
+  unit(name) {
+    const unit = this.model.form.units[name]?.[0];
+    return this.si && unit && unit !== "1" ? unit : "";
   }
+
+  label(name) { return this.unit(name) ? `${wordy(name)} [${this.unit(name)}]` : wordy(name); }
 
   // What a parameter is called: in SI a mass ratio, for instance, is a mass.
   name(path, beside) {

@@ -165,8 +165,9 @@ class Lab {
 
   // What the contacts do in a row, and the time, in words.
   words(row) {
-    const { shown } = this, friction = said(shown.of(row, "friction") * this.units.factor("friction"), 3);
-    const slope = this.slope ? `   ground inclined by ${said((this.slope * 180) / Math.PI, 3)}°` : "";
+    const { shown, units } = this, force = said(shown.of(row, "friction") * units.factor("friction"), 3);
+    const friction = `${force} ${units.unit("friction")}`.trim(), length = units.unit("position");
+    const slope = (length ? `   ground in ${length}` : "") + (this.slope ? `   ground inclined by ${said((this.slope * 180) / Math.PI, 3)}°` : "");
     return [
       shown.sides(row).map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", "),
       `period ${(row[0] / shown.period).toFixed(2)}   friction ${friction}${slope}`,

@@ -35,8 +35,8 @@ function sectionOnPaper({ model, units }, section) {
   for (const { name, symbol } of model.part(section).parameters) {
     const path = `${section}.${name}`, value = model.form.parameters.includes(path) ? model.get(path) : model.form.fixed[path];
     if (value === null || value === undefined) continue;
-    const [factor, unit] = units.ofPath(path), shown = typeof value === "number" ? said(value * factor) : value;
-    found.push(`<span>${escaped(units.name(path).trim())} <i>${symbolHtml(symbol)}</i> = ${escaped(shown)}${unit ? ` ${escaped(unit)}` : ""}</span>`);
+    const [factor, unit] = units.ofPath(path), number = typeof value === "number", shown = number ? said(value * factor) : value;
+    found.push(`<span>${escaped(units.name(path).trim())} <i>${symbolHtml(symbol)}</i> = ${escaped(shown)}${number && unit ? ` ${escaped(unit)}` : ""}</span>`);
   }
   return found.join(", ");
 }

@@ -17,7 +17,7 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_secti
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Lengths, Number, Numbers
+from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers
 from vibrocap.quantities.dimensional import Dimensional
 
 PHASE = "phase"
@@ -49,6 +49,7 @@ class Basins(Dimensional):
     label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), NOT_CERTIFIED (-5), see `Attractors`
     drift: of the motion in the end, per drive period; NaN where it is not known
     attractors: that with most starts first
+    keys: under which the axes were given, such as "angle_deg", in which pictures show them; empty for states
     """
 
     system: System
@@ -62,6 +63,7 @@ class Basins(Dimensional):
     drift: Lengths
     attractors: tuple[Attractor, ...]
     settle_periods: int
+    keys: tuple[str, ...] = ()
 
 
 @shows_progress("Running the starts of the plane")
@@ -131,6 +133,7 @@ def basins(
         drift=drift.reshape(shape),
         attractors=found,
         settle_periods=settle_periods,
+        keys=plane.keys_given if isinstance(plane, Keyed) else (),
     )
 
 

@@ -17,7 +17,9 @@ class FourierSeries(Wave):
     with a_2 or b_2 away from 0.
     """
 
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
+    frequency: Positive = parameter(
+        1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
+    )
     cosine_1: Number = parameter(1.8, "a1", "cosine amplitude at omega", "effort")
     sine_1: Number = parameter(0.0, "b1", "sine amplitude at omega", "effort")
     cosine_2: Number = parameter(0.0, "a2", "cosine amplitude at 2 omega", "effort")

@@ -26,6 +26,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.finishing import save
 from vibrocap.plotting.labels import filled
+from vibrocap.plotting.own_lines import in_own_lines
 from vibrocap.plotting.page import page
 from vibrocap.plotting.studies.cells import (
     Categories,
@@ -109,6 +110,7 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
     return fig
 
 
+@in_own_lines
 def draw_study(
     dataset: Any,
     measure: str | None = None,
@@ -156,8 +158,9 @@ def study_axes(view: View, panels: int) -> tuple[Figure, list[Axes]]:
 def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     """Title above and legend below; the figure grows by them, so that the axes keep their size and nothing is cut."""
     width, height = fig.get_size_inches()
-    title = textwrap.fill(view.title, round(12.5 * width))
-    setting = filled(f"{view.setting}; {view.note}", round(19 * width))
+    broad = page().width_or(width)
+    title = textwrap.fill(view.title, round(12.5 * broad))
+    setting = filled(f"{view.setting}; {view.note}", round(19 * broad))
     first = 0.06 + LINE_TITLE * (title.count("\n") + 1)
     above = first + LINE_SMALL * (setting.count("\n") + 1) + 0.04 if page().header else 0.0
     below = 0.04

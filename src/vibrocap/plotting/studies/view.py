@@ -365,8 +365,15 @@ def runs_label(dataset: Any) -> str:
         words[0] += f" of {'at most ' if settle else ''}{periods} periods{settled}"
     if "runs_computed" in dataset.attrs:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
-    in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
-    return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
+    return "; ".join([*words, "in SI" if _in_si(dataset) else "all dimensionless"])
+
+
+def _in_si(dataset: Any) -> bool:
+    """Whether the numbers of a study, those of its case too, are in SI."""
+    try:
+        return case_from_text(str(dataset.attrs["case"])).system.units is not None
+    except (KeyError, CaseError):
+        return any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
 
 
 def panel_title(path: str, value: float | str) -> str:

@@ -1,15 +1,5 @@
-/* Model exchange: rates with the side of the contact as a discrete state, and guards as event indicators. The importer
-   integrates and locates the events; at an event this file sets the velocity of the contact to zero, and the force
-   that would hold it decides whether it rests. */
-
-/* Below so much of its natural size a velocity counts as zero; so an indicator never starts from zero. */
-#define STILL 1e-12
-/* By so much of its period a time of the importer may fall short of a corner of the drive that it was told. */
-#define NEAR_CORNER 1e-14
-
-#define MOST_SWITCHES 100 /* at one instant */
-
-static void begin(instance *c);
+/* Model exchange: rates, and guards as event indicators. The importer integrates and locates the events. */
+#include "rates.h"
 
 static void to_start(data *d) {
   memset(d, 0, sizeof *d);
@@ -32,88 +22,10 @@ static int take_time(data *d, double time) {
 
 static void refresh(instance *c) {
   data *d = &c->now;
-  double *v = d->values, *indicator = v + INDICATOR;
-  int k;
   if (!d->stale) return;
-  if (d->phase <= INITIALIZING) begin(c);
+  if (d->phase <= INITIALIZING) begin_rates(d->values);
   d->stale = 0;
-#if !SEGMENTS
-  v[ORIGIN] = floor(v[TIME] / v[PERIOD]) * v[PERIOD];
-#endif
-  EQUATIONS(v);
-  indicator[0] = v[SIDE] == 0.0 ? v[LIMIT] - v[HOLD] : v[SIDE] * v[VELOCITY] + STILL * v[SCALE + CONTACT];
-  indicator[1] = v[SIDE] == 0.0 ? v[LIMIT] + v[HOLD] : 1.0;
-  for (k = 0; k < BOUNDS; k++) indicator[2 + k] = v[BOUND + k];
-  for (k = 0; k < SWITCHES; k++) indicator[2 + BOUNDS + k] = v[SWITCH + k] + STILL;
-  d->counts[0] = (int64_t)v[SIDE];
-}
-
-/* The side of a contact at rest. At the limit it slides: an importer that stops exactly there would find no event
-   after it, and a contact that slides and should rest comes to rest at once. */
-static double decided(instance *c) {
-  double *v = c->now.values;
-  v[SIDE] = 0.0;
-  EQUATIONS(v);
-  return fabs(v[HOLD]) < v[LIMIT] ? 0.0 : v[HOLD] > 0.0 ? 1.0 : -1.0;
-}
-
-/* Count what has become of the side. */
-static void turned(data *d, double before) {
-  double now = d->values[SIDE];
-  if (now != before) d->counts[now == 0.0 ? 1 : before != 0.0 ? 4 : now > 0.0 ? 2 : 3]++;
-  d->stale = 1;
-}
-
-/* The next branch of law or machine, after a guard has fallen; a velocity may jump. */
-static void switched(instance *c, int guard) {
-  data *d = &c->now;
-  double *v = d->values, before = v[SIDE], velocity = v[VELOCITY];
-  AFTER(v, guard);
-  memcpy(v + STATE, v + NEXT, STATES * sizeof *v);
-  d->counts[count_of_switch[guard]]++;
-  EQUATIONS(v);
-  if (v[VELOCITY] != velocity) v[SIDE] = v[VELOCITY] > 0.0 ? 1.0 : -1.0;
-  if (fabs(v[VELOCITY]) <= STILL * v[SCALE + CONTACT]) {
-    v[STATE + CONTACT] -= v[VELOCITY];
-    v[SIDE] = decided(c);
-  }
-  turned(d, before);
-}
-
-/* The segment of the drive that holds from now on; the time at which it ends, none where there are no corners. */
-static double take_segment(data *d) {
-  double *v = d->values, end = 0.0;
-#if SEGMENTS
-  const double *row = v + TABLE;
-  double periods = floor(v[TIME] / v[PERIOD] + NEAR_CORNER * (1.0 + fabs(v[TIME] / v[PERIOD]))), start = 0.0, power = 1.0;
-  double now = v[TIME] / v[PERIOD] - periods + NEAR_CORNER * (1.0 + fabs(periods));
-  int number, k;
-  end = row[0];
-  for (number = 0; number < SEGMENTS - 1 && end <= now; number++) {
-    start = end;
-    row += 1 + COEFFICIENTS;
-    end += row[0];
-  }
-  v[ORIGIN] = periods * v[PERIOD];
-  v[SEGMENT] = v[PERIOD];
-  v[SEGMENT + 1] = start * v[PERIOD];
-  for (k = 0; k < COEFFICIENTS; k++, power *= v[PERIOD]) v[SEGMENT + 2 + k] = row[1 + k] / power;
-  end = number == SEGMENTS - 1 ? (periods + 1.0) * v[PERIOD] : (periods + end) * v[PERIOD];
-#else
-  UNUSED(v);
-#endif
-  d->stale = 1;
-  return end;
-}
-
-/* The drive and the side at the start. */
-static void begin(instance *c) {
-  double *v = c->now.values, velocity, side;
-  DRIVE(v);
-  take_segment(&c->now);
-  side = decided(c);
-  velocity = v[VELOCITY];
-  v[SIDE] = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : side;
+  evaluate(d->values, d->counts);
 }
 
 EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
@@ -136,37 +48,28 @@ EXPORT fmi3Status FMI(UpdateDiscreteStates)(
     fmi3Boolean *time_defined, fmi3Float64 *time) {
   instance *c = i;
   data *d = &c->now;
-  double *v = d->values, before;
-  int k;
+  double now = d->values[TIME];
+  int bound;
   if (in_phase(c, EVENTS, EVENTS, "fmi3UpdateDiscreteStates")) return fmi3Error;
   *again = *terminate = *nominals = *states = false;
   *time_defined = SEGMENTS > 0;
-  *time = take_segment(d) * TIME_FACTOR;
-  refresh(c);
-  for (k = 0; k < BOUNDS; k++) {
-    if (v[BOUND + k] > 0.0) continue;
-    d->status = bound_status[k];
-    *terminate = true;
-    say(c, WARNING, "the motion ends at %.9g: %s", v[TIME] * TIME_FACTOR, status_text(d->status));
-    return fmi3OK;
+  *time = take_segment(d->values) * TIME_FACTOR;
+  d->stale = 1;
+  switch (event(d->values, d->counts, &bound)) {
+    case ENDS:
+      d->status = bound_status[bound];
+      *terminate = true;
+      say(c, WARNING, "the motion ends at %.9g: %s", now * TIME_FACTOR, status_text(d->status));
+      break;
+    case BRANCHED:
+      if (now != d->own.instant) d->own.instant = now, d->own.switches = 0;
+      if (++d->own.switches > MOST_SWITCHES)
+        return STATUS(WRONG("branches follow one another without end at %.9g", now * TIME_FACTOR));
+      *states = *again = true;
+      break;
+    case STOPPED: *states = true; break;
+    default: break;
   }
-  for (k = 0; k < SWITCHES; k++) {
-    if (v[INDICATOR + 2 + BOUNDS + k] > 0.0) continue;
-    if (v[TIME] != d->own.instant) d->own.instant = v[TIME], d->own.switches = 0;
-    if (++d->own.switches > MOST_SWITCHES)
-      return STATUS(WRONG("branches follow one another without end at %.9g", v[TIME] * TIME_FACTOR));
-    switched(c, k);
-    *states = *again = true;
-    return fmi3OK;
-  }
-  before = v[SIDE];
-  if (before != 0.0 && v[INDICATOR] > 0.0) return fmi3OK;
-  if (before != 0.0) {
-    v[STATE + CONTACT] -= v[VELOCITY];
-    *states = true;
-  }
-  v[SIDE] = decided(c);
-  turned(d, before);
   return fmi3OK;
 }
 

@@ -37,7 +37,7 @@ static int begin(instance *c) {
   for (k = 0; k < STATES; k++) STEPPER(set_initial)(&d->own.motion, k, d->values[STATE + k]);
   STEPPER(set_tolerance)(&d->own.motion, d->own.tolerance);
 #if INPUTS
-  STEPPER(set_input)(&d->own.motion, d->values[HELD], 0.0, 0.0);
+  STEPPER(set_input)(&d->own.motion, d->values[HELD], d->values[HELD + 1], d->values[HELD + 2]);
 #endif
   d->own.input_changed = 0;
   d->status = STEPPER(begin)(&d->own.motion);
@@ -48,7 +48,7 @@ static int begin(instance *c) {
 /* An input that was set holds from now on. */
 static void take_input(data *d) {
 #if INPUTS
-  if (d->own.input_changed) STEPPER(set_input)(&d->own.motion, d->values[HELD], 0.0, 0.0);
+  if (d->own.input_changed) STEPPER(set_input)(&d->own.motion, d->values[HELD], d->values[HELD + 1], d->values[HELD + 2]);
 #endif
   d->own.input_changed = 0;
 }
