@@ -1,4 +1,4 @@
-"""`python -m benchmarks ratios`: what a square drive and a load that follows the motion cost, over what they replace.
+"""`python -m benchmarks ratios`: what drives, loads, bristles and further bodies cost, over what they replace.
 
 The two of a pair run in turn, again and again, and medians of their processor times are compared; each within the limit
 that was set when it was built. Motions of a pair are not the same and take other numbers of steps; their ratio stands
@@ -8,7 +8,8 @@ last: where it is 0.9 and that of the times 1.08, a step costs 1.2 times as much
 import dataclasses
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -23,12 +24,17 @@ MASSES = np.linspace(3.5, 4.5, 1000)  # mass ratios of the runs side by side
 
 @dataclasses.dataclass(frozen=True)
 class Pair:
-    """A system over the one that it is compared with; limit: of the ratio of their times."""
+    """A system over the one that it is compared with; limit: of the ratio of their times.
+
+    masses: the parameter of both over which an ensemble runs
+    """
 
     title: str
     over: vc.System
     plain: vc.System
     limit: float | None
+    start: Mapping[str, float] = dataclasses.field(default_factory=lambda: START)
+    masses: str = "machine.mass_ratio"
 
     @property
     def systems(self) -> tuple[vc.System, vc.System]:
@@ -56,23 +62,33 @@ def on_bristles(load: str) -> vc.System:
     return capsule(load, law=law)
 
 
+def bodies(count: int, law) -> vc.System:
+    """So many bodies in a row, of which the second is heavier."""
+    return vc.System(vc.crawler(count)(mass_2=MASS_RATIO), law, vc.Harmonic(amplitude=1.5))
+
+
+COULOMB, BRISTLES = vc.Coulomb(**LEVELS), vc.LuGre(**LEVELS)
+ROW = {"start": {}, "masses": "machine.mass_2"}
 PAIRS = (
     Pair("square drive over harmonic drive", capsule(drive=vc.Square(amplitude=1.2)), capsule(), 1.3),
     Pair("dynamic load over constant load", capsule("dynamic"), capsule(), 1.5),
     Pair("the same, LuGre law", on_bristles("dynamic"), on_bristles("weight"), 1.5),
     Pair("with an actuator over without", capsule(actuator=vc.Actuator(0.3, 1.2)), capsule(), None),
+    Pair("two bodies, LuGre over Coulomb", bodies(2, BRISTLES), bodies(2, COULOMB), None, **ROW),
+    Pair("five bodies over two, Coulomb", bodies(5, COULOMB), bodies(2, COULOMB), None, **ROW),
+    Pair("five bodies over two, LuGre", bodies(5, BRISTLES), bodies(2, BRISTLES), None, **ROW),
 )
 
 
-def alone(system: vc.System) -> Callable[[], object]:
+def alone(pair: Pair, system: vc.System) -> Callable[[], Any]:
     """A motion of its own, everything recorded."""
-    return lambda: vc.simulate(system, periods=PERIODS, initial=START, tolerance=TOLERANCE)
+    return lambda: vc.simulate(system, periods=PERIODS, initial=pair.start, tolerance=TOLERANCE)
 
 
-def side_by_side(system: vc.System) -> Callable[[], object]:
-    """An ensemble of a thousand mass ratios on one thread."""
-    over = {"machine.mass_ratio": MASSES}
-    return lambda: vc.ensemble(system, over, initial=START, periods=20, tolerance=TOLERANCE, threads=1)
+def side_by_side(pair: Pair, system: vc.System) -> Callable[[], object]:
+    """An ensemble of a thousand masses on one thread."""
+    over = {pair.masses: MASSES}
+    return lambda: vc.ensemble(system, over, initial=pair.start, periods=20, tolerance=TOLERANCE, threads=1)
 
 
 def ratio(one: Callable[[], object], other: Callable[[], object]) -> tuple[float, float, float]:
@@ -94,10 +110,10 @@ def main() -> None:
     print("\nWhat drives and loads cost: ratios of processor times, medians of alternating runs")
     print(f"  {'':36s}{'':14s}{'ms':>9s}{'plain ms':>10s}{'ratio':>8s}{'limit':>8s}{'steps':>8s}")
     for pair in PAIRS:
-        one, other = (vc.simulate(each, periods=PERIODS, initial=START, tolerance=TOLERANCE) for each in pair.systems)
+        one, other = (alone(pair, each)() for each in pair.systems)
         steps = len(one.piece_start) / len(other.piece_start)
         for how, prepared in (("alone", alone), ("side by side", side_by_side)):
-            found, dear, plain = ratio(*map(prepared, pair.systems))
+            found, dear, plain = ratio(*(prepared(pair, each) for each in pair.systems))
             limit = "-" if pair.limit is None else f"{pair.limit:.2f}"
             missed = "  above its limit" if pair.limit is not None and found > pair.limit else ""
             times = f"{dear * 1e3:9.2f}{plain * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"

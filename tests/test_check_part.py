@@ -210,7 +210,8 @@ def test_a_fault_is_found_and_said(what):
 
 
 def test_a_part_that_is_none_of_the_contracts_is_refused():
-    with pytest.raises(TypeError, match="should be a class that extends Law, Machine or Drive, got <class 'int'>"):
+    said = "should be a class that extends Law, Machine, Drive or Controller, got <class 'int'>"
+    with pytest.raises(TypeError, match=said):
         vc.check_part(3)
 
 
@@ -329,6 +330,35 @@ def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
     assert main(["check", "--quick", "lugre"]) == OK
     assert "The law lugre keeps its contract." in capsys.readouterr().out
     assert main(["check"]) == WRONG_INPUT
-    assert "Name a law, a machine or a drive" in capsys.readouterr().err
+    assert "Name a law, a machine, a drive or a controller" in capsys.readouterr().err
     assert main(["check", "lugree"]) == WRONG_INPUT
-    assert "no law, machine or drive is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
+    assert "no law, machine, drive or controller is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
+
+
+BROKEN = [
+    ({"reference": "length"}, "reference: should be one of"),
+    ({"switched": ("on",)}, "switched: should be named by states, got 'on'"),
+    ({"measures": lambda self, machine: ("height",)}, "measures: should name states of the machine"),
+    ({"rates": lambda self, *given: (0.0,)}, "rates: should be 0 numbers"),
+    ({"scales": lambda self, effort: (1.0,)}, "scales: should be 0 positive numbers"),
+    ({"command": lambda self, t, m, own, r, s: (r - m[0]) * (r - m[0])}, "odd: is True, but the command is"),
+    ({"command": lambda self, t, m, own, r, s: float("nan")}, "command, rates, switches: should be finite"),
+    ({"switches": lambda self, *given: (1.0,)}, "switch_events: should name what happens at each of 1 guards"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "said"), BROKEN, ids=lambda each: each[:30] if isinstance(each, str) else "")
+def test_each_clause_of_a_controller_finds_its_fault(wrong, said):
+    from vibrocap.physics.controllers.controller import Controller
+    from vibrocap.physics.parameters import parameters
+
+    own = {
+        "__doc__": "A spring.",
+        "name": "own-spring",
+        "reference": "displacement",
+        "measures": lambda self, machine: ("position",),
+        "command": lambda self, t, measured, own, reference, slope: reference - measured[0],
+    }
+    assert vc.check_part(parameters(type("Spring", (Controller,), dict(own))), motion=False).ok
+    report = vc.check_part(parameters(type("Spring", (Controller,), own | wrong)), motion=False)
+    assert any(said in each for each in report.wrong), str(report)

@@ -17,12 +17,13 @@ from vibrocap.citations.bibliography import SOFTWARE, bibliography, bibliography
 from vibrocap.citations.methods import ANALYSES, METHODS, SIMULATION
 from vibrocap.cli import main as cli
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.physics.catalogue import drives, law, laws, machines, wrappers
+from vibrocap.physics.catalogue import controllers, drives, law, laws, machines, wrappers
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = ROOT / "paper/paper.md"
 WRAPPED = ("anisotropic-lugre", "backlash-dahl", "smoothed-coulomb", "viscous-stribeck")
-PARTS = [*laws().values(), *machines().values(), *drives().values(), *map(law, WRAPPED), vc.Actuator]
+PARTS = [*laws().values(), *machines().values(), *drives().values(), *controllers().values()]
+PARTS += [*map(law, WRAPPED), vc.Actuator]
 LUGRE = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic())
 REQUIRED = {
     "article": {"author", "title", "journal", "year"},

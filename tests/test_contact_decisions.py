@@ -210,6 +210,40 @@ def test_the_mirror_image_of_a_linkage_moves_as_its_mirror_image(seed):
     assert_same_turns(turns(runs[0]), turns(runs[1], [2, 1], mirrored=True), 1e-5)
 
 
+ENDS = ("", "_2", "_3")  # of names, for three blocks
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(12))))
+def test_blocks_on_a_belt_may_be_counted_from_either_end(seed):
+    """Every block with its law, wall spring and joints; half of them from joint rest on the belt."""
+    draw = np.random.default_rng(seed)
+    own = {name: draw.uniform(0.4, 1.6, 3) for name in ("mass", "stiffness", "damping", "actuation", "normal_load")}
+    joints = {name: draw.uniform(0.3, 1.2, 2) for name in ("coupling_stiffness", "coupling_damping")}
+    levels, places = draw.uniform(0.1, 0.4, 3), draw.uniform(-0.3, 0.3, 3)
+    speeds = draw.uniform(-0.2, 0.2, 3) if seed % 2 else np.zeros(3)
+    runs = []
+    for order in ([0, 1, 2], [2, 1, 0]):
+        given = named("belt_speed", [0.1])
+        for name, values in own.items():
+            given |= named(name, values[order])
+        for name, values in joints.items():
+            given |= named(name, values[[0, 1] if order[0] == 0 else [1, 0]])
+        laws = [vc.Stribeck(float(levels[i]), float(levels[i]) + 0.1) for i in order]
+        start = named("position", places[order]) | named("sliding_velocity", speeds[order])
+        system = on_laws(vc.ThreeBlockRow(**given), laws, vc.Harmonic(0.6, 0.9))
+        runs.append(vc.simulate(system, initial=start, periods=2.1, tolerance=TOLERANCE))
+    assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
+    pairs = [
+        (f"{name}{a}", f"{name}{b}")
+        for name in ("position", "sliding_velocity")
+        for a, b in zip(ENDS, ENDS[::-1], strict=True)
+    ]
+    for name, other in pairs:
+        assert runs[0].state[name] == pytest.approx(runs[1].state[other], abs=1e-8)
+    assert_same_turns(turns(runs[0]), turns(runs[1], [3, 2, 1]), 1e-5)
+
+
 # --- two faults that were found --------------------------------------------------------------------------------------
 
 

@@ -29,7 +29,7 @@ from vibrocap.contracts.samples import (
     within_room,
 )
 from vibrocap.contracts.system_clauses import recorded, surrounded
-from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import controllers, drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.drives.drive import Drive, Piecewise, half_points, segment_table
 from vibrocap.physics.friction.law import Law
@@ -37,10 +37,10 @@ from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.parameters import ParameterError, parameter_table
 
 EPSILON = float(np.finfo(float).eps)
-CLASSES = [*laws().values(), *machines().values(), *drives().values()]
+CLASSES = [*laws().values(), *machines().values(), *drives().values(), *controllers().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws, and what machines of several bodies share
-NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
+NO_PARTS = {"law", "machine", "drive", "controller", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
 NO_PARTS |= {"capsule_with_bob", "inner_mass"}
 
 
@@ -104,9 +104,9 @@ def test_the_quick_systems_have_every_law_machine_and_drive():
 # --- documentation ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("folder", ["friction", "machines", "drives"])
+@pytest.mark.parametrize("folder", ["friction", "machines", "drives", "controllers"])
 def test_every_file_but_the_contract_holds_one_part(folder):
-    found = {"friction": laws, "machines": machines, "drives": drives}[folder]()
+    found = {"friction": laws, "machines": machines, "drives": drives, "controllers": controllers}[folder]()
     package = import_module(f"vibrocap.physics.{folder}")
     modules = {module.name for module in pkgutil.iter_modules(package.__path__)} - NO_PARTS
     assert {part.__module__.rsplit(".", 1)[1] for part in found.values()} == modules

@@ -396,13 +396,14 @@ def test_page_of_case_files_has_every_key_with_its_default():
     text = (ROOT / "docs" / "case-files.md").read_text(encoding="utf-8")
     rows = {key: cells.split("|") for key, cells in re.findall(r"^\| `(\w+)` \|(.+)\|$", text, re.MULTILINE)}
     parts = [vc.PendulumCapsule, vc.Exponential, vc.LuGre, vc.Harmonic, vc.Biharmonic]  # the others: symbols.md
-    parts += [vc.Environment, vc.Actuator]
-    for kinds in (catalogue.machines(), catalogue.laws(), catalogue.drives()):
+    parts += [vc.Environment, vc.Actuator, vc.PositionPID]
+    for kinds in (catalogue.machines(), catalogue.laws(), catalogue.drives(), catalogue.controllers()):
         assert all(f'"{name}"' in text for name in kinds)
     for part in parts:
         for info in parameter_table(part):
             given = rows[info.name][1].strip()
-            assert (None if given == "none" else float(given)) == info.default, info.name
+            said = given.strip('`"') if isinstance(info.default, str) else None if given == "none" else float(given)
+            assert said == info.default, info.name
     for name, default in RUN_DEFAULTS.items():
         assert float(rows[name][0]) == default, name
     known = {info.name for part in parts for info in parameter_table(part)}
@@ -412,9 +413,9 @@ def test_page_of_case_files_has_every_key_with_its_default():
 # --- the new files of CONTRIBUTING.md --------------------------------------------------------------------------------
 
 
-def test_contributing_has_a_law_two_machines_and_a_drive():
+def test_contributing_has_a_law_two_machines_a_drive_and_a_controller():
     folders = sorted(Path(fence.words[1]).parent.name for fence in NEW_FILES)
-    assert folders == ["drives", "friction", "machines", "machines"]
+    assert folders == ["controllers", "drives", "friction", "machines", "machines"]
 
 
 def write_new_files(folder: Path) -> None:
@@ -428,9 +429,10 @@ def write_new_files(folder: Path) -> None:
 def new_parts(tmp_path):
     """The package as if the new files stood in it."""
     write_new_files(tmp_path)
-    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in ("friction", "machines", "drives")]
+    folders = ("friction", "machines", "drives", "controllers")
+    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in folders]
     before = set(sys.modules)
-    finders = (catalogue.laws, catalogue.machines, catalogue.drives)
+    finders = (catalogue.laws, catalogue.machines, catalogue.drives, catalogue.controllers)
     for package in packages:
         package.__path__.append(str(tmp_path / package.__name__.rpartition(".")[2]))
     for find in finders:
@@ -473,6 +475,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate run.nc")
     for part in (case.system.machine, case.system.friction, case.system.drive):
         run_command(f"vibrocap check {part.name}")
+    run_command("vibrocap check cubic")
     capsys.readouterr()
     assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err

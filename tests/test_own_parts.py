@@ -190,7 +190,7 @@ def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
     ("text", "said"),
     [
         (None, "no.py: cannot be read: No such file"),
-        ("x = 1\n", "no.py: defines no law, machine or drive"),
+        ("x = 1\n", "no.py: defines no part: no class that extends Law, Machine, Drive or Controller"),
         ("x = (\n", "no.py: line 1: '(' was never closed"),
         ("\n\n1 / 0\n", "no.py, line 3: ZeroDivisionError: division by zero"),
         ("import nowhere\n", "no.py, line 1: ModuleNotFoundError: No module named 'nowhere'"),
@@ -276,7 +276,7 @@ def test_a_class_defined_anew_takes_the_place_of_the_old_one_and_another_is_refu
 
 @pytest.mark.parametrize("given", [vc.LuGre(), 3, Law, Drive, vc.System])
 def test_what_is_no_part_is_not_registered(given):
-    with pytest.raises(TypeError, match="should be a class that extends Law, Machine or Drive, got "):
+    with pytest.raises(TypeError, match="should be a class that extends Law, Machine, Drive or Controller, got "):
         vc.register(given)
 
 

@@ -32,6 +32,13 @@ SYSTEMS = {
         {"velocity_2": 0.2},
         {"others": (vc.Coulomb(0.1, 0.15), DROPPING)},
     ),
+    "block that its neighbours move": (
+        vc.ThreeBodyCrawler(mass_2=2.7, normal_load_2=2.0, stiffness=0.6),
+        vc.Coulomb(0.2, 0.4),
+        vc.Trapezoid(amplitude=1.2),
+        {},
+        {"others": (BRISTLES, vc.Coulomb(0.2, 0.3))},
+    ),
     "blocks on a slope": (
         BLOCKS,
         vc.Stribeck(),

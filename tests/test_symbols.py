@@ -10,11 +10,11 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.equations import equations
 from vibrocap.physics import symbols
-from vibrocap.physics.catalogue import drives, laws, machines, wrappers
+from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
 from vibrocap.physics.parameters import parameter_table
 
 SYMBOLS_PAGE = Path(__file__).resolve().parents[1] / "docs" / "symbols.md"
-CLASSES = [*laws().values(), *machines().values(), *drives().values()]
+CLASSES = [*laws().values(), *machines().values(), *drives().values(), *controllers().values()]
 
 
 def page_rows(heading):
@@ -26,9 +26,8 @@ def page_rows(heading):
 
 @pytest.mark.parametrize("part", CLASSES, ids=lambda part: part.name)
 def test_every_parameter_is_on_the_page_of_symbols(part):
-    kind = next(
-        k for k, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())) if part.name in parts
-    )
+    kinds = (("Machine", machines()), ("Friction law", laws()), ("Drive", drives()), ("Controller", controllers()))
+    kind = next(k for k, parts in kinds if part.name in parts)
     expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(part)]
     assert page_rows(f"{kind} `{part.name}`") == expected
 
@@ -36,9 +35,13 @@ def test_every_parameter_is_on_the_page_of_symbols(part):
 def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     friction = [*(law() for law in laws().values()), vc.anisotropic(vc.LuGre)(), vc.backlash(vc.LuGre)()]
     states = {name for m in machines().values() for name in m.states} | {n for law in friction for n in law.internal}
-    states |= {*vc.Actuator(limit=1.0, command_limit=1.0).states}
+    states |= {
+        *vc.Actuator(limit=1.0, command_limit=1.0).states,
+        *vc.PositionPID.all_states,
+        *vc.SampledPositionPID.all_states,
+    }
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
-    names = {"time", "side", "impulse", "command"}
+    names = {"time", "side", "impulse", "command", "reference", "controller_work"}
     every, few = [machine() for machine in machines().values()], [vc.PendulumCapsule(), vc.TwoBodyCrawler()]
     every.append(vc.PendulumCapsule(normal_load="dynamic"))
     pairs = [*itertools.product(every, (vc.Coulomb(), vc.LuGre())), *itertools.product(few, friction)]

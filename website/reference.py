@@ -16,6 +16,7 @@ TITLES = {
     "physics.machines": "Machines",
     "physics.friction": "Friction laws",
     "physics.drives": "Drives",
+    "physics.controllers": "Controllers",
     "motion": "Motions",
     "measures": "Measures",
     "studies": "Studies",

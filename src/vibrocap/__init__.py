@@ -95,6 +95,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.maps.itinerary import WordChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.controllers.pid import (
+        AnglePID,
+        PositionPID,
+        SampledAnglePID,
+        SampledPositionPID,
+        SampledVelocityPI,
+        VelocityPI,
+    )
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.fourier_series import FourierSeries
@@ -237,6 +245,8 @@ __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", 
 __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumScales", "FreeScales", "SIScales"]
 # what surrounds and drives a machine
 __all__ += ["Actuator", "Environment"]
+# what controls it
+__all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
 from vibrocap.case.changes import change
 from vibrocap.case.drive_file import with_columns
-from vibrocap.case.sections import CHOICES, OPTIONAL, SECTIONS, is_section, kind_key, kinds_of, of_further_contact
+from vibrocap.case.sections import (
+    CHOICES,
+    CHOICES_LEFT_OUT,
+    OPTIONAL,
+    SECTIONS,
+    is_section,
+    kind_key,
+    kinds_of,
+    of_further_contact,
+)
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
@@ -156,7 +165,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
         sections[name] = given if isinstance(given, Mapping) else {}
 
-    wanted = (*CHOICES, *further)
+    wanted = (*CHOICES, *(name for name in CHOICES_LEFT_OUT if name in data), *further)
     there = [name for name in wanted if isinstance(data.get(name, {}), Mapping)]
     classes = {name: _chosen(name, sections[name], complaints) for name in there}
     complete = len(classes) == len(wanted) and all(classes.values())

@@ -8,7 +8,7 @@ from vibrocap.case.sections import CHOICES, chosen_classes, is_kind, is_part, ki
 from vibrocap.case.units import form_of
 from vibrocap.physics.carry_over import carried_names, lacking
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import Key, one_way, parameter_keys, same_without_units, state_keys, state_units
+from vibrocap.physics.units import Key, effort_of, one_way, parameter_keys, same_without_units, state_keys, state_units
 
 Classes = Mapping[str, Any]
 
@@ -42,7 +42,7 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     if si and "machine" in after:
         for section in other:
             if section in after:
-                found = lacking(after[section], after["machine"].effort, _said(data[section], section, after))
+                found = lacking(after[section], effort_of(section, after), _said(data[section], section, after))
                 complaints += [each.about(f"{section}.{each.field}") for each in found]
     return complaints
 
@@ -63,7 +63,7 @@ def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classe
     """What a section keeps as its part becomes another, by the keys of that one."""
     if not {section, "machine"} <= set(before) or not {section, "machine"} <= set(after):
         return {}
-    keys = parameter_keys(after[section], after["machine"].effort)
+    keys = parameter_keys(after[section], effort_of(section, after))
     said = _said(given, section, before)
     defaults = {info.name: info.default for info in parameter_table(before[section])}
     found = {}
@@ -86,7 +86,7 @@ def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classe
 
 def _said(given: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
     """The parameters of a part that its section gives: the key, and the way in SI where it says its unit."""
-    keys = parameter_keys(classes[section], classes["machine"].effort)
+    keys = parameter_keys(classes[section], effort_of(section, classes))
     names = {info.name for info in parameter_table(classes[section])}
     stems = {each.stem: each.name for each in keys.values()}
     found: dict[str, tuple[str, Key | None]] = {}
@@ -126,7 +126,7 @@ def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes:
     if section == "initial":
         keys = state_keys(state_units(classes))
     elif section in classes:
-        keys = parameter_keys(classes[section], classes["machine"].effort)
+        keys = parameter_keys(classes[section], effort_of(section, classes))
     else:
         return
     for other, each in keys.items():

@@ -4,14 +4,22 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import controllers, drives, laws, machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.numbering import number_in
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
-SECTIONS = (*CHOICES, *OPTIONAL, "scales", "initial", "run")  # and [friction_2], ... for the laws of further contacts
+CHOICES_LEFT_OUT = {"controller": ("kind", controllers)}  # the same of sections that may be left out
+SECTIONS = (
+    *CHOICES,
+    *OPTIONAL,
+    *CHOICES_LEFT_OUT,
+    "scales",
+    "initial",
+    "run",
+)  # and [friction_2], ... for the laws of further contacts
 
 
 def of_further_contact(section: object) -> bool:
@@ -26,17 +34,17 @@ def is_section(section: object) -> bool:
 
 def is_part(section: str) -> bool:
     """Whether a section describes a part."""
-    return section in CHOICES or section in OPTIONAL or of_further_contact(section)
+    return section in CHOICES or section in OPTIONAL or section in CHOICES_LEFT_OUT or of_further_contact(section)
 
 
 def kind_key(section: str) -> str:
     """The key that chooses the kind of part of a section, such as "law"; empty for a section without kinds."""
-    return CHOICES[_pattern(section)][0] if _pattern(section) in CHOICES else ""
+    return _choice(section)[0]
 
 
 def kinds_of(section: str) -> Mapping[str, Any]:
     """What there is to choose from in a section, by name; nothing for a section without kinds."""
-    return CHOICES[_pattern(section)][1]() if _pattern(section) in CHOICES else {}
+    return _choice(section)[1]()
 
 
 def kind_path(section: str) -> str:
@@ -62,6 +70,10 @@ def chosen_classes(data: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(kind, str) and (part := kinds_of(section).get(kind)) is not None:
             found[section] = part
     return found
+
+
+def _choice(section: str) -> tuple[str, Any]:
+    return (CHOICES | CHOICES_LEFT_OUT).get(_pattern(section), ("", dict))
 
 
 def _pattern(section: str) -> str:

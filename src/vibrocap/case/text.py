@@ -9,7 +9,7 @@ from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.physics.parameters import given_parameters, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
-from vibrocap.physics.units import Units, state_keys, state_units, written, written_in_si
+from vibrocap.physics.units import state_keys, units_of, written, written_in_si
 
 Section = Mapping[str, Any]
 
@@ -50,10 +50,10 @@ def _chosen(section: str, part: Any) -> dict[str, Any]:
 
 def _in_si(system: System, scales: Scales, initial: Section, exactly: bool) -> dict[str, dict[str, Any]] | None:
     """The sections in SI; None where `exactly` is asked for and not possible."""
-    units = Units(scales, system.machine.effort, state_units(system.parts))
+    units = units_of(system.parts, scales)
     found: dict[str, dict[str, Any]] = {}
     for name, part in system.parts.items():
-        values = written_in_si(part, units, exactly)
+        values = written_in_si(part, units.of_part(name), exactly)
         if values is None:
             return None
         own = given_parameters(scales) if name == "machine" else {}

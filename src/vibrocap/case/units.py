@@ -13,7 +13,7 @@ from vibrocap.case.sections import kind_key
 from vibrocap.physics.conversion import part_without_units, states_without_units, with_gravity
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.units import Units, one_way, parameter_keys, state_keys, state_units
+from vibrocap.physics.units import effort_of, one_way, parameter_keys, state_keys, state_units, units_of
 
 SI, DIMENSIONLESS = "SI", "dimensionless"
 WORDS = (SI, DIMENSIONLESS)
@@ -43,7 +43,7 @@ class Form:
 
     def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
         """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
-        known = parameter_keys(self.classes[name], self.classes["machine"].effort)
+        known = parameter_keys(self.classes[name], effort_of(name, self.classes))
         found = {each: one_way(known, each) for each in parameters}
         return {each: each if key is None or not self.si else key.key for each, key in found.items()}
 
@@ -68,7 +68,7 @@ class Form:
 def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
     """In which units a case is given; classes: of the parts, all of them."""
     form = Form(classes, said if said in WORDS else "", [])
-    keys: dict[str, Any] = {name: parameter_keys(cls, classes["machine"].effort) for name, cls in classes.items()}
+    keys: dict[str, Any] = {name: parameter_keys(cls, effort_of(name, classes)) for name, cls in classes.items()}
     keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
         own = form.scale_fields if name == "machine" else ()
@@ -80,7 +80,7 @@ def without_units(
     sections: Sections, form: Form, scales: Scales, complaints: Complaints
 ) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[str, Any]]]:
     """(the sections without units, under which key and with which value each field was given)."""
-    units = Units(scales, form.classes["machine"].effort, state_units(form.classes))
+    units = units_of(form.classes, scales)
     plain, given = {}, {}
     for name in (*form.classes, "initial"):
         aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
@@ -91,7 +91,7 @@ def without_units(
         if name == "initial":
             found = states_without_units(values, units, bare=bare)
         else:
-            found = part_without_units(form.classes[name], values, units, bare=bare)
+            found = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
         complaints += [each.about(f"{name}.{each.field}") for each in found.complaints]  # type: ignore[attr-defined]
         plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | found.values
         given |= {f"{name}.{own}": (f"{name}.{key}", values[key]) for own, key in found.keys.items()}

@@ -7,6 +7,7 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.citations.bibliography import SOFTWARE, Reference, as_bibtex, references
 from vibrocap.citations.methods import ANALYSES, methods_of
+from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
@@ -15,7 +16,7 @@ from vibrocap.physics.part import Part
 from vibrocap.physics.system import PARTS, System
 from vibrocap.results import Result
 
-KINDS = ((Law, "friction law"), (Machine, "machine"), (Drive, "drive"))
+KINDS = ((Law, "friction law"), (Machine, "machine"), (Drive, "drive"), (Controller, "controller"))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,7 +13,7 @@ from vibrocap.io.json_text import json_text
 
 HELP = """
     parts
-        a Python file with laws, machines or drives of your own, which is run; may be repeated
+        a Python file with laws, machines, drives or controllers of your own, which is run; may be repeated
 """
 
 
@@ -45,7 +45,7 @@ def load(files: "list[Path] | tuple[Path, ...]") -> tuple[type, ...]:
 
 
 def check(*names: str, quick: bool = False, json: bool = False) -> int:
-    """Whether a law, a machine or a drive keeps its contract, and if not, what is wrong.
+    """Whether a law, a machine, a drive or a controller keeps its contract, and if not, what is wrong.
 
     The part is tested with its defaults and with other numbers: sampled, recorded, and simulated for some periods.
 
@@ -54,7 +54,7 @@ def check(*names: str, quick: bool = False, json: bool = False) -> int:
     Parameters
     ----------
     names
-        laws, machines or drives by name [default: those of --parts]
+        laws, machines, drives or controllers by name [default: those of --parts]
     quick
         leave out the short motion, which compiles the equations
     json
@@ -77,18 +77,18 @@ def check(*names: str, quick: bool = False, json: bool = False) -> int:
 
 def _parts(names: tuple[str, ...]) -> list[Any]:
     """The parts of these names, or those of one's own; Refusal, with the nearest name, for what there is not."""
-    from vibrocap.physics.catalogue import drives, laws, machines, registered
+    from vibrocap.physics.catalogue import controllers, drives, laws, machines, registered
 
     if not names:
         if not registered():
             raise Refusal(
-                "Name a law, a machine or a drive, such as lugre, or a file of your own by --parts mylaws.py."
+                "Name a law, a machine, a drive or a controller, such as lugre, or a file of yours: --parts mylaws.py."
             )
         return list(registered())
-    catalogues = (laws(), machines(), drives())
+    catalogues = (laws(), machines(), drives(), controllers())
     known = [name for catalogue in catalogues for name in catalogue]
     complaints = [
-        f"no law, machine or drive is called {name!r}; {suggestion(name, known, cutoff=0.0)}"
+        f"no law, machine, drive or controller is called {name!r}; {suggestion(name, known, cutoff=0.0)}"
         for name in names
         if not any(name in catalogue for catalogue in catalogues)
     ]

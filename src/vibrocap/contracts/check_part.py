@@ -1,16 +1,18 @@
-"""check_part(MyLaw): whether a law, a machine or a drive keeps its contract, clause by clause, in words."""
+"""check_part(MyLaw): whether a law, machine, drive or controller keeps its contract, clause by clause, in words."""
 
 import dataclasses
 import inspect
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from vibrocap.contracts.controller_clauses import CONTROLLER_CLAUSES
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.law_clauses import LAW_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES
 from vibrocap.contracts.samples import instances
 from vibrocap.contracts.system_clauses import moves, recorded, surrounded
 from vibrocap.physics.catalogue import CONTRACTS, complaints, contract_of
+from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
@@ -22,6 +24,7 @@ CLAUSES: dict[type, tuple[Clause, ...]] = {
     Law: (*LAW_CLAUSES, recorded),
     Machine: (*MACHINE_CLAUSES, recorded, surrounded),
     Drive: (*DRIVE_CLAUSES, recorded),
+    Controller: (*CONTROLLER_CLAUSES, recorded),
 }
 FIRST = ("declarations", "listed", "finite")  # clauses without which the others make no sense
 
@@ -39,8 +42,8 @@ class ClauseResult:
 class PartReport:
     """What was found of a part; as text, a line for each clause.
 
-    name: of the part; kind: law, machine or drive; clauses: results in order; notes: what is no fault, but should be
-    known, such as parameters that fits and units know nothing of.
+    name: of the part; kind: law, machine, drive or controller; clauses: results in order; notes: what is no fault, but
+    should be known, such as parameters that fits and units know nothing of.
     """
 
     name: str
@@ -69,11 +72,11 @@ class PartReport:
 
 
 def check_part(part: Any, *, motion: bool = True) -> PartReport:
-    """Hold a law, a machine or a drive to its contract, with its defaults and with other numbers.
+    """Hold a law, a machine, a drive or a controller to its contract, with its defaults and with other numbers.
 
     part: its class, or an instance, which is then checked with its own numbers alone. motion: also let it move for a
     few periods, which compiles its equations (some seconds).
-    Returns a report; raises TypeError for what is neither a law, nor a machine, nor a drive.
+    Returns a report; raises TypeError for what is none of them.
     """
     cls = part if isinstance(part, type) else type(part)
     contract = contract_of(cls)

@@ -4,6 +4,7 @@ import dataclasses
 import sys
 from typing import Any
 
+from vibrocap.contracts.controller_clauses import machine_for
 from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
@@ -11,6 +12,7 @@ from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
@@ -33,6 +35,13 @@ def system_of(part: Any) -> System:
         return System(machines()["oscillator"](), part, Loading(0.0, 0.0, 1.8, 1.3))
     if isinstance(part, Drive):
         return System(machines()["pendulum-capsule"](), laws()["stribeck"](), part)
+    if isinstance(part, Controller):
+        reference = Harmonic(1.8, 1.3)
+        if part.sampled:  # a whole number of times in its period
+            time = reference.period / SAMPLES
+            times = {"sample_time": time, "delay": None if part.delay is None else 0.3 * time}
+            part = dataclasses.replace(part, **times)  # type: ignore[type-var]
+        return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
     if isinstance(part, Imposed):
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
     return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))

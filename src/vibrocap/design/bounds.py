@@ -100,7 +100,7 @@ def _least_cost(system: System) -> PerformanceBound | str:
     around = system.environment
     if around is not None and (around.inclination != 0.0 or around.force != 0.0):
         return f"{name}: gravity or a force from outside may give energy"
-    if system.machine.cyclic is None:
+    if system.cyclic is None:
         return f"{name}: the machine is held to its place"
     least = sum(_least_friction(law, load) for law, load in zip(system.laws, system.law_loads, strict=True))
     unit, scale = measure_unit(system, "cost_of_transport")

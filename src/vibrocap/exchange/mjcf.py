@@ -163,6 +163,8 @@ def _mechanism(system: System, start: tuple) -> Mechanism:
     machine = system.machine
     if system.actuator is not None:
         raise ArgumentError("actuator", "should be left out: MuJoCo has no actuator with these rates and limits")
+    if system.controller is not None:
+        raise ArgumentError("controller", "should be left out: a MuJoCo model has no states and limits of a controller")
     outside = system.environment
     if outside is not None and dataclasses.replace(outside, inclination=0.0, gravity=None) != Environment():
         what = "should be a slope alone: drag and forces from outside have no part in a MuJoCo model"

@@ -47,8 +47,8 @@ def judgement(case: Case, model: MujocoModel | None = None) -> Judgement:
     require("a MuJoCo model beside the exact motion", "mujoco")
     model = mujoco_model(case) if model is None else model
     exact = case.simulate().dimensionless
-    place = exact.state[str(case.system.machine.place or case.system.machine.cyclic)]
-    travel = drift(exact) if case.system.machine.cyclic is not None and len(exact.sections) > 1 else None
+    place = exact.state[str(case.system.machine.place or case.system.cyclic)]
+    travel = drift(exact) if case.system.cyclic is not None and len(exact.sections) > 1 else None
     as_written, rewritten = (mujoco_ending(case, model, exact.end, rewritten=each) for each in (False, True))
     steps = math.ceil(exact.end * _time_unit(case) / model.step)
     return Judgement(exact, Ending(place, travel), as_written, rewritten, steps)

@@ -21,6 +21,7 @@ from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_k
 from vibrocap.physics.conversion import quantity_in_si
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import bounds
+from vibrocap.physics.sampling import check_unsampled
 from vibrocap.physics.system import System
 from vibrocap.physics.units import over_seconds
 
@@ -75,6 +76,7 @@ class SteppedCase:
     def __post_init__(self):
         if self.input is not None and self.input not in INPUTS:
             raise ArgumentError("input", f"should be {shown(INPUTS[0])} or None, got {shown(self.input)}")
+        check_unsampled(self.case.system, "other programs are not given the samples")
 
     def __reduce__(self):
         return type(self), (self.case, self.input)  # all else follows

@@ -65,11 +65,13 @@ class TravelEnvironment(gymnasium.Env):
         if not (isinstance(effort_cost, (int, float)) and 0.0 <= effort_cost < math.inf):
             raise ArgumentError("effort_cost", f"should be a finite number >= 0, got {shown(effort_cost)}")
         check_whole("steps", steps, 1)
-        if case.system.machine.cyclic is None:
+        if case.system.cyclic is None:
             raise ArgumentError("case", f"should have a machine that travels, got the {case.system.machine.name}")
         if case.system.machine.effort not in ("force", "torque"):
             what = f"a machine that a force or a torque drives, got the {case.system.machine.name}"
             raise ArgumentError("case", f"should have {what}")
+        if case.system.controller is not None:
+            raise ArgumentError("case", "should have no controller: the policy is to be one")
         names, spread = case.system.state_names, dict(spread or {})
         for name, value in spread.items():
             if name not in names:
@@ -78,7 +80,7 @@ class TravelEnvironment(gymnasium.Env):
                 raise ArgumentError(f"spread.{name}", f"should be a finite number >= 0, got {shown(value)}")
         self.case, self.length, self.limit, self.effort_cost, self.steps = case, length, limit, effort_cost, steps
         self.spread = spread
-        self._position = names.index(case.system.machine.cyclic)
+        self._position = names.index(case.system.cyclic)
         self._stepped = SteppedCase(case, "drive")
         self._stepper, self._done, self._before = InputStepper(self._stepped), 0, 0.0
         size = len(names) - 1 + self._stepped.contacts

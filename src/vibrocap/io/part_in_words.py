@@ -4,7 +4,7 @@ from typing import Any
 
 from vibrocap.physics.parameters import described, given_parameters, parameter_table
 from vibrocap.physics.system import System
-from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in_si
+from vibrocap.physics.units import Units, parameter_keys, suffix, unit_name, written_in_si
 
 
 def in_words(part: Any, system: System, digits: int = 6) -> str:
@@ -20,9 +20,14 @@ def in_words(part: Any, system: System, digits: int = 6) -> str:
     return f"{part.name}: {', '.join(words)}"
 
 
+def _units(part: Any, system: System) -> Units:
+    return system.si.of_part("drive" if part is system.drive else "")
+
+
 def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
     """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
-    keys = {key: (each.stem, each.unit) for key, each in parameter_keys(type(part), system.si.effort).items()}
+    known = parameter_keys(type(part), _units(part, system).effort)
+    keys = {key: (each.stem, each.unit) for key, each in known.items()}
     if part is system.machine and system.units is not None:
         for info in parameter_table(system.units):
             assert info.dimension is not None
@@ -34,4 +39,4 @@ def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
 def _values(part: Any, system: System) -> dict[str, Any]:
     """Values of a part by keys in SI, for a machine those of its scales too."""
     scales = given_parameters(system.units) if part is system.machine else {}
-    return (written_in_si(part, system.si, exactly=False) or {}) | scales
+    return (written_in_si(part, _units(part, system), exactly=False) or {}) | scales

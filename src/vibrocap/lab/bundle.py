@@ -20,7 +20,9 @@ from vibrocap.numerics.api import browser_module, series_order
 from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.system import System
+from vibrocap.physics.sampling import check_unsampled
+from vibrocap.physics.system import OPTIONAL, System
+from vibrocap.physics.units import effort_of
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
 SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
@@ -53,6 +55,8 @@ def contents(
     opened: a case to begin with, whose parts are there in any case; examples: folder of the gallery
     Raises ArgumentError for a case that is too long for a page.
     """
+    if opened is not None:
+        check_unsampled(opened.case.system, "the page does not show motions")
     if opened is not None and opened.case.periods > LONGEST:
         raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {opened.case.periods:g}")
     own = None if opened is None else opened.case.system
@@ -71,7 +75,7 @@ def contents(
             continue
         classes = machines()[names[0]], laws()[names[1]], drives()[names[2]]
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
-            kept: Any = {} if own is None else {"environment": own.environment, "actuator": own.actuator}
+            kept: Any = {} if own is None else {part: getattr(own, part) for part in OPTIONAL}
             before = (None,) * 3 if own is None else (own.machine, own.friction, own.drive)
             systems.append(System(*map(_in_place_of, before, classes), **kept))
     offered = [
@@ -136,13 +140,12 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
-    efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
     parts: dict[str, dict[str, Any]] = {}
     kinds: dict[str, dict[str, type]] = {}
     for system in chosen.forms:
         for name, record in system.parts.items():
             part = type(record)
-            parts.setdefault(name, {}).setdefault(part.name, part_record(part, efforts[system.machine.name]))
+            parts.setdefault(name, {}).setdefault(part.name, part_record(part, effort_of(name, system.parts)))
             kinds.setdefault(name, {})[part.name] = part
     code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
     return {

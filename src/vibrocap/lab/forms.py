@@ -8,7 +8,8 @@ from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
-from vibrocap.motion.equations import equations, recorded_room, recorded_scene
+from vibrocap.motion.equations import equations
+from vibrocap.motion.recorded_machine import recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
@@ -123,6 +124,7 @@ def _corners(corners: Corners) -> dict[str, float]:
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
     """SI unit of quantities, and their exponents of mass, length and time."""
     known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.parts)
+    known |= {} if system.controller is None else {"reference": DRIVE_UNITS[system.controller.reference]}
     found = {}
     for name in names:
         unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)

@@ -153,7 +153,7 @@ def check_travel(needed: Sequence[Measure], system: System) -> None:
     for measure in needed:
         if measure in TRAVEL:
             try:
-                travelling(system.machine)
+                travelling(system)
             except ValueError as error:
                 raise ArgumentError("measures", f"{measure.name}: {error}") from None
 

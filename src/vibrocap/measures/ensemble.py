@@ -25,6 +25,7 @@ from vibrocap.physics.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
+from vibrocap.physics.sampling import MOST_SAMPLES
 from vibrocap.physics.system import System
 from vibrocap.progress import reporting
 from vibrocap.quantities.declared import ByName
@@ -294,10 +295,21 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
             continue
         different, which = np.unique(keys, return_inverse=True)
         group = group * len(different) + which
+    if system.controller is not None and system.controller.sampled:
+        group = group * MOST_SAMPLES + _sample_counts(system, columns)
     for form in np.unique(group):
         members = np.flatnonzero(group == form)
         for first in range(0, len(members), size):
             yield members[first : first + size]
+
+
+def _sample_counts(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Of each run, how many samples of its controller a period of its drive has."""
+    paths = [path for path in columns if path.startswith("drive.") or path == "controller.sample_time"]
+    if not paths:
+        return np.zeros(len(next(iter(columns.values()))), dtype=np.int64)
+    first, which = _different(columns, paths)
+    return np.array([_system_of_run(system, columns, int(run)).timed_drive.count for run in first])[which]
 
 
 def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:

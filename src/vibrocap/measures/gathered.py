@@ -47,15 +47,15 @@ class Gathered:
     @property
     def displacement(self) -> np.ndarray:
         """Change of the cyclic coordinate over the window."""
-        place = self.system.state_names.index(travelling(self.system.machine))
+        place = self.system.state_names.index(travelling(self.system))
         return self.results.state[:, place] - self.results.start[:, place]
 
     def turned(self, state: str) -> np.ndarray:
         """Turns of a coordinate over the window; NaN where the system has none that turns by this name."""
-        if state not in self.system.machine.turns:
+        if state not in self.system.turns:
             return self.nowhere
         place = self.system.state_names.index(state)
-        return (self.results.state[:, place] - self.results.start[:, place]) / self.system.machine.turns[state]
+        return (self.results.state[:, place] - self.results.start[:, place]) / self.system.turns[state]
 
     def state_entry(self, name: str, state: str) -> np.ndarray:
         """The number of a state of an entry of the results; NaN where the system has no such state."""

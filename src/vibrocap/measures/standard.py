@@ -45,7 +45,7 @@ def undefined_measures(system: System) -> frozenset[str]:
         "symmetric": not system.mirrored,
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
-        **{each.name: system.machine.cyclic is None for each in (*TRAVEL, COST_OF_TRANSPORT)},
+        **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
     }
     return frozenset(name for name, undefined in nothing.items() if undefined)
 
@@ -74,6 +74,7 @@ def _standard_measures(
         channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
+    source = "drive" if system is None or system.controller is None else "controller"  # of the power
     found = [
         *TRAVEL,
         *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
@@ -81,9 +82,9 @@ def _standard_measures(
         *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
-        COST_OF_TRANSPORT,
+        _cost_of_transport(source),
         *FRICTION,
-        *_drive_peaks(None if system is None else system.machine.effort),
+        *_drive_peaks(None if system is None else system.machine.effort, source),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
@@ -213,18 +214,21 @@ def _work(channel: str) -> Measure:
     return Measure(f"{channel}_work", meaning, Standard(work, codes.ASK_INTEGRALS), si_unit="J")
 
 
-def _cost_of_transport(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
+def _work_per_distance(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(drift == 0.0, np.inf, work / np.abs(drift))
 
 
-COST_OF_TRANSPORT = Measure.derived(
-    "cost_of_transport",
-    "work of the drive per distance travelled (infinite: no travel)",
-    _cost_of_transport,
-    of=("drive_work", "drift"),
-    si_unit="J/m",
-)
+@functools.cache
+def _cost_of_transport(source: str) -> Measure:
+    """source: the channel whose work it is"""
+    return Measure.derived(
+        "cost_of_transport",
+        f"work of the {source} per distance travelled (infinite: no travel)",
+        _work_per_distance,
+        of=(f"{source}_work", "drift"),
+        si_unit="J/m",
+    )
 
 
 def _area(runs: Gathered, after_channels: int) -> np.ndarray:
@@ -260,8 +264,11 @@ FRICTION = (
 
 
 @functools.cache
-def _drive_peaks(effort: str | None) -> tuple[Measure, ...]:
-    """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known."""
+def _drive_peaks(effort: str | None, source: str) -> tuple[Measure, ...]:
+    """What an actuator has to be able to do; effort: what the drive exerts, see `Units`; None where it is not known.
+
+    source: the channel of its power
+    """
     unit = "1" if effort is None else DRIVE_UNITS[effort]
     return (
         Measure.peak("peak_drive", "largest |drive| in the window", lambda now: now.drive, si_unit=unit),
@@ -272,7 +279,10 @@ def _drive_peaks(effort: str | None) -> tuple[Measure, ...]:
             si_unit="1" if effort is None else over_seconds(unit),
         ),
         Measure.peak(
-            "peak_drive_power", "largest |power of the drive| in the window", lambda now: now.drive_power, si_unit="W"
+            "peak_drive_power",
+            f"largest |power of the {source}| in the window",
+            lambda now: getattr(now, f"{source}_power"),
+            si_unit="W",
         ),
     )
 

@@ -5,7 +5,7 @@ import dataclasses
 from vibrocap.measures.settling import settling
 from vibrocap.measures.windows import period_index, usual_window, whole_periods, window_times
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Length, Number, Speed, Time
 from vibrocap.quantities.dimensional import Dimensional
 
@@ -44,7 +44,7 @@ def winding(motion: Trajectory, period: int = -1) -> dict[str, Number]:
     """
     index = period_index(motion, period)
     gained = motion.sections[index + 1] - motion.sections[index]
-    turns = motion.system.machine.turns.items()
+    turns = motion.system.turns.items()
     return {name: float(gained[motion.state_names.index(name)] / turn) for name, turn in turns}
 
 
@@ -67,14 +67,14 @@ def mean_velocity(motion: Trajectory, periods: int | None = None, *, threshold: 
 
 
 def _cyclic(motion: Trajectory) -> int:
-    return motion.state_names.index(travelling(motion.system.machine))
+    return motion.state_names.index(travelling(motion.system))
 
 
-def travelling(machine: Machine) -> str:
-    """The cyclic coordinate of a machine; ValueError for one that is held to its place."""
-    if machine.cyclic is None:
+def travelling(system: System) -> str:
+    """The cyclic coordinate of a system; ValueError for one that is held to its place."""
+    if system.cyclic is None:
         raise ValueError(
-            f"the {machine.name} is held to its place: it has no travel, drift or mean velocity; measure its states "
-            "instead, such as largest_position"
+            f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its "
+            "states instead, such as largest_position"
         )
-    return machine.cyclic
+    return system.cyclic

@@ -6,7 +6,7 @@ from typing import Any
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.numbering import numbered
-from vibrocap.physics.states import actuator_states
+from vibrocap.physics.states import between_states
 from vibrocap.physics.system import System
 
 
@@ -120,7 +120,7 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
 def states_at_contacts(system: System) -> tuple[int, ...]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
     own = (*list(dict.fromkeys(system.machine.contact_states))[1:], *system.state_names[len(system.machine.states) :])
-    aside = (*system.switched, *actuator_states(system.actuator))
+    aside = (*system.switched, *between_states(system.parts))
     return tuple(system.state_names.index(name) for name in own if name not in aside)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, reachable
 from vibrocap.physics.drives.drive import Piecewise
+from vibrocap.physics.sampling import SampledReference
 
 PATHS = ("segment.period", "segment.start", "segment.coefficient_")
 NEAR = 2.0 * float(np.finfo(float).eps)  # of the period, as in the kernel: a segment that ends so soon is over
@@ -37,6 +38,7 @@ class Corners:
     period: Expression
     lengths: tuple[Expression, ...]
     shapes: tuple[tuple[Expression, ...], ...]
+    samples: int = 0  # in a period, of two segments each, at whose ends no rounding adds up; 0: there are none
 
     @property
     def row_size(self) -> int:
@@ -63,7 +65,12 @@ class Corners:
         values = evaluate(self.numbers, 0.0, (), 1.0, parameters.T)
         columns = [np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in values]
         found = np.stack(columns, axis=1).reshape(runs, -1, self.row_size)
-        found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)
+        if self.samples:
+            begins = np.arange(self.samples) / self.samples
+            found[:, ::2, 0] = begins + found[:, :1, 0]
+            found[:, 1::2, 0] = np.append(begins[1:], 1.0)
+        else:
+            found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)
         return found
 
     def periods(self, parameters: np.ndarray) -> np.ndarray:
@@ -124,6 +131,7 @@ def recorded_corners(drive: Any, place: int) -> Corners | None:
         period=graph.expression(drive.period),
         lengths=tuple(graph.expression(segment.length) for segment in segments),
         shapes=tuple(tuple(map(graph.expression, segment.coefficients)) for segment in segments),
+        samples=drive.count if isinstance(drive, SampledReference) else 0,
     )
 
 

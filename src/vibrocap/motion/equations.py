@@ -23,10 +23,8 @@ from vibrocap.physics.flow import LOCATED, Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.scene import Shape
+from vibrocap.physics.sampling import SampledReference
 from vibrocap.physics.system import System
-
-FAR = 1e300  # a bound that is none
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -181,6 +179,8 @@ def form(system: System) -> tuple:
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
         result.append((part, type(record), fixed))
+    if isinstance(system.timed_drive, SampledReference):
+        result.append(("samples", system.timed_drive.count))
     return tuple(result)
 
 
@@ -209,11 +209,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     graph = Graph()
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
-        _put_on_segment(recorded, graph, corners.place)
-        drive: Any = system.drive
+        put_on_segment(system, recorded, graph, corners.place)
+        drive: Any = system.timed_drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
@@ -264,6 +264,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
+    if system.controller is not None:
+        observables["reference"] = flow.reference
     observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
     expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
@@ -278,7 +280,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         rows=None if flow.rows is None else decision_rows(flow, expression),
         internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
-        cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        cyclic_state=-1 if system.cyclic is None else system.state_names.index(system.cyclic),
         turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
@@ -311,9 +313,9 @@ def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
     return still.value == 0.0 and balance.holds(rates, parameters)
 
 
-def _put_on_segment(recorded: System, graph: Graph, place: int) -> None:
+def put_on_segment(system: System, recorded: System, graph: Graph, place: int) -> None:
     """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
-    drive: Any = recorded.drive
+    drive = _timed(system, recorded.drive, recorded.controller)
     _, *segment = segment_paths(drive)
     start, *coefficients = (graph.node("parameter", place + 1 + k) for k in range(len(segment)))
     object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
@@ -323,38 +325,15 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
     """The corners of the drive, recorded in a graph of their own: a table may have very many."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    return recorded_corners(_with_symbols("drive", system.drive, symbols), len(paths))
+    named = ("drive", "controller")
+    parts = {part: with_symbols(part, each, symbols) for part, each in system.parts.items() if part in named}
+    return recorded_corners(_timed(system, parts["drive"], parts.get("controller")), len(paths))
 
 
-def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
-    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
-    graph, machine = _recorded_machine(system)
-    y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
-    shapes = tuple(
-        dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
-        for shape in machine.scene(graph.node("time"), y)
-    )
-    return shapes, graph.expression(machine.loads()[0])
-
-
-def recorded_room(system: System) -> dict[str, tuple[Expression, Expression]]:
-    """Between which values states may begin, by name (`Machine.room`), recorded on such a graph too."""
-    graph, machine = _recorded_machine(system)
-    return {
-        name: (graph.expression(max(low, -FAR) if isinstance(low, float) else low), graph.expression(high))
-        for name, (low, high) in machine.room().items()
-    }
-
-
-def _recorded_machine(system: System) -> tuple[Graph, Any]:
-    """The machine in its environment with symbols for its numbers, on a graph that begins with the equations' own."""
-    recording = equations(system)
-    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
-    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
-    if recording.corners is not None:
-        _put_on_segment(recorded, graph, recording.corners.place)
-    return graph, recorded.placed
+def _timed(system: System, drive: Any, controller: Any) -> Any:
+    """What a drive and a controller with symbols make of it, as `System.timed_drive` does with numbers."""
+    timed = system.timed_drive
+    return SampledReference(drive, controller.delay, timed.count) if isinstance(timed, SampledReference) else drive
 
 
 def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
@@ -389,7 +368,7 @@ def _normal_momentum(
     return momentum if np.ptp(means) <= 1e-9 * np.max(np.abs(means)) else None
 
 
-def _with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
+def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
     """The same record with its numbers replaced by symbols."""
     copy = object.__new__(type(record))
     for info in parameter_table(record):

@@ -17,7 +17,7 @@ def section_states(system: System, states: np.ndarray, scales: np.ndarray) -> np
     The circle of a coordinate that turns with the period p has the radius p/2 pi, so that small distances on it are
     those of the coordinate; its abscissa stands in the place of the coordinate, its ordinate behind all other states.
     """
-    kept = [i for i, name in enumerate(system.state_names) if name != system.machine.cyclic]
+    kept = [i for i, name in enumerate(system.state_names) if name != system.cyclic]
     found = states[..., kept] / scales[kept]
     ordinates = []
     for i, period in turning_states(system):
@@ -30,7 +30,7 @@ def section_states(system: System, states: np.ndarray, scales: np.ndarray) -> np
 
 def turning_states(system: System) -> tuple[tuple[int, float], ...]:
     """(place in the state vector, period) of each coordinate that turns."""
-    return tuple((system.state_names.index(name), period) for name, period in system.machine.turns.items())
+    return tuple((system.state_names.index(name), period) for name, period in system.turns.items())
 
 
 def whole_turns(system: System, gained: np.ndarray) -> np.ndarray:
@@ -44,12 +44,12 @@ def whole_turns(system: System, gained: np.ndarray) -> np.ndarray:
 def winding(system: System, gained: np.ndarray) -> dict[str, int]:
     """How many times each coordinate that turns has turned over a change of states [states] that closes."""
     turned = whole_turns(system, np.nan_to_num(gained))
-    return {name: round(turned[system.state_names.index(name)] / p) for name, p in system.machine.turns.items()}
+    return {name: round(turned[system.state_names.index(name)] / p) for name, p in system.turns.items()}
 
 
 def brought_back(system: System, states: np.ndarray) -> np.ndarray:
     """States [..., states] of the same motions at the origin: the cyclic coordinate 0, no more than half a turn."""
     found = states - whole_turns(system, states)
-    if system.machine.cyclic is not None:
-        found[..., system.state_names.index(system.machine.cyclic)] = 0.0
+    if system.cyclic is not None:
+        found[..., system.state_names.index(system.cyclic)] = 0.0
     return found

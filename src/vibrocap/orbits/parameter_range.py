@@ -1,5 +1,6 @@
 """Ranges of a parameter: two numbers in order, both of which the system can have; ValueError naming what is wrong."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -27,9 +28,22 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
     if not is_number(value):
         raise ValueError(f"over should be a parameter that is a number, but {over} is {value!r}")
     low, high = checked_pair("between", between)
+    if system.controller is not None and system.controller.sampled:
+        _check_samples(system, over, low, high)
     for end in (low, high):
         system_at(system, over, end)
     return low, high
+
+
+def _check_samples(system: System, over: str, low: float, high: float) -> None:
+    """ValueError for a parameter that decides how many samples a period has."""
+    part, _, name = over.partition(".")
+    for value in (low, 0.5 * (low + high)):
+        changed = dataclasses.replace(system.parts[part], **{name: value})
+        drive = changed if part == "drive" else system.drive
+        time = getattr(changed if part == "controller" else system.controller, "sample_time", None)
+        if (drive.period, time) != (system.drive.period, system.parameter("controller.sample_time")):
+            raise ValueError(f"over: {over} decides how many samples a period has; compare them one by one, by a sweep")
 
 
 def system_at(system: System, over: str, value: float) -> System:

@@ -184,5 +184,5 @@ def last_period(motion: Trajectory, samples: int = 8192) -> Period:
 
 def return_residual(motion: Trajectory) -> float:
     """Largest difference between the last two period marks, of all states but X: zero for a period-1 motion."""
-    kept = [i for i, name in enumerate(motion.state_names) if name != motion.system.machine.cyclic]
+    kept = [i for i, name in enumerate(motion.state_names) if name != motion.system.cyclic]
     return float(np.max(np.abs(motion.sections[-1, kept] - motion.sections[-2, kept])))

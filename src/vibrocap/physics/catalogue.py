@@ -1,7 +1,7 @@
-"""What there is to choose from: every law, machine and drive, under the `name` of its class.
+"""What there is to choose from: every law, machine, drive and controller, under the `name` of its class.
 
-A new file in friction/, machines/ or drives/ appears here by itself. So do the parts of installed packages, which
-announce them under the entry points `vibrocap.parts`, and those that a script registers.
+A new file in friction/, machines/, drives/ or controllers/ appears here by itself. So do the parts of installed
+packages, which announce them under the entry points `vibrocap.parts`, and those that a script registers.
 """
 
 import functools
@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from pydantic.dataclasses import is_pydantic_dataclass
 
+from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.anisotropic import anisotropic
 from vibrocap.physics.friction.backlash import backlash
@@ -41,6 +42,7 @@ CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
         ("contacts", "rates", "energy", "momentum", "powers"),
     ),
     Drive: ("drive", "vibrocap.physics.drives", (), ("value", "period", "odd")),
+    Controller: ("controller", "vibrocap.physics.controllers", ("reference",), ("measures", "command")),
 }
 Part = TypeVar("Part", bound=type)
 _registered: dict[str, type] = {}  # by contract and name, such as "law hyperbolic"
@@ -126,9 +128,15 @@ def drives() -> Mapping[str, type[Drive]]:
     return _all(Drive)
 
 
+@functools.cache
+def controllers() -> Mapping[str, type[Controller]]:
+    """Controllers by name."""
+    return _all(Controller)
+
+
 # --- parts of one's own -----------------------------------------------------------------------------------------------
 def register(part: Part) -> Part:
-    """Make a law, a machine or a drive of one's own known by its name, to cases, axes of sweeps, fits and tests.
+    """Make a part of one's own (law, machine, drive, controller) known by its name, to cases, sweeps, fits and tests.
 
     Returns the class, so that it may stand above it as a decorator. To register a class again changes nothing; one that
     was defined anew under the same name in the same module takes the place of the old one.
@@ -162,11 +170,11 @@ def registered() -> tuple[type, ...]:
 
 
 def contract_of(part: Any) -> type:
-    """Law, Machine or Drive: the contract that a class is to keep. TypeError for what is none of them."""
+    """Law, Machine, Drive or Controller: the contract that a class is to keep. TypeError for what is none of them."""
     found = next((each for each in CONTRACTS if isinstance(part, type) and issubclass(part, each)), None)
     if found is None or part in CONTRACTS:
         given = f"an instance of {type(part).__name__}" if isinstance(part, tuple(CONTRACTS)) else repr(part)
-        raise TypeError(f"should be a class that extends Law, Machine or Drive, got {given}")
+        raise TypeError(f"should be a class that extends Law, Machine, Drive or Controller, got {given}")
     return found
 
 
@@ -223,7 +231,7 @@ def _known(contract: type) -> dict[str, type]:
 
 
 def _forget() -> None:
-    for catalogue in (laws, machines, drives):
+    for catalogue in (laws, machines, drives, controllers):
         catalogue.cache_clear()
 
 

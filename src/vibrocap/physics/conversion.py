@@ -14,6 +14,7 @@ from vibrocap.physics.units import (
     UNDECLARED,
     Key,
     Units,
+    effort_of,
     one_way,
     parameter_keys,
     same_without_units,
@@ -77,7 +78,7 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
         part = parts.get(section)
         if part is None:
             return None
-        keys = parameter_keys(part if isinstance(part, type) else type(part), parts["machine"].effort)
+        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
     key = keys.get(name)
     return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
 
@@ -86,7 +87,7 @@ def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path of these parts and their initial states that carries its unit."""
     found: list[str] = []
     for section, part in parts.items():
-        keys = parameter_keys(part if isinstance(part, type) else type(part), parts["machine"].effort)
+        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
         found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
     states = state_keys(state_units(parts))
     return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
@@ -177,7 +178,7 @@ def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts
         if place is None or scales is None or isinstance(value, str):
             found[plain] = value
         else:
-            found[plain] = value / place[1].scale(scales, parts["machine"].effort)
+            found[plain] = value / place[1].scale(scales, effort_of(plain.partition(".")[0], parts))
     return found
 
 
@@ -264,10 +265,10 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
     machine: its class
     """
     found: dict[str, Any] = {}
-    effort = machine.effort
+    kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in given.items()}
     complaints: list[Complaint] = []
     for name, part in given.items():
-        kind = part.part if isinstance(part, PartInSI) else type(part)
+        kind, effort = kinds[name], effort_of(name, {**kinds, "machine": machine})
         said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
         complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
         if not isinstance(part, PartInSI):

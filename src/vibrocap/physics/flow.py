@@ -23,6 +23,7 @@ class Flow:
     rates: tuple  # y', one per state
     drive: Any  # what the machine feels
     command: Any  # the same before an actuator
+    reference: Any  # what the drive says, the same where there is no controller
     contacts: tuple[ContactForce, ...]  # what acts at each contact
     sliding_friction: Any  # R at the first where it slides
     outer_force: Any  # along the line of sliding, other than friction
@@ -80,7 +81,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
     machine = system.placed
     mechanical, count = y[: len(machine.states)], len(machine.contact_states)
     sides = side if isinstance(side, tuple) else (side,) * count
-    drive = system.drive.value(t)
+    drive = system.timed_drive.value(t)
     given = tuple(machine.contacts(t, mechanical, drive))
     outside = None
     if system.environment is not None:
@@ -146,8 +147,9 @@ def flow_of(system: Any, t, y, side) -> Flow:
             energy = energy + each.law.stored_energy(each.internal) if each.law.internal else energy
     return Flow(
         rates=(*rates, *(rate for each in (*others, first) for rate in each.internal_rates)),
-        drive=drive if system.actuator is None else machine.output(mechanical),
-        command=drive,
+        drive=_felt(system, t, mechanical, drive),
+        command=drive if system.controller is None else machine.commanded(t, mechanical, drive),
+        reference=drive,
         contacts=acting,
         sliding_friction=sliding_friction,
         outer_force=outer_force,
@@ -170,6 +172,14 @@ def flow_of(system: Any, t, y, side) -> Flow:
         quotients=contacts.quotients,
         rows=contacts.rows(),
     )
+
+
+def _felt(system: Any, t, mechanical, drive) -> Any:
+    """What the machine feels: the drive, what a controller makes of it, what an actuator makes of that."""
+    machine = system.placed
+    if system.controller is not None:
+        return machine.felt(t, mechanical, drive)
+    return drive if system.actuator is None else machine.output(mechanical)
 
 
 def _still(system: Any, rates: tuple, contacts: list[RubbingContact]) -> tuple:

@@ -1,4 +1,4 @@
-"""Files of parts: laws, machines and drives that stand in a Python file of one's own, outside any package.
+"""Files of parts: laws, machines, drives and controllers that stand in a Python file of one's own, outside any package.
 
 Loading such a file runs it, so it is done only where someone names the file: a case alone never makes code run.
 """
@@ -30,7 +30,7 @@ class PartsError(ValueError):
 
 
 def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
-    """Run a Python file and register every law, machine and drive that it defines; returns their classes.
+    """Run a Python file and register every law, machine, drive and controller that it defines; returns their classes.
 
     A file that was loaded before and has not changed is not run again; one that has changed replaces its parts.
     digest: SHA-256 that the file has to have, line ends aside, where only that very file will do.
@@ -58,7 +58,7 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
     parts = tuple(parts_in(module))
     try:
         if not parts:
-            raise PartsError(f"{path}: defines no law, machine or drive: no class that extends Law, Machine or Drive")
+            raise PartsError(f"{path}: defines no part: no class that extends Law, Machine, Drive or Controller")
         for part in parts:
             register(part)
             _files[part] = path, found

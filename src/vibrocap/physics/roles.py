@@ -93,8 +93,16 @@ ROLES = {
     "torsional damping": TORQUE * TIME,
     # of environments
     "quadratic damping": MASS / LENGTH,  # a force over the square of a speed
+    # of controllers
+    "position gain": EFFORT / LENGTH,  # also of the integral of a speed
+    "position integral gain": EFFORT / (LENGTH * TIME),
+    "position rate gain": EFFORT / SPEED,
+    "position anti-windup": LENGTH / EFFORT,
+    "velocity anti-windup": SPEED / EFFORT,
+    "angle rate gain": EFFORT * TIME,
+    "angle anti-windup": NUMBER / EFFORT,
     # of drives
-    "effort": EFFORT,  # force or torque
+    "effort": EFFORT,  # force or torque; of a reference, what it is
     "effort rate": EFFORT / TIME,
     "effort acceleration": EFFORT / TIME**2,
     "frequency": NUMBER / TIME,  # angular

@@ -5,10 +5,10 @@ its pendulum, the oscillator in whatever units its parameters have.
 """
 
 from vibrocap.physics.parameters import Positive, parameter, parameters
-from vibrocap.physics.roles import FORCE, LENGTH, NUMBER, TORQUE, Dimension
+from vibrocap.physics.roles import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
-EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "number": NUMBER}
+EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
 
 
 class Scales:

@@ -1,7 +1,7 @@
 """The page docs/symbols.md: how the symbols of the literature, the names in code and their meanings belong together.
 
 `python -m vibrocap.physics.symbols > docs/symbols.md` writes it; a test keeps it complete. Parameters come from the
-parts themselves, so a new law, machine or drive brings its own rows.
+parts themselves, so a new law, machine, drive or controller brings its own rows.
 """
 
 import contextlib
@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.catalogue import drives, laws, machines, wrappers
+from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
@@ -65,6 +65,11 @@ STATES = {
     "actuator_output": ("u", "force or torque behind an actuator"),
     "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
     "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
+    "held_command": ("u_h", "command of a sampled controller that is held from sample to sample"),
+    "pending_command": ("u_p", "command that is to act after its delay"),
+    "sampling": ("s_s", "1 after a sample, -1 after its action, 0 before the first (sampled controllers)"),
+    "integral_command": ("S", "part of the command of a controller that integrates its error"),
+    "command_saturated": ("s_r", "1 or -1 while the command of a controller is at its limit"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -104,6 +109,11 @@ MECHANICAL = (
     "actuator_output",
     "saturated",
     "clipped",
+    "held_command",
+    "pending_command",
+    "integral_command",
+    "command_saturated",
+    "sampling",
 )
 QUANTITIES = {
     "time": ("tau", "time"),
@@ -113,6 +123,7 @@ QUANTITIES = {
     "contact_velocity": ("v", "sliding velocity of the contact"),
     "drive": ("h cos(omega tau)", "force or torque that the drive exerts; the motion that it imposes"),
     "command": ("c", "drive before the actuator, where there is one"),
+    "reference": ("r", "what the drive says to a controller, where there is one"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
@@ -134,6 +145,10 @@ QUANTITIES = {
         for name, (symbol, _) in STATES.items()
         if name not in MECHANICAL
     },
+    "controller_work": (
+        "W_control",
+        "work of the command of a controller since the start, in the place of the drive's",
+    ),
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
@@ -182,7 +197,12 @@ def page() -> str:
         "`bristle_2`; `side_2` is the direction in which the second one slides.",
         "",
     ]
-    for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
+    for title, parts in (
+        ("Machine", machines()),
+        ("Friction law", laws()),
+        ("Drive", drives()),
+        ("Controller", controllers()),
+    ):
         for name, part in parts.items():
             lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
         if title == "Friction law":

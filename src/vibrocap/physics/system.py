@@ -6,28 +6,32 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
+from vibrocap.physics.controllers.controller import ControlledMachine, Controller
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
+from vibrocap.physics.measuring import check_controller
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
+from vibrocap.physics.sampling import SampledReference, sample_count
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import NoUnits, Units, state_units
+from vibrocap.physics.units import NoUnits, Units, units_of
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", "actuator")  # besides laws of further contacts
+OPTIONAL = ("environment", "actuator", "controller")  # besides laws of further contacts
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
     "drive": Drive,
     "environment": Environment,
     "actuator": Actuator,
+    "controller": Controller,
 }
 
 
@@ -49,6 +53,8 @@ class System:
     has no way to go on, or could as well be at rest.
 
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
+    controller: what makes the command of what it measures and of a reference, which then is the drive; None: the drive
+    is the command.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
     friction: a law; of a machine with several contacts (`contacts.py`) as well a list of laws, the first contact's
     first. A contact whose law is None or missing has that of the first. `system.friction` is the law of the first
@@ -66,6 +72,7 @@ class System:
     environment: Environment | None = None
     actuator: Actuator | None = None
     further: tuple[Law | None, ...] = ()
+    controller: Controller | None = None
 
     def __init__(
         self,
@@ -76,6 +83,7 @@ class System:
         environment: Environment | None = None,
         actuator: Actuator | None = None,
         further: Sequence[Law | None] = (),
+        controller: Controller | None = None,
         **others: Never,
     ):
         for name in others:
@@ -96,6 +104,7 @@ class System:
             environment=environment,
             actuator=actuator,
             further=laws[1:],
+            controller=controller,
         )
         self.__post_init__()
 
@@ -122,6 +131,10 @@ class System:
             if self.actuator is not None:
                 what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
+        if self.controller is not None:
+            if self.controller.sampled:
+                sample_count(self.drive, self.controller)
+            check_controller(self.parts, self.placed)
         if self.environment is not None:
             self.environment.check(self.machine)
         if self.units is not None:
@@ -166,7 +179,26 @@ class System:
         """The machine under its drive as it stands in its environment, on the slope, behind its actuator."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
+        machine = machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
+        return machine if self.controller is None else ControlledMachine(machine, self.controller, self.timed_drive)
+
+    @property
+    def timed_drive(self) -> Any:
+        """The drive; as a sampled controller is given it where there is one, in segments from sample to sample."""
+        controller = self.controller
+        if controller is None or not controller.sampled or isinstance(self.drive, SampledReference):
+            return self.drive
+        return SampledReference(self.drive, controller.delay, sample_count(self.drive, controller))
+
+    @property
+    def cyclic(self) -> str | None:
+        """The state on which nothing depends: that of the machine, unless the controller measures it."""
+        return self.machine.cyclic if self.controller is None else self.placed.cyclic
+
+    @property
+    def turns(self) -> Mapping[str, float]:
+        """The states on which everything depends with a period: those of the machine that no controller measures."""
+        return self.machine.turns if self.controller is None else self.placed.turns
 
     @property
     def si(self) -> Units:
@@ -174,7 +206,7 @@ class System:
         if self.units is None:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
-        return Units(self.units, self.machine.effort, state_units(self.parts))
+        return units_of(self.parts, self.units)
 
     @property
     def result_units(self) -> Units | NoUnits:
@@ -204,7 +236,9 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if len(self.machine.contact_states) == 1 and self.actuator is None:  # at once: every run asks
+        if (
+            len(self.machine.contact_states) == 1 and self.actuator is self.controller is None
+        ):  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
@@ -311,6 +345,8 @@ class System:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
             if str(path).startswith("actuator.") and self.actuator is None:
                 raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
+            if str(path).startswith("controller.") and self.controller is None:
+                raise ArgumentError(str(path), "this system has no controller; give it one, controller=PositionPID()")
             part = str(path).partition(".")[0]
             if 2 <= number_in(part, "friction") <= len(self.machine.contact_states):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"

@@ -61,7 +61,7 @@ QUANTITIES = {
 UNDECLARED = (
     'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
 )
-DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
+DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "speed": "m/s", "number": "1"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -170,11 +170,13 @@ class Units:
     """Factor and unit of every quantity of a system.
 
     scales: what one unit of mass, length and time is. effort: what the drive exerts. states: units of the states.
+    reference: what kind of quantity the drive is where a controller compares it; "": there is no controller.
     """
 
     scales: Scales
     effort: str
     states: Mapping[str, str]
+    reference: str = ""
 
     def unit(self, name: str) -> str:
         """SI unit of a quantity of a motion, "1" where it has none."""
@@ -184,6 +186,8 @@ class Units:
             return known
         if name in ("drive", "command"):
             return DRIVE_UNITS[self.effort]
+        if name == "reference" and self.reference:
+            return DRIVE_UNITS[self.reference]
         if name.endswith(("_work", "_power")):
             return "J" if name.endswith("_work") else "W"
         if (state := name.removesuffix("_rate")) in self.states and state != name:
@@ -214,6 +218,10 @@ class Units:
             return type(value)(self._over(each, key) for each in value)
         return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
 
+    def of_part(self, section: str) -> "Units":
+        """The same for the parameters of a part: those of a drive that is a reference count in what it is."""
+        return dataclasses.replace(self, effort=self.reference) if section == "drive" and self.reference else self
+
     def per_key(self, key: Key) -> float:
         """What one dimensionless unit is in the unit of a key."""
         return key.scale(self.scales, self.effort)
@@ -239,9 +247,26 @@ def over_seconds(unit: str) -> str:
     return f"{above}/{below} s" if below else f"{above}/s"
 
 
+def effort_of(section: str, parts: Mapping[str, Any]) -> str:
+    """What the parameters of a part mean by an effort: what the drive exerts on the machine; of a drive that is the
+    reference of a controller, what that measures. parts: of a system by name, or their classes
+    """
+    controller = parts.get("controller")
+    return parts["machine"].effort if controller is None or section != "drive" else controller.reference
+
+
+def units_of(parts: Mapping[str, Any], scales: Scales) -> Units:
+    """Factor and unit of every quantity of the parts of a system by name, or of their classes."""
+    controller = parts.get("controller")
+    reference = "" if controller is None else controller.reference
+    return Units(scales, parts["machine"].effort, state_units(parts), reference)
+
+
 def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
     """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
     own: dict[str, str] = {OUTPUT: DRIVE_UNITS[parts["machine"].effort]}
+    if (controller := parts.get("controller")) is not None:
+        own |= dict.fromkeys(controller.effort_states, DRIVE_UNITS[parts["machine"].effort])
     for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
         own |= part.state_units
     return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}

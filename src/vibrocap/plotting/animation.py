@@ -202,7 +202,7 @@ class Scene:
         if self.motion.system.units is not None:
             clock = f"time $t$ = {time * scale('time', self.motion.system):.2f} s"
         lines = [clock, f"position $X$ = {position * size:+.3f}{unit}"]
-        if earlier >= 0.0 and self.motion.system.machine.cyclic is not None:
+        if earlier >= 0.0 and self.motion.system.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
         if self.load is not None:

@@ -55,7 +55,7 @@ def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
     """
     along = _along(basins, axes)
     basins = _shown(basins, along)
-    travels = basins.system.machine.cyclic is not None
+    travels = basins.system.cyclic is not None
     several = travels and len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
     which = "Which way each start travels" + (", and to which attractor" if several else "")
     words: Any = types.SimpleNamespace(

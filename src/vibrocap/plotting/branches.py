@@ -125,7 +125,7 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     quantity: by default the mean velocity, or the period where the machine is held to its place
     Returns the axes: `ax`, or those of a new figure.
     """
-    quantity = quantity or ("mean_velocity" if found.system.machine.cyclic is not None else "period")
+    quantity = quantity or ("mean_velocity" if found.system.cyclic is not None else "period")
     _check([found], quantity)
     ax = given_axes(ax)
     with style():

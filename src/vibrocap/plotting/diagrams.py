@@ -45,7 +45,7 @@ def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax:
 def _widest(found: BifurcationDiagram) -> str:
     """The state of the machine whose values at the section spread most, over natural sizes."""
     system = found.system
-    names = [name for name in system.machine.states if name != system.machine.cyclic]
+    names = [name for name in system.machine.states if name != system.cyclic]
     columns = [system.state_names.index(name) for name in names]
     spread = np.nanmax(found.states[..., columns], axis=(0, 1, 2, 3)) - np.nanmin(
         found.states[..., columns], (0, 1, 2, 3)

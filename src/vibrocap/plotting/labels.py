@@ -106,6 +106,7 @@ def percent(share: float) -> str:
 def law_words(name: str) -> str:
     """The name of a part in words, as a title begins: "Maxwell slip", "LuGre"."""
     words = re.sub(r"\blugre\b", "LuGre", name.replace("-", " "))
+    words = re.sub(r"\bpid?\b", lambda found: found[0].upper(), words)
     return words[0].upper() + words[1:]
 
 
@@ -132,6 +133,8 @@ def quantity_label(name: str, system: System) -> str:
         label = LABELS["sliding_velocity"]
     elif name == "drive" and isinstance(machine, Imposed):
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
+    elif name == "drive" and system.controller is not None:
+        label = "command $u$"
     return label
 
 
@@ -212,8 +215,9 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
 
 def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
     """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
-    keys = parameter_keys(type(part), system.si.effort)
-    return _worded(name, written_in_si(part, system.si, exactly=False) or {}, keys, varied, fixed)
+    units = system.si.of_part(name)
+    keys = parameter_keys(type(part), units.effort)
+    return _worded(name, written_in_si(part, units, exactly=False) or {}, keys, varied, fixed)
 
 
 def _worded(

@@ -206,7 +206,7 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods"))
-    travels = x == "position" and motion.system.machine.cyclic is not None and end - begin >= period
+    travels = x == "position" and motion.system.cyclic is not None and end - begin >= period
     size = scale("position", motion.system)
     speed = size * float(np.diff(motion.at([last, end], "position"))[0]) / period if travels else 0.0
     origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
@@ -279,7 +279,7 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
 
 def _time_histories(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then angle, velocity and friction over the last periods."""
-    _whole_run(axes[0], motion, "Place" if motion.system.machine.cyclic is None else "Travel")
+    _whole_run(axes[0], motion, "Place" if motion.system.cyclic is None else "Travel")
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
@@ -310,7 +310,7 @@ def _share_time(axes: Any) -> None:
 
 def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
-    what = "Place" if motion.system.machine.cyclic is None else "Travel"
+    what = "Place" if motion.system.cyclic is None else "Travel"
     start, contacts = _whole_run(axes[0], motion, f"{what} of body 1"), contacts_of(motion)
     gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
@@ -360,7 +360,7 @@ def _body_name(motion: Trajectory) -> str:
     """What slides."""
     if len(motion.system.machine.contact_states) > 1:
         return "Body 1"
-    return "Block" if motion.system.machine.cyclic is None else "Capsule"
+    return "Block" if motion.system.cyclic is None else "Capsule"
 
 
 def _inner_name(motion: Trajectory) -> str:

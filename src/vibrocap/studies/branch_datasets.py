@@ -50,7 +50,7 @@ def branch_dataset(branch: Shown) -> "xarray.Dataset":
         ),
         "word": ("point", branch.word.astype(str), {"long_name": "phases: F forward, S stuck, B back"}),
     }
-    for i, name in enumerate(branch.system.machine.turns):
+    for i, name in enumerate(branch.system.turns):
         data[f"winding_{name}"] = ("point", branch.winding[:, i], _words(f"whole turns of {name} over one response"))
     special = branch.special_points
     along = {"units": branch.unit_of("parameter")} if branch.si_context() is not None else {}

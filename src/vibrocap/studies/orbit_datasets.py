@@ -36,7 +36,7 @@ def basin_dataset(basins: Shown) -> "xarray.Dataset":
         "attractor_drift": ([_number(motion.drift) for motion in motions], "its drift per drive period"),
         **{
             f"attractor_winding_{name}": ([motion.winding[name] for motion in motions], "its turns per drive period")
-            for name in basins.system.machine.turns
+            for name in basins.system.turns
         },
         "attractor_share": ([each.share for each in basins.attractors], "share of the starts that lead to it"),
         "attractor_twin": (

@@ -80,7 +80,7 @@ def branch(
         from vibrocap.plotting.branches import branch_figure
         from vibrocap.plotting.finishing import save
 
-        drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
+        drawn = "mean_velocity" if found.system.cyclic is not None else "period"
         save(branch_figure(found, drawn, over=along.path), plot)
         if not json:
             Page().say(f"picture    {plot}")

@@ -183,7 +183,7 @@ def orbit_record(found: Any) -> dict[str, Any]:
         "response_period": found.response_period if closed else None,
         "drift": found.drift,
         "mean_velocity": found.mean_velocity,
-        **({"winding": found.winding} if found.system.machine.turns else {}),
+        **({"winding": found.winding} if found.system.turns else {}),
         "returns": found.returns if closed else None,
         "stable": found.stable if known else None,
         "stability": _stability(found) if known else "not known",

@@ -47,15 +47,19 @@ EVENTS = {
     "paradox": "the contact has no load that follows from the forces",
     "ambiguous_contacts": "which contacts rest is no longer certain",
 }
-ACTUATOR_EVENTS = {  # counted where there is one
+PART_EVENTS = {  # of an actuator and of a controller, counted where there is one
     "saturated": "the actuator reaches its limit",
     "unsaturated": "the actuator leaves its limit",
     "clipped": "the command reaches its limit",
     "unclipped": "the command comes back from its limit",
+    "sample": "the controller samples, or its command acts",
+    "command_saturated": "the command of the controller reaches its limit",
+    "command_unsaturated": "the command of the controller leaves its limit",
 }
 # channel of energy: what it is
 CHANNELS = {
     "drive": "work of the drive",
+    "controller": "work of the controller",
     "damper": "work of the damper",
     "belt": "work of the belt under the block",
     "impact": "loss in impacts",
@@ -172,17 +176,18 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
     whole = max(0, whole_periods(computed(motion)))
     started = len(motion.piece_start) > 0
-    travels = whole > 0 and motion.system.machine.cyclic is not None
+    travels = whole > 0 and motion.system.cyclic is not None
     velocity = mean_velocity(motion) if travels else None
     nothing = {"value": None, "window": None, "settled": False}
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
     least = certificate["least_reaction"] if certificate else None  # of the motion as it was computed, without units
     balance = energy_balance(motion) if started else None
-    absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+    absent = {"drag", "outer_force", "gravity", "controller"}.difference(motion.system.channels)
+    absent |= {"drive"} if "controller" in motion.system.channels else set()
     works = {} if balance is None else {**dataclasses.asdict(balance), **balance.own}
     works = {name: value for name, value in works.items() if name not in {"own", *absent}}
-    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.machine.turns else {}
+    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.turns else {}
     record = plain(
         {
             "state": motion.state,
@@ -229,7 +234,7 @@ def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float 
         return None
     balance = opened_in_si(energy_balance)(motion, periods=usual_window(whole_periods(plain)))
     start, end = balance.window
-    return balance.drive / abs(velocity.value * (end - start))
+    return (balance.drive + balance.controller) / abs(velocity.value * (end - start))
 
 
 def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
@@ -299,14 +304,12 @@ def _event_words(kind: str) -> str:
     stem, number = name_and_number(kind)
     if number > 1 and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
-    return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
+    return (EVENTS | PART_EVENTS).get(kind, "this happens")
 
 
 def own_events(motion: "Trajectory") -> list[str]:
-    """Kinds of event that only the machine of a motion or its actuator knows."""
-    actuator = ACTUATOR_EVENTS if motion.system.actuator is not None else ()
-    kinds = [*motion.system.machine.switch_events, *(k for k in actuator if k in motion.system.placed.switch_events)]
-    return [kind for kind in dict.fromkeys(kinds) if kind not in EVENTS]
+    """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
+    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in EVENTS]
 
 
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
-from vibrocap.case.sections import CHOICES
+from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.example_files import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
@@ -18,7 +18,7 @@ from vibrocap.io.motion_file import read_source
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import STATES
-from vibrocap.physics.units import UNDECLARED, Units, one_way, parameter_keys, state_keys, state_units, undeclared
+from vibrocap.physics.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -121,6 +121,10 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
         lines.append(f"# [{part.name}]: {words}")
         texts = (text for info in parameter_table(part) for text in form.lines(part, info))
         lines += [*(text if text.startswith("#") else f"# {text}" for text in texts), ""]
+    key, catalogue = CHOICES_LEFT_OUT["controller"]
+    lines += ["# [controller]: what makes the command of what it measures; the drive is then its reference."]
+    first, *others = catalogue()
+    lines += ["# " + _line(key, first, "or " + ", ".join(others)), ""]
     lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
     lines += ["", "[run]", *(_line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
     return "\n".join(lines) + "\n"
@@ -161,7 +165,7 @@ class _InSI(_Plain):
         self.needed = [info.name for info in table if not isinstance(info.default, (float, type(None)))]
         self.head = SI_HEAD if self.needed else SI_AS_IT_STANDS
         self.given = record(**{name: BENCH[name] for name in self.needed})
-        self.units = Units(self.given, classes["machine"].effort, state_units(classes))
+        self.units = units_of(classes, self.given)
 
     def scales(self) -> list[str]:
         """What says the units of the machine."""

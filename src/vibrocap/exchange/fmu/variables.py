@@ -82,7 +82,7 @@ def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
     meaning = next(info.meaning for info in parameter_table(record) if info.name == name)
     if stepped.system.units is None:
         return path, meaning
-    key = one_way(parameter_keys(type(record), stepped.system.si.effort), name)
+    key = one_way(parameter_keys(type(record), stepped.system.si.of_part(part).effort), name)
     if key is None or not key.has_unit:
         return path, meaning
     return f"{part}.{key.stem}", f"{_words(key.stem)}; without units: {meaning}"

@@ -78,7 +78,7 @@ class Controls {
     this.rows.clear();
     this.root.replaceChildren();
     for (const section of form.sections) {
-      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment", actuator: "Actuator" }[section] ?? wordy(section));
+      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment", actuator: "Actuator", controller: "Controller" }[section] ?? wordy(section));
       if (PARTS.includes(section)) set.append(this.chooser(section));
       set.append(element("p", { className: "about", innerHTML: meaningHtml(model.part(section).about) }));
       for (const { name } of model.part(section).parameters) {

@@ -9,8 +9,8 @@ from typing import Any
 
 from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
-from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, slow_constants
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
@@ -76,6 +76,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
+    constants |= slow_constants(layout)
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
@@ -112,7 +113,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
-    writer = JetWriter(graph, list(equations.rates), code, equations.balance)
+    writer = series_writer(equations, layout, code)
     watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
@@ -149,7 +150,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
-            first, *others = (writer.coefficient(rate.index, 0) for rate in decay_rates(equations))
+            first, *others = bounding_decays(equations, writer, decay_rates(equations))
             decay = code.name("decay", first)
             for i, other in enumerate(others):
                 larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"

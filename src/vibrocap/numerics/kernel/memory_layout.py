@@ -102,6 +102,12 @@ FLOAT_ENTRIES = (
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
+    "SLOW",  # [contacts] 1: its bristles are on their slow manifold, see `step/slow_manifold.py`
+    "SWEEPS",  # [contacts] series since then, of which none was accepted
+    "WAIT",  # [contacts] steps until it is tried again
+    "PAUSE",  # [contacts] how long it waits after the next failure
+    "OWN_DECAY",  # [contacts] rate of decay of its bristles
+    "GUESS",  # [contacts * (order + 1)] series of its bristles of the sweep before
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     # of a stepper only
     "CLOCK",  # time since the motion began
@@ -204,6 +210,7 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     table: int = 0  # numbers of the table of its drive
+    slow: tuple[int, ...] = ()  # of each contact the state that may be on a slow manifold, else -1; (): none is
 
     @property
     def measured(self) -> int:
@@ -240,6 +247,8 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
+            **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
+            "GUESS": len(self.slow) * (self.order + 1),
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),

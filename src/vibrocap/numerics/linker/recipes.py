@@ -78,7 +78,10 @@ NO_WATCH = ("observe.no_load_watch",)
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
-SIMD = ("step.taylor_simd", "step.stabilised_simd", "step.resolved_simd", "loop.simd_step")
+SIMD = (
+    *("step.taylor_simd", "step.stabilised_simd", "step.resolved_simd", "step.slow_manifold"),
+    *("loop.turning_simd", "loop.simd_step"),
+)
 LANE_PRIMITIVES = (
     *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
     *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.evidence import evidence_source
+from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
@@ -78,12 +79,14 @@ def ensemble_source(
     watched = equations.true_load is not None and states == equations.base
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
     parameters, corners = len(equations.parameter_paths), equations.corners
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, **sizes(equations))
+    tangent = states > equations.base
+    stiff = equations.maybe_stiff and not tangent
+    slow = slow_states(equations) if loop == "simd" and stiff and equations.several else ()
+    slow = slow if any(each >= 0 for each in slow) else ()
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, slow=slow, **sizes(equations))
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    tangent = layout.states > equations.base
-    stiff = equations.maybe_stiff and not tangent
     more = equations.several, tangent, watched
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)

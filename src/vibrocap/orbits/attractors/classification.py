@@ -166,7 +166,7 @@ def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     clock, returns = is_driven(map_.system), kind == "not settled" and growth.value < 0.0
     if clock and returns and (orbit := _long_orbit(map_, states, cloud)) is not None:
         return class_of_orbit(orbit)
-    symmetric, turns = None, map_.system.machine.turns
+    symmetric, turns = None, map_.system.turns
     if clock and map_.system.mirrored and kind != "not settled":
         symmetric = same_set(cloud[-CLOUD:], mirrored_cloud(map_, states[-CLOUD:]))
     gained = (states[-1] - states[0]) / max(1, len(states) - 1)

@@ -39,12 +39,12 @@ def checked_start_range(name: str, system: System, state: str, pair: Any) -> tup
 
 def check_state(name: str, system: System, state: Any) -> None:
     """ValueError for what is no state of the system at which runs can start apart."""
-    useful = [each for each in system.state_names if each != system.machine.cyclic]
+    useful = [each for each in system.state_names if each != system.cyclic]
     useful = [each for each in useful if each not in system.switched]
     if state in useful:
         return
     why = f"{state!r} is no state of the system"
-    if state == system.machine.cyclic:
+    if state == system.cyclic:
         why = f"nothing depends on {state!r}: a start shifted along it makes the same motion"
     elif state in system.switched:
         why = f"{state!r} is a mode of the law or the machine, no quantity"
@@ -101,8 +101,8 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
             high = max(high, float(fine.entry("LARGEST", i).max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
-        if name in system.machine.turns and high - low > system.machine.turns[name]:  # then all of its circle
-            low, high = -0.5 * system.machine.turns[name], 0.5 * system.machine.turns[name]
+        if name in system.turns and high - low > system.turns[name]:  # then all of its circle
+            low, high = -0.5 * system.turns[name], 0.5 * system.turns[name]
         least, most = room.get(name, (-np.inf, np.inf))
         low, high = max(low, least), min(high, most)
         if name not in system.switched and np.isfinite(low) and low < high:

@@ -84,7 +84,7 @@ class Gradients(Result):
 def measures_with_gradients(system: System) -> tuple[str, ...]:
     """The measures that have a gradient: travel, works per drive period and the cost of transport."""
     works = [f"{name}_work" for name in carried(equations(system))]
-    travel = list(TRAVEL) if system.machine.cyclic is not None else []
+    travel = list(TRAVEL) if system.cyclic is not None else []
     return (*travel, *works, *(["cost_of_transport"] if travel and "drive_work" in works else []))
 
 

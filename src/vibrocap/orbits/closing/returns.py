@@ -41,7 +41,7 @@ class Section:
         if self.observable is None:
             kind = str(self.event) if self.event == "impact" else numbered(str(self.event), self.contact)
             return np.array([event.time for event in motion.events if event.kind == kind])
-        turn = motion.system.machine.turns.get(self.observable)
+        turn = motion.system.turns.get(self.observable)
         return motion.crossings(self.observable, self.value, self.direction, turn)
 
     def __str__(self) -> str:
@@ -92,8 +92,8 @@ def checked_section(system: System, given: Any) -> Section | None:
             raise ArgumentError("section.contact", f"should be 1 to {contacts}, got {given.contact!r}")
         return given
     known = (*system.state_names, *equations(system).observables)
-    if given.observable not in known or given.observable == system.machine.cyclic:
-        useful = [name for name in known if name != system.machine.cyclic]
+    if given.observable not in known or given.observable == system.cyclic:
+        useful = [name for name in known if name != system.cyclic]
         why = suggestion(given.observable, useful)
         raise ArgumentError("section.observable", f"{given.observable!r} is none that comes back; {why}")
     if not is_number(given.value) or not math.isfinite(given.value):
@@ -106,7 +106,7 @@ def checked_section(system: System, given: Any) -> Section | None:
 def default_sections(motion: Trajectory) -> list[Section]:
     """Sections that a motion passes again and again: places of what turns, then sticks, slips and reversals."""
     found = []
-    for name, turn in motion.system.machine.turns.items():
+    for name, turn in motion.system.turns.items():
         if len(motion.piece_start) and abs(np.ptp(motion.at([0.0, motion.end], name))) > FEWEST * turn:
             ends = motion.at([0.0, motion.end], name)
             marks = [event.time for event in motion.events][-2:]

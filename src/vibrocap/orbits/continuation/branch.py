@@ -189,7 +189,7 @@ def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
     return Branch(
         closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
         np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
-        none, np.empty(0, dtype=bool), np.empty((0, len(closure.system.machine.turns)), dtype=int), (), nowhere, -1,
+        none, np.empty(0, dtype=bool), np.empty((0, len(closure.system.turns)), dtype=int), (), nowhere, -1,
         closure,
     )  # fmt: skip
 

@@ -88,9 +88,9 @@ def settled_motion(
 
 def _drift(system: System, marks: np.ndarray, response: int) -> float | None:
     """Travel per drive period over the last response."""
-    if system.machine.cyclic is None:
+    if system.cyclic is None:
         return None
-    place = system.state_names.index(system.machine.cyclic)
+    place = system.state_names.index(system.cyclic)
     return float(marks[-1, place] - marks[-1 - response, place]) / response
 
 

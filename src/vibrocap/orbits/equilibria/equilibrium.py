@@ -72,7 +72,7 @@ class Equilibrium(Result):
         spans = {
             name: said(value, self.unit_of(name)) if self.least[name] == self.most[name]
             else f"{self.least[name]:.10g} to {said(self.most[name], self.unit_of(name))}"
-            for name, value in self.state.items() if name != self.system.machine.cyclic
+            for name, value in self.state.items() if name != self.system.cyclic
         }  # fmt: skip
         travels = {}
         if self.travel is not None and any(self.sides):

@@ -36,7 +36,7 @@ class SteadyEquations:
         self.index = -1 if path is None else self.recording.parameter_paths.index(path)
         if path is not None:
             self.row[self.index] = float(system.parameter(path))
-        names, aside = system.state_names, {*system.switched, system.machine.cyclic}
+        names, aside = system.state_names, {*system.switched, system.cyclic}
         self.unknowns = np.array([i for i, name in enumerate(names) if name not in aside], dtype=int)
         self.sizes = np.array(evaluate(self.recording.scales, 0.0, [0.0] * len(names), 1.0, self.row), dtype=float)
         self.sizes = np.where(self.sizes > 0.0, self.sizes, 1.0)

@@ -12,6 +12,7 @@ from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.sampling import check_smooth
 from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
@@ -49,6 +50,7 @@ class StroboscopicMap:
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
         """tolerance: error per step over the natural size of each state; plain: as plain Python, not compiled."""
+        check_smooth(system)
         self.system = system
         self.tolerance = tolerance
         self.threads = threads
@@ -248,7 +250,11 @@ class StroboscopicMap:
 
 
 def is_driven(system: System) -> bool:
-    """Whether the equations contain the time; otherwise motions have periods of their own."""
+    """Whether the equations contain the time; otherwise motions have periods of their own.
+
+    Raises ArgumentError for a controller that rounds what it measures.
+    """
+    check_smooth(system)
     recording = equations(system)
     return recording.corners is not None or depends_on_time(recording.rates)
 

@@ -19,6 +19,7 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
+from vibrocap.physics.units import effort_of
 
 ALL = "vary what all kinds have, do a study for each, or give a list of cases"
 CURE = "give it in a list of cases, or begin with a case whose {} is of this kind"
@@ -69,7 +70,7 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
         new = fields.get(name, {})
         if isinstance(part, type):
             new = carried(system.parts[name], part) | new
-            for each in () if system.units is None else lacking(part, system.machine.effort, new):
+            for each in () if system.units is None else lacking(part, effort_of(name, parts), new):
                 missing.append(each.about(f"{name}.{each.field}"))
             if not missing:
                 parts[name] = part(**new)
@@ -150,6 +151,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
                 complaints.add(path, f"not all kinds have it; {ALL}")
         elif path.startswith("actuator.") and not any("actuator" in parts for parts in choices):
             complaints.add(path, "the system has no actuator; give the case a section [actuator]")
+        elif path.startswith("controller.") and not any("controller" in parts for parts in choices):
+            complaints.add(path, "the system has no controller; give the case a section [controller]")
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in of_kinds and (lacking := [parts for parts in choices if path not in paths(parts)]):

@@ -162,7 +162,8 @@ def leaves(floats, ints, lane, c):
             ints[ZEROS + c * LANES + lane] = 1
     first = ints[ZEROS + c * LANES + lane]
     if SEVERAL and STICKS[c] == 0:
-        first = max(first, beyond_rounding(floats, ints, lane, c))
+        ints[ZEROS + c * LANES + lane] = 1  # what else vanished may have done so while another contact rested
+        first = max(1, beyond_rounding(floats, ints, lane, c))
         if first >= ORDER:
             ints[ZEROS + c * LANES + lane] = ORDER
             return True  # at rest to rounding, as the middle one of three that are alike

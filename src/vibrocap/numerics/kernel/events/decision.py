@@ -63,6 +63,7 @@ GAVE = AT_REST + CONTACTS  # 1: it has given way
 TIED = GAVE + CONTACTS  # 1: the forces alone do not decide
 FOUND_SIDE = TIED + CONTACTS
 FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
+UNKNOWN = FOUND_ACCELERATION + CONTACTS  # numbers of the contacts whose forces are unknown
 
 
 def decide_together(floats, ints, lane):
@@ -244,49 +245,22 @@ def held_between(floats, c):
 def find_forces(floats, soft):
     """The forces, accelerations and loads of the mode that is tried.
 
+    The force of a contact that slides is known where loads are constant; one linear problem gives all others.
+
     soft: with a little more on the diagonal of A, so that contacts at imposed distances differ; else those that rest
     together have equal shares of what they can hold
     """
-    largest = 0.0
-    widest = 0.0
+    unknown = 0
     for c in range(CONTACTS):
-        largest = max(largest, abs(floats[SLOWING + c * CONTACTS + c]))
-        widest = max(widest, half_width(floats, c))
-    for c in range(CONTACTS):
-        row = MATRIX_ROWS + c * (CONTACTS + 1)
-        levels = HELD_LEVELS + LEVELS_EACH * c
-        if floats[AT_REST + c] == 1.0 and floats[TRIED + c] == 0.0:
-            head = c
-            if not soft:
-                for j in range(c - 1, -1, -1):
-                    if floats[AT_REST + j] == 1.0 and floats[TRIED + j] == 0.0 and ROW_LIKE[j] == ROW_LIKE[c]:
-                        head = j
-            if head != c:
-                for j in range(CONTACTS):
-                    floats[row + j] = 0.0
-                own, other = half_width(floats, c), half_width(floats, head)
-                floats[row + c] = other
-                floats[row + head] = -own
-                floats[row + CONTACTS] = other * middle_taken(floats, c) - own * middle_taken(floats, head)
-            else:
-                for j in range(CONTACTS):
-                    floats[row + j] = floats[SLOWING + c * CONTACTS + j]
-                if soft:
-                    floats[row + c] += SOFTNESS * largest * (widest / (half_width(floats, c) + SOFTNESS * widest))
-                floats[row + CONTACTS] = floats[FREE_ROWS + c]
+        if rests(floats, c) or DYNAMIC:
+            floats[UNKNOWN + unknown] = float(c)
+            unknown += 1
         else:
-            level, pushed = floats[levels + SLIDING], floats[levels + PUSHED]
-            if floats[AT_REST + c] == 1.0:
-                least, most = floats[levels + LEAST_HELD], floats[levels + MOST_HELD]
-                if floats[GAVE + c] == 1.0:
-                    least, most = floats[levels + LEAST_KINETIC], floats[levels + MOST_KINETIC]
-                level = most if floats[TRIED + c] > 0.0 else least
-                pushed = floats[levels + PUSHED_AT_REST]
-            for j in range(CONTACTS):
-                floats[row + j] = level * floats[RAISED_ROWS + c * CONTACTS + j] if DYNAMIC else 0.0
-            floats[row + c] += 1.0
-            floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
-    eliminate(floats)
+            level, pushed = sliding_force(floats, c)
+            floats[TAKEN + c] = level * floats[LOAD_ROWS + c] - pushed
+    for i in range(unknown):
+        write_row(floats, i, unknown, soft)
+    eliminate(floats, unknown)
     for c in range(CONTACTS):
         acceleration = floats[FREE_ROWS + c]
         normal = floats[LOAD_ROWS + c]
@@ -296,6 +270,60 @@ def find_forces(floats, soft):
                 normal -= floats[RAISED_ROWS + c * CONTACTS + j] * floats[TAKEN + j]
         floats[ACCELERATIONS + c] = acceleration
         floats[NORMALS + c] = normal
+
+
+def rests(floats, c):
+    """Whether a contact rests in the mode that is tried."""
+    return floats[AT_REST + c] == 1.0 and floats[TRIED + c] == 0.0
+
+
+def sliding_force(floats, c):
+    """(force over load, what pushes it besides) of a contact that slides in the mode that is tried."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    if floats[AT_REST + c] != 1.0:
+        return floats[levels + SLIDING], floats[levels + PUSHED]
+    first = LEAST_KINETIC if floats[GAVE + c] == 1.0 else LEAST_HELD
+    return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + PUSHED_AT_REST]
+
+
+def write_row(floats, i, unknown, soft):
+    """Write row i of the linear problem for so many unknown forces."""
+    row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[UNKNOWN + i])
+    for k in range(unknown):
+        floats[row + k] = 0.0
+    if not rests(floats, c):
+        level, pushed = sliding_force(floats, c)
+        for k in range(unknown):
+            floats[row + k] = level * floats[RAISED_ROWS + c * CONTACTS + int(floats[UNKNOWN + k])]
+        floats[row + i] += 1.0
+        floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
+        return
+    head = i
+    if not soft:
+        for k in range(i - 1, -1, -1):
+            other = int(floats[UNKNOWN + k])
+            if rests(floats, other) and ROW_LIKE[other] == ROW_LIKE[c]:
+                head = k
+    if head != i:
+        first = int(floats[UNKNOWN + head])
+        own, other_width = half_width(floats, c), half_width(floats, first)
+        floats[row + i] = other_width
+        floats[row + head] = -own
+        floats[row + CONTACTS] = other_width * middle_taken(floats, c) - own * middle_taken(floats, first)
+        return
+    known = floats[FREE_ROWS + c]
+    for j in range(CONTACTS):
+        if not (rests(floats, j) or DYNAMIC):
+            known -= floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+    for k in range(unknown):
+        floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[UNKNOWN + k])]
+    if soft:
+        largest, widest = 0.0, 0.0
+        for j in range(CONTACTS):
+            largest = max(largest, abs(floats[SLOWING + j * CONTACTS + j]))
+            widest = max(widest, half_width(floats, j))
+        floats[row + i] += SOFTNESS * largest * (widest / (half_width(floats, c) + SOFTNESS * widest))
+    floats[row + CONTACTS] = known
 
 
 def half_width(floats, c):
@@ -310,12 +338,12 @@ def middle_taken(floats, c):
     return 0.5 * (floats[levels + MOST_HELD] + floats[levels + LEAST_HELD]) - floats[levels + PUSHED_AT_REST]
 
 
-def eliminate(floats):
-    """Solve the linear problem in the work space for TAKEN, by elimination with the largest pivot of each column."""
+def eliminate(floats, unknown):
+    """Solve the linear problem in the work space for forces, by elimination with the largest pivot of each column."""
     width = CONTACTS + 1
-    for i in range(CONTACTS):
+    for i in range(unknown):
         best = i
-        for j in range(i + 1, CONTACTS):
+        for j in range(i + 1, unknown):
             if abs(floats[MATRIX_ROWS + j * width + i]) > abs(floats[MATRIX_ROWS + best * width + i]):
                 best = j
         if best != i:
@@ -323,13 +351,14 @@ def eliminate(floats):
                 kept = floats[MATRIX_ROWS + i * width + k]
                 floats[MATRIX_ROWS + i * width + k] = floats[MATRIX_ROWS + best * width + k]
                 floats[MATRIX_ROWS + best * width + k] = kept
-        for j in range(i + 1, CONTACTS):
+        for j in range(i + 1, unknown):
             factor = floats[MATRIX_ROWS + j * width + i] / floats[MATRIX_ROWS + i * width + i]
             if factor != 0.0:
-                for k in range(i, width):
+                for k in range(i, unknown):
                     floats[MATRIX_ROWS + j * width + k] -= factor * floats[MATRIX_ROWS + i * width + k]
-    for i in range(CONTACTS - 1, -1, -1):
+                floats[MATRIX_ROWS + j * width + CONTACTS] -= factor * floats[MATRIX_ROWS + i * width + CONTACTS]
+    for i in range(unknown - 1, -1, -1):
         value = floats[MATRIX_ROWS + i * width + CONTACTS]
-        for k in range(i + 1, CONTACTS):
-            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + k]
-        floats[TAKEN + i] = value / floats[MATRIX_ROWS + i * width + i]
+        for k in range(i + 1, unknown):
+            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + int(floats[UNKNOWN + k])]
+        floats[TAKEN + int(floats[UNKNOWN + i])] = value / floats[MATRIX_ROWS + i * width + i]

@@ -26,3 +26,6 @@ STATE_OF = (3,)  # of each contact: the state that moves one to one with its vel
 SHARED = False  # whether some share one state, as their distances are imposed
 DYNAMIC = False  # whether the loads of several contacts follow the motion
 ROW_LIKE = (0,)  # of each of several contacts: the first one whose row of A is the same
+SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `step/slow_manifold.py`
+SLOWS = (0,)  # of each contact: 1 where they may be
+SLOW_STATE = (-1,)  # of each contact: the state that is

@@ -11,16 +11,20 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     MEASURED,
     MORE,
     NEXT_RUN,
+    PAUSE,
     PERIOD_BUDGET,
     REMAINING,
     RESPONSE,
     RESULT_START,
     RUN,
     SINCE,
+    SLOW,
     START_STATE,
+    SWEEPS,
+    WAIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.facts import STICKS
+from vibrocap.numerics.kernel.generated.facts import SLOWED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
     CAME_FROM,
@@ -104,6 +108,12 @@ def begin_run(floats, ints, trace, lane, run):
     floats[HOLD_RATE + lane] = hold_rate(trace[place + 1], ORDER)
     forget(floats, lane)
     begin_drive(floats, ints, trace, lane, run)
+    if SLOWED:
+        for c in range(CONTACTS):
+            floats[SLOW + c * LANES + lane] = 0.0
+            floats[SWEEPS + c * LANES + lane] = 0.0
+            floats[WAIT + c * LANES + lane] = 0.0
+            floats[PAUSE + c * LANES + lane] = 1.0
     floats[REMAINING + lane] = 0.0
     floats[CONTACT_RESIDUAL + lane] = 0.0
     for c in range(CONTACTS):

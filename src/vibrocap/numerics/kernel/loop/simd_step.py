@@ -20,9 +20,16 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, NO_MOTION, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.ensemble import EVENT_CONTACT, LIFTED, STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.generated.ensemble import (
+    EVENT_CONTACT,
+    LIFTED,
+    SLOW,
+    STEP,
+    STEP_LIMIT,
+    WINDOW_START,
+)
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
@@ -33,6 +40,8 @@ from vibrocap.numerics.kernel.generated.facts import (
     SEVERAL,
     SHARED,
     SHARP,
+    SLOWED,
+    SLOWS,
     SPARSE,
     STATE_OF,
     STICKS,
@@ -64,10 +73,12 @@ from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION,
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
+from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, before_turning, doubt_simd, out_of_doubt, still_simd
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
+from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
-from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
@@ -101,6 +112,9 @@ def step_simd(floats, ints, trace, running):
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
+    slow = damped
+    if SLOWED:
+        slow = running & slow_lanes(floats)
     turning = damped  # so near rest that the sign of its velocity counts
     reach = longest
     if MAYBE_STIFF and SEVERAL:
@@ -113,21 +127,26 @@ def step_simd(floats, ints, trace, running):
                 tolerance = tolerance * load(floats, SCALE + STATE_OF[c] * LANES)
             counts = 0.1 * (speed + abs(load(floats, VELOCITY_OF[c] + LANES)) * longest) >= tolerance
             if SEVERAL and bits(moving & ~counts) != 0:
+                if SLOWED and bits(slow & ~counts) != 0:
+                    reach = out_of_doubt(floats, c, slow & ~counts, reach)
+                    longest = where(slow, lesser(reach, longest), longest)
                 h = lesser(reach, remaining)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
                 counts = counts | ~doubt_simd(floats, c, h)
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
-        gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
+        gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
         gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
         for c in range(1, CONTACTS):
             gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
-        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
+        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
+    if SLOWED and bits(slow) != 0:
+        longest = before_turning(floats, side, start, slow, longest)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
@@ -142,6 +161,10 @@ def step_simd(floats, ints, trace, running):
             if LOCATED[i] == 1:
                 holds = within_piece(floats, row, h)
             plain = plain & (clear | holds)
+    settled, near, far = plain, plain, plain
+    if SLOWED:
+        settled, near, far = settled_lanes(floats, h, longest)
+        plain = plain & (~slow | (settled & near))
     event = plain & ~plain
     which = 0.0 * h  # number of the contact of the event
     if SHARP and not (KINKED or SET_VALUED):
@@ -162,6 +185,8 @@ def step_simd(floats, ints, trace, running):
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
+            if SLOWED and SLOWS[c] == 1:
+                plain = plain & (ahead | ~(load(floats, SLOW + c * LANES) > 0.0))
             if SHARP and c == 0:
                 plain = plain & resolved_simd(floats, side, start, change, h, plain)
             clear = ~plain | ahead
@@ -185,6 +210,8 @@ def step_simd(floats, ints, trace, running):
     end = series_values(floats, VELOCITY, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
+    if SLOWED:
+        follow_manifolds(floats, slow, settled, near, far, plain, h)
     move_simd(floats, ints, trace, plain, h, end)
     if SEVERAL:
         store(floats, EVENT_CONTACT, which)
@@ -194,7 +221,7 @@ def step_simd(floats, ints, trace, running):
             if (moved >> lane) & 1:
                 pin(floats, lane)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
-    return bits(plain)
+    return bits(plain | slow)
 
 
 def within_piece(floats, row, h):
@@ -209,24 +236,6 @@ def within_piece(floats, row, h):
     return least_of_cubic(floats, row, others, h) > 0.0
 
 
-def still_simd(floats, ints, c, h):
-    """Where one of several contacts is at rest to rounding over the step, as the middle one of three that are alike.
-
-    As `one_step.first_rest`: it does not turn.
-    """
-    row = VELOCITY_OF[c]
-    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
-    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
-
-
-def doubt_simd(floats, c, h):
-    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
-    row = VELOCITY_OF[c]
-    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
-    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
-    return velocity_tail_simd(floats, row, h) > 0.01 * first + none
-
-
 def rest_simd(floats):
     """Where a contact sticks, of several."""
     rests = load(floats, SIDE) != load(floats, SIDE)
@@ -234,33 +243,6 @@ def rest_simd(floats):
         if STICKS[c] == 1:
             rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
     return rests
-
-
-def ahead_simd(floats, c, side, stuck, one, two, h):
-    """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
-
-    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
-    four are a bound from below, see `roots.py`.
-    """
-    velocity = VELOCITY_OF[c]
-    others = abs(load(floats, velocity + ORDER * LANES))
-    for k in range(ORDER - 1, 5, -1):
-        others = others * h + abs(load(floats, velocity + k * LANES))
-    v1, v2, v3 = load(floats, velocity + LANES), load(floats, velocity + 2 * LANES), load(floats, velocity + 3 * LANES)
-    v4, v5 = load(floats, velocity + 4 * LANES), load(floats, velocity + 5 * LANES)
-    after_five = others * h + abs(v5)
-    after_four = after_five * h + abs(v4)
-    change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
-    others = where(two, others, where(one, after_five, after_four))
-    first = side * where(two, v2, where(one, v1, load(floats, velocity)))
-    second = side * where(two, v3, where(one, v2, v1)) * h
-    third = side * where(two, v4, where(one, v3, v2)) * h * h
-    fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
-    third = third * (1.0 / 3.0)
-    early = first + second * (1.0 / 3.0)
-    late = early + (second * (1.0 / 3.0) + third)
-    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
-    return (least > 0.0) & ~stuck, change
 
 
 def hold_simd(floats, c, stuck, two, longest, h):

@@ -1,0 +1,91 @@
+"""Whether contacts turn within a step of all lanes, or are too near rest to tell."""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, where, whole_equal
+from vibrocap.numerics.kernel.events.contact import NO_MOTION
+from vibrocap.numerics.kernel.generated.ensemble import SLOW
+from vibrocap.numerics.kernel.generated.facts import SHARP, SLOWS, STATE_OF
+from vibrocap.numerics.kernel.generated.lane import SCALE, SIDE, ZEROS
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED
+from vibrocap.numerics.kernel.step.taylor_simd import lesser
+
+CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
+
+
+def still_simd(floats, ints, c, h):
+    """Where one of several contacts is at rest to rounding over the step, as the middle one of three that are alike.
+
+    As `one_step.first_rest`: it does not turn.
+    """
+    row = VELOCITY_OF[c]
+    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
+    return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
+
+
+def doubt_simd(floats, c, h):
+    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
+    row = VELOCITY_OF[c]
+    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
+    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
+    return velocity_tail_simd(floats, row, h) > 0.01 * first + none
+
+
+def out_of_doubt(floats, c, slow, h):
+    """Step lengths within which the sign of a velocity is not in doubt, of lanes on a slow manifold; cut a few times.
+
+    The long steps of the others make much of the rounding of one that is at rest to rounding.
+    """
+    for _ in range(CUTS):
+        doubtful = slow & doubt_simd(floats, c, h)
+        if bits(doubtful) == 0:
+            break
+        h = where(doubtful, CUT * h, h)
+    return h
+
+
+def before_turning(floats, side, start, slow, h):
+    """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
+    for _ in range(CUTS):
+        fine = slow | ~slow
+        for c in range(CONTACTS):
+            if SLOWS[c] == 1:
+                off = ~(load(floats, SLOW + c * LANES) > 0.0)
+                none = off & ~off
+                ahead, change = ahead_simd(floats, c, load(floats, SIDE + c * LANES), none, none, none, h)
+                fine = fine & (off | ahead)
+                if SHARP and c == 0:
+                    fine = fine & resolved_simd(floats, side, start, change, h, slow)
+        fine = fine | ~slow
+        if bits(~fine) == 0:
+            break
+        h = where(fine, h, CUT * h)
+    return h
+
+
+def ahead_simd(floats, c, side, stuck, one, two, h):
+    """Of contact c (where a slide lasts the step beyond doubt, bound of how far its velocity goes).
+
+    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
+    four are a bound from below, see `roots.py`.
+    """
+    velocity = VELOCITY_OF[c]
+    others = abs(load(floats, velocity + ORDER * LANES))
+    for k in range(ORDER - 1, 5, -1):
+        others = others * h + abs(load(floats, velocity + k * LANES))
+    v1, v2, v3 = load(floats, velocity + LANES), load(floats, velocity + 2 * LANES), load(floats, velocity + 3 * LANES)
+    v4, v5 = load(floats, velocity + 4 * LANES), load(floats, velocity + 5 * LANES)
+    after_five = others * h + abs(v5)
+    after_four = after_five * h + abs(v4)
+    change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
+    others = where(two, others, where(one, after_five, after_four))
+    first = side * where(two, v2, where(one, v1, load(floats, velocity)))
+    second = side * where(two, v3, where(one, v2, v1)) * h
+    third = side * where(two, v4, where(one, v3, v2)) * h * h
+    fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
+    third = third * (1.0 / 3.0)
+    early = first + second * (1.0 / 3.0)
+    late = early + (second * (1.0 / 3.0) + third)
+    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
+    return (least > 0.0) & ~stuck, change

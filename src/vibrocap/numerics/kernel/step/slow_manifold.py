@@ -1,0 +1,101 @@
+"""Series on a slow manifold, in lanes: stiff bristles that have relaxed follow the velocity, and bound no step.
+
+Bristles relax at rates far above those of the motion. Once they have, they are a function of the slow states, whose
+series is found by sweeps (see `codegen/slow_manifold.py`), each from the one before; an accepted step leaves the series
+of its end as the guess of the next. A lane whose sweeps have not settled does not advance. A contact is taken to its
+manifold where stability bounds the step, contact by contact, and leaves it where it may turn, where anything else is to
+be decided, or where
+
+- the sweeps do not settle: two in a row differ by more than a share of the tolerance;
+- the state is not on the manifold, but off by more than the tolerance: it has not relaxed yet;
+- it does not pay.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.facts import SLOW_STATE, SLOWS
+from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.step.taylor_simd import lesser
+
+ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
+PAYING = 20.0  # rate times length of a step from which on it pays
+SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
+OFF = 1.0  # tolerances: how far the state may be off the manifold
+EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
+MOST_SWEEPS = ORDER + 3.0
+LONGEST_PAUSE = 64.0
+
+
+def slow_lanes(floats):
+    """Lanes on the manifold of any contact."""
+    found = load(floats, TOLERANCE) < 0.0
+    for c in range(CONTACTS):
+        if SLOWS[c] == 1:
+            found = found | (load(floats, SLOW + c * LANES) > 0.0)
+    return found
+
+
+def settled_lanes(floats, h, longest):
+    """(lanes whose sweeps have settled, lanes that are on their manifolds, lanes that are far off or do not pay)."""
+    settled = load(floats, TOLERANCE) > 0.0
+    near = settled
+    far = ~settled
+    for c in range(CONTACTS):
+        if SLOWS[c] == 1:
+            slow = load(floats, SLOW + c * LANES) > 0.0
+            row, guess = SERIES + SLOW_STATE[c] * (ORDER + 1) * LANES, GUESS + c * (ORDER + 1) * LANES
+            allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[c] * LANES)
+            change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
+            for k in range(ORDER - 1, 0, -1):
+                change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
+            gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[c] * LANES))
+            rate = load(floats, OWN_DECAY + c * LANES)
+            settled = settled & (~slow | (change * ORDER <= SETTLED * allowed * rate))
+            far = far | (slow & ~(rate * longest >= PAYING))
+            near = near & (~slow | (gap <= OFF * allowed))
+            late = load(floats, SWEEPS + c * LANES)
+            far = far | (slow & (late >= EARLY) & ~(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
+    return settled, near, far
+
+
+def follow_manifolds(floats, slow, settled, near, far, plain, h):
+    """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
+    waiting = slow & ~settled & ~far
+    left = slow & ~plain & ~waiting
+    for c in range(CONTACTS):
+        if SLOWS[c] == 1:
+            was = load(floats, SLOW + c * LANES) > 0.0
+            rate = load(floats, OWN_DECAY + c * LANES)
+            pays = plain & was
+            pause = load(floats, PAUSE + c * LANES)
+            wait = load(floats, WAIT + c * LANES)
+            failed = was & left & (far | ~(settled & near))
+            moved = where(plain, wait - 1.0, wait)
+            moved = where(was & left, 1.0, moved)
+            moved = where(failed, pause, moved)
+            store(floats, WAIT + c * LANES, moved)
+            store(floats, PAUSE + c * LANES, where(failed, lesser(2.0 * pause, LONGEST_PAUSE), where(pays, 1.0, pause)))
+            enters = plain & ~was & (wait <= 0.0) & (rate * h >= ENTERING)
+            stays = was & ~left
+            sweeps = load(floats, SWEEPS + c * LANES)
+            store(floats, SWEEPS + c * LANES, where(waiting, sweeps + 1.0, 0.0))
+            store(floats, SLOW + c * LANES, where(stays | enters, 1.0, 0.0))
+            guess_series(floats, c, was & waiting, was & plain, enters, h)
+
+
+def guess_series(floats, c, again, moved, enters, h):
+    """The guess of the next sweep: the present series, the same from the end of a step of length h on, or none."""
+    row, guess = SERIES + SLOW_STATE[c] * (ORDER + 1) * LANES, GUESS + c * (ORDER + 1) * LANES
+    if bits(again | moved | enters) == 0:
+        return
+    for k in range(ORDER + 1):
+        kept = where(again | moved, load(floats, row + k * LANES), load(floats, guess + k * LANES))
+        store(floats, guess + k * LANES, where(enters, 0.0, kept))
+    if bits(moved) != 0:
+        shift = where(moved, h, 0.0)
+        for first in range(ORDER):
+            upper = load(floats, guess + ORDER * LANES)
+            for k in range(ORDER - 1, first - 1, -1):
+                upper = load(floats, guess + k * LANES) + shift * upper
+                store(floats, guess + k * LANES, upper)

@@ -1,0 +1,183 @@
+"""Stiff bristles that have relaxed, in lanes: their series satisfy the equations, and few steps end where many do."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.numerics.codegen.slow_manifold import slow_states
+from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+from vibrocap.numerics.kernel.codes import DONE
+from vibrocap.numerics.run.ensemble import (
+    Budget,
+    ensemble_kernel,
+    ensemble_order,
+    ensemble_run,
+    prepared_lanes,
+    write_runs,
+)
+
+LANES, PERIODS = lane_count(), 3
+BRISTLES = vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2)
+STIFF = vc.LuGre(2e3, 12.0, coulomb_coefficient=0.12, static_coefficient=0.18, stribeck_velocity=0.05)
+BLOCKS = vc.TwoBodyCrawler(mass_2=1.6, normal_load_2=1.4)
+# system, start: on the manifold from rest; off it, where nothing has relaxed; with another law; at corners; uneven
+SYSTEMS = {
+    "blocks": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {}),
+    "thrown": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {"velocity": 1.2, "velocity_2": -0.9, "bristle": 1e-3}),
+    "worm": (vc.System(vc.TwoBodyWorm(mass_2=1.6), STIFF, vc.Harmonic(1.5)), {"centre_velocity": 0.3}),
+    "beside Coulomb": (vc.System(BLOCKS, [STIFF, vc.Coulomb(0.1, 0.2)], vc.Triangle(1.2, 0.3)), {}),
+    "Dahl": (vc.System(BLOCKS, [vc.anisotropic(vc.LuGre)(2e3, 12.0), vc.Dahl(2e3)], vc.Harmonic(1.5)), {}),
+    "jumps": (vc.System(BLOCKS, STIFF, vc.Square(1.2)), {}),
+}
+SLOW = ("worm", "beside Coulomb", "Dahl", "jumps")
+
+
+def start_of(system, given):
+    """All states, in order."""
+    return [given.get(name, 0.0) for name in system.state_names]
+
+
+def runs(system, given, tolerance, amplitudes):
+    """An ensemble over the amplitude of the drive, whose ends are kept."""
+    values = [
+        parameter_values(dataclasses.replace(system, drive=dataclasses.replace(system.drive, amplitude=each)))
+        for each in amplitudes
+    ]
+    budget = Budget(PERIODS, 1, 0.0, tolerance, 10_000, 10**6)
+    starts = np.array([start_of(system, given)] * len(values))
+    return ensemble_run(equations(system), np.array(values), starts, budget, 1)
+
+
+@pytest.mark.parametrize(
+    "name", [name if name not in SLOW else pytest.param(name, marks=pytest.mark.slow) for name in SYSTEMS]
+)
+def test_ends_are_those_of_a_tight_motion(name):
+    """Within three tolerances times what a shift of the start grows to, at any tolerance; it was 0.3 at most."""
+    system, given = SYSTEMS[name]
+    tight = vc.simulate(system, periods=PERIODS, initial=given, tolerance=1e-12)
+    pushed = system.machine.contact_states[0]
+    shifted = vc.simulate(
+        system, periods=PERIODS, initial=given | {pushed: given.get(pushed, 0.0) + 1e-7}, tolerance=1e-12
+    )
+    ends = [np.array([run.state[each] for each in system.state_names]) for run in (tight, shifted)]
+    growth = max(1.0, np.max(np.abs(ends[1] - ends[0])) / 1e-7)
+    for tolerance in (1e-6, 1e-9) if name in SLOW else (1e-6, 1e-8, 1e-10):
+        found = runs(system, given, tolerance, [system.drive.amplitude] * 3)
+        assert set(found.status) == {DONE}
+        assert np.max(np.abs(found.state - ends[0])) <= 3.0 * tolerance * growth
+
+
+@pytest.mark.slow  # its kernel
+def test_stability_bounds_no_step_where_bristles_have_relaxed(monkeypatch):
+    """The same runs take less than half of the steps; tighter tolerances never take fewer."""
+    amplitudes = np.linspace(0.8, 2.0, 2 * LANES)
+    taken = [np.sum(runs(*SYSTEMS["blocks"], each, amplitudes).head("taylor_steps")) for each in (1e-6, 1e-8, 1e-9)]
+    assert sorted(taken) == taken
+    monkeypatch.setattr("vibrocap.numerics.run.ensemble.slow_states", lambda _: ())
+    monkeypatch.setattr("vibrocap.numerics.run.ensemble.ensemble_kernel", ensemble_kernel.__wrapped__)
+    assert taken[1] < 0.45 * np.sum(runs(*SYSTEMS["blocks"], 1e-8, amplitudes).head("taylor_steps"))
+
+
+def test_the_same_bits_in_any_company():
+    """Lanes enter and leave manifolds at instants of their own."""
+    amplitudes = np.linspace(0.4, 2.0, 2 * LANES + 3)
+    together = runs(*SYSTEMS["blocks"], 1e-8, amplitudes).numbers
+    assert np.array_equal(together[::-1], runs(*SYSTEMS["blocks"], 1e-8, amplitudes[::-1]).numbers)
+    assert np.array_equal(together[5], runs(*SYSTEMS["blocks"], 1e-8, amplitudes[5:6]).numbers[0])
+
+
+def lanes_on_the_manifold(tolerance=1e-10):
+    """(kernel, floats): the plain kernel, with both blocks fast and on their manifolds, no sweep made yet."""
+    system, _ = SYSTEMS["blocks"]
+    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None)
+    kernel, budget = entry.__globals__, Budget(1, 1, 0.0, tolerance, 100, 100)
+    floats, ints = prepared_lanes(layout, budget, LANES)
+    starts = np.array([start_of(system, {"velocity": 0.35 + 0.01 * i, "velocity_2": -0.4}) for i in range(LANES)])
+    trace = np.zeros((LANES, layout.run_size))
+    write_runs(trace, equations(system), np.array([parameter_values(system)] * LANES), starts)
+    for lane in range(LANES):
+        kernel["begin_run"](floats, ints, trace.ravel(), lane, lane)
+    floats[kernel["SLOW"] :][: 2 * LANES] = 1.0
+    floats[kernel["GUESS"] :][: 2 * (layout.order + 1) * LANES] = 0.0
+    return kernel, floats
+
+
+def sweep(kernel, floats):
+    """One series, kept as the guess of the next; returns the largest change of a coefficient k, times 0.05^k."""
+    kernel["jet"](floats)
+    changes = []
+    for contact, state in enumerate(kernel["SLOW_STATE"]):
+        size = (kernel["ORDER"] + 1) * LANES
+        series = floats[kernel["SERIES"] + state * size :][:size]
+        guess = floats[kernel["GUESS"] + contact * size :][:size]
+        powers = 0.05 ** np.arange(kernel["ORDER"] + 1)[:, None]
+        changes.append(np.max((np.abs(series - guess).reshape(-1, LANES) * powers)[1:]))
+        guess[:] = series
+    return max(changes)
+
+
+def defect(kernel, floats, s):
+    """Largest |y' - f(t, y)| of a lane at time s of its series; of bristles over their rate of decay."""
+    order, states = kernel["ORDER"], kernel["STATES"]
+    series = floats[kernel["SERIES"] :][: states * (order + 1) * LANES].reshape(states, order + 1, LANES)
+    found = 0.0
+    for lane in range(LANES):
+        values = [np.polynomial.Polynomial(row) for row in series[:, :, lane]]
+        point, out = np.zeros(states), np.zeros(kernel["ROWS"])
+        point[:] = [each(s) for each in values]
+        room = np.concatenate([floats, point, out])
+        kernel["rates"](room, s, len(floats), floats[kernel["SIDE"] + lane], lane, len(floats) + states)
+        rest = np.abs([each.deriv()(s) for each in values] - room[len(floats) + states :][:states])
+        for contact, state in enumerate(kernel["SLOW_STATE"]):
+            rest[state] /= floats[kernel["OWN_DECAY"] + contact * LANES + lane]
+        found = max(found, np.max(rest))
+    return found
+
+
+def test_sweeps_find_a_motion_of_the_equations():
+    """Each sweep comes nearer; in the end the series satisfies all equations."""
+    kernel, floats = lanes_on_the_manifold()
+    changes = [sweep(kernel, floats)]
+    early = defect(kernel, floats, 0.02)
+    changes += [sweep(kernel, floats) for _ in range(kernel["ORDER"] + 2)]
+    assert all(later < 0.5 * before or later < 1e-15 for before, later in itertools.pairwise(changes[1:]))
+    assert changes[-1] < 1e-12
+    late = defect(kernel, floats, 0.02)
+    assert late < 1e-10
+    assert early > 1e3 * late
+
+
+def test_what_has_not_relaxed_is_not_on_the_manifold():
+    kernel, floats = lanes_on_the_manifold()
+    for _ in range(kernel["ORDER"] + 2):
+        sweep(kernel, floats)
+    h = np.full(LANES, 0.02)
+    for contact, state in enumerate(kernel["SLOW_STATE"]):
+        floats[kernel["STATE"] + state * LANES :][:LANES] = floats[
+            kernel["GUESS"] + contact * (kernel["ORDER"] + 1) * LANES :
+        ][:LANES]
+    kernel["jet"](floats)
+    settled, near, far = kernel["settled_lanes"](floats, h, 5.0 * h)
+    assert np.all(settled & near & ~far)
+    scale = floats[kernel["SCALE"] + kernel["SLOW_STATE"][0] * LANES]
+    floats[kernel["STATE"] + kernel["SLOW_STATE"][0] * LANES] += 2.0 * 1e-10 * scale
+    kernel["jet"](floats)
+    settled, near, far = kernel["settled_lanes"](floats, h, 5.0 * h)
+    assert not near[0]
+    assert np.all(near[1:])
+    assert np.all(settled)
+
+
+def test_which_states_may_be_slow():
+    """One internal state of a kinked contact; laws that can stick, and those of several elements, have none."""
+    found = {}
+    for law in (vc.Coulomb(), vc.LuGre(), vc.Dahl(), vc.MaxwellSlip(), vc.ElastoPlastic()):
+        system = vc.System(BLOCKS, [vc.LuGre(), law], vc.Harmonic())
+        slow = slow_states(equations(system))
+        assert system.state_names[slow[0]] == "bristle" or law.name in ("maxwell-slip", "elasto-plastic")
+        found[law.name] = slow[1] >= 0
+    assert found == {"coulomb": False, "lugre": True, "dahl": True, "maxwell-slip": False, "elasto-plastic": False}
