@@ -146,6 +146,7 @@ def independent_motion(system, periods):
     return y, events
 
 
+@pytest.mark.slow
 def test_motion_behind_both_limits_is_that_of_an_independent_solver():
     system = capsule(TWO_TONES, **LIMITS)
     motion = vc.simulate(system, periods=3, initial=START, tolerance=1e-11)

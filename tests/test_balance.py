@@ -57,10 +57,10 @@ def series(system, start, side, balanced):
     with pytest.MonkeyPatch.context() as patch:
         if not balanced:
 
-            def explicit(graph, rates, code, balance):
-                return JetWriter(graph, rates, code)
+            def explicit(equations, layout, code):
+                return JetWriter(equations.graph, list(equations.rates), code)
 
-            patch.setattr(source, "JetWriter", explicit)
+            patch.setattr(source, "series_writer", explicit)
         kernel = kernel_of(system, 12)
     kernel.fill("SIDE", side)
     kernel.fill("TIME", 0.3)

@@ -42,6 +42,7 @@ def test_periods_of_galvanetto_and_bishop(belt, period):
     assert abs(sticks[-1] - sticks[-2] - period / 2.0) > 0.1
 
 
+@pytest.mark.slow
 def test_a_slipping_row_moves_as_scipy_says():
     """All terms count; the belt is so fast that every block slides back all the time."""
     masses, walls, held, shares = (1.3, 0.7, 1.1), (0.9, 0.0, 1.7), (0.1, 0.3, 0.2), (0.5, -0.8, 1.2)
@@ -85,6 +86,7 @@ def test_a_row_without_joints_is_as_many_oscillators():
         assert any(event.kind.startswith("stick") for event in alone.events)
 
 
+@pytest.mark.slow
 def test_a_long_row_is_certified():
     """Ten blocks of Burridge and Knopoff from unequal places: each sticks and slips, all balances close."""
     row = vc.block_row(10)(belt_speed=0.05, coupling_stiffness=4.0)

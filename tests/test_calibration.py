@@ -40,6 +40,7 @@ def table(speeds) -> dict:
     return {"drive.frequency": FREQUENCIES, "mean_velocity": speeds + noise, "mean_velocity_error": errors}
 
 
+@pytest.mark.slow
 def test_exact_table_gives_the_parameters_back(bench, speeds):
     """Without noise: to what runs that settle within 1e-7 leave."""
     exact = {"drive.frequency": FREQUENCIES, "mean_velocity": speeds}
@@ -72,6 +73,7 @@ def test_intervals_are_those_of_the_slopes(bench, table):
     assert found.correlation[0, 1] == pytest.approx(covariance[0, 1] / np.prod(deviation), abs=0.02)
 
 
+@pytest.mark.slow
 def test_what_the_table_does_not_tell(bench, table):
     """A spring whose bounds are so near each other that the speeds hardly differ: any value between them agrees."""
     found = vc.calibrate(bench, table, {"machine.stiffness": (2.0, 2.0 + 1e-6)} | WITHIN, starts=64)
@@ -81,6 +83,7 @@ def test_what_the_table_does_not_tell(bench, table):
     assert found["machine.damping"].verdict is Verdict.DETERMINED
 
 
+@pytest.mark.slow
 def test_rows_that_are_held_out_judge_the_fit(bench, table):
     found = vc.calibrate(bench, table, WITHIN, held_out=[0, 5, 11], starts=64)
     kept = {name: np.delete(column, [0, 5, 11]) for name, column in table.items()}
@@ -146,6 +149,7 @@ def test_bad_questions_are_named_before_any_work(bench, table, asked, said):
         vc.calibrate(bench, table, **({"over": WITHIN} | asked))
 
 
+@pytest.mark.slow
 def test_command_writes_a_case_in_si(tmp_path, capsys):
     """The example's truth: 0.0575 and 0.095 N m s/rad."""
     asked = ["calibrate", "examples/bench-in-si.toml", "--to", "examples/bench-in-si-speeds.csv"]
@@ -165,6 +169,7 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
     assert "--to" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_calibration_at_the_public_function_is_in_si_once():
     """What the public function answers of a case in SI is what the room computes, to the last bit, and explains it."""
     given = vc.read_case("examples/bench-in-si.toml")

@@ -96,6 +96,7 @@ def test_what_both_laws_have_carries_over_in_si_and_what_is_missing_is_asked_for
     assert "friction.static_coefficient: is missing" in said
 
 
+@pytest.mark.slow
 def test_a_sweep_over_kinds_in_si_has_the_case_s_numbers(tmp_path, monkeypatch, capsys):
     """The mean friction of each law lies within the case's static level, 0.25 of 1.5 N."""
     monkeypatch.chdir(tmp_path)

@@ -296,6 +296,7 @@ def test_a_machine_that_ends_at_once_does_not_move():
     assert 0.0 < motion.end < motion.period
 
 
+@pytest.mark.slow
 def test_a_motion_of_a_machine_with_ends_begins_between_them_and_slides():
     """Driven in full the linkage comes to its stop at once, and driven little it rests: it is checked in between."""
     part = vc.LinkageCrawler()

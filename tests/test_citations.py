@@ -180,6 +180,7 @@ def test_an_analysis_adds_its_methods(analysis):
     assert not set(more) & set(vc.cite(system).facts)
 
 
+@pytest.mark.slow
 def test_a_case_and_a_motion_are_cited_as_their_system_and_nothing_as_vibrocap():
     case = vc.Case(LUGRE, periods=1)
     assert vc.cite(case) == vc.cite(LUGRE) == vc.cite(case.simulate())

@@ -360,6 +360,7 @@ def test_csv_holds_the_motion_in_full_precision(case, capsys):
         assert f'{name} = "dimensionless"' in beside(out).read_text()
 
 
+@pytest.mark.slow
 def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
     pandas = pytest.importorskip("pandas")
     pytest.importorskip("openpyxl")

@@ -111,6 +111,7 @@ def test_numbers_of_the_fit_are_those_of_the_law(folder, capsys):
     assert found["relative_rmse"] == pytest.approx(NOISE, rel=0.03)
 
 
+@pytest.mark.slow
 def test_files_of_a_fit(folder, capsys):
     assert command("wide.csv", "narrow.csv", *STEADY, "--hold-out", "narrow", "--out", "new/fit") == OK
     names = {path.name for path in (folder / "new" / "fit").iterdir()}

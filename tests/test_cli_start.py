@@ -70,6 +70,7 @@ def test_a_new_case_in_si_is_the_default_at_the_size_of_a_bench(machine, drive, 
     assert case.run == RUN_DEFAULTS
 
 
+@pytest.mark.slow
 def test_a_new_case_in_si_runs_as_it_is(capsys):
     assert main(["new", "vibro-impact-capsule", "--si", "--out", "bench.toml"]) == OK
     text = Path("bench.toml").read_text()

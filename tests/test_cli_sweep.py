@@ -76,6 +76,7 @@ def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
 # --- a sweep, with the engine ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_sweep_stores_what_python_returns(case, capsys):
     options = ("--measure", "mean_velocity,word", "--periods", "20", "--settle", "1e-5", "--window", "4")
     assert command("sweep", case, "--over", MASS, "--over", TORQUE, *options, "--out", "map") == OK
@@ -345,6 +346,7 @@ def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
     assert "m.csv: No space left on device. The results are whole in map" in message
 
 
+@pytest.mark.slow
 def test_interrupted_sweep_says_how_it_goes_on(case):
     arguments = ["--over", "machine.mass_ratio=0.1:8:1000", "--over", "drive.amplitude=0.2:3:1000", "--settle", "0"]
     program = [sys.executable, "-m", "vibrocap", "sweep", str(case), *arguments, "--out", "map"]

@@ -526,6 +526,7 @@ def test_the_memory_is_checked_where_a_kernel_is_called():
         advance(floats, ints)
 
 
+@pytest.mark.slow
 def test_threads_compile_and_run_at_once():
     """As many kernels as threads, each compiled by two of them; none is made twice or mixed up with another."""
 

@@ -247,6 +247,7 @@ def test_blocks_on_a_belt_may_be_counted_from_either_end(seed):
 # --- two faults that were found --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_linkage_does_not_lift_off_at_a_mode_that_is_only_tried():
     """Its one consistent mode has the loads 0.69 and 1.18; a run said "lift off"."""
     machine = vc.LinkageCrawler(

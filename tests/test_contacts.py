@@ -251,6 +251,7 @@ def test_laws_of_contacts_stand_in_a_list():
     assert in_si.further == (None, vc.Dahl(8.0, 0.2))
 
 
+@pytest.mark.slow
 def test_a_law_of_its_own_belongs_to_its_contact():
     """Systems with as many laws of the same kinds are told apart by whose they are."""
     machine, drive = vc.ThreeBodyCrawler(), vc.Biharmonic(1.5, 0.8, 0.7, 0.5)

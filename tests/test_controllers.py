@@ -46,6 +46,7 @@ def test_first_stops_of_a_hunting_block_are_those_of_the_literature():
     assert leaves[0].time == pytest.approx(4.569340265650, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_orbit_finds_the_hunting_cycle_with_both_of_its_sticks():
     found = vc.orbit(servo(), initial=START)
     assert found.status is vc.OrbitStatus.CONVERGED
@@ -261,6 +262,7 @@ def test_in_si_the_reference_of_a_capsule_is_a_length_and_its_limit_a_torque(tmp
     assert varied.drive.amplitude == pytest.approx(0.5, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_gains_are_swept_and_the_digest_knows_them(tmp_path, capsys):
     path = vc.save_case(servo(), tmp_path / "servo.toml", initial=START, periods=20)
     over = {"controller.integral_gain": [2.0, 4.0]}
@@ -383,6 +385,7 @@ class Spring(Controller):
 '''
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_stands_in_cases_and_studies_know_its_code(tmp_path, capsys):
     file, path, out = tmp_path / "spring.py", tmp_path / "spring.toml", tmp_path / "study"
     file.write_text(OWN)

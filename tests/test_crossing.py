@@ -197,6 +197,7 @@ def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one()
         assert crossing_bracket.located(again, *ends).kind is CrossingKind.LOST  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}

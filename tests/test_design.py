@@ -65,6 +65,7 @@ def test_search_begins_with_the_guesses(biharmonic):
         optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[{"drive.frequency": 1.0}])
 
 
+@pytest.mark.slow
 def test_constraint_that_no_design_fulfils(biharmonic):
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
     assert found.status.value == "no allowed design"
@@ -109,6 +110,7 @@ def trap():
 TRAPPED = (0.2, 1.12594186, 0.1, 0.78712473, 2.38594822)
 
 
+@pytest.mark.slow
 def test_the_fast_orbit_of_the_trap_is_refused_by_its_multiplier():
     """V = 0.392760054650 with the multiplier -1.79381: it closes, and is no candidate."""
     system, over = trap()
@@ -172,6 +174,7 @@ def test_bad_questions_at_the_command_end_with_what_was_found(tmp_path, capsys, 
         assert len(list((out / "populations").iterdir())) == 1
 
 
+@pytest.mark.slow
 def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
     case, out = tmp_path / "case.toml", tmp_path / "design"
     assert main(["new", "--out", str(case)]) == 0
@@ -187,6 +190,7 @@ def test_command_writes_a_case_on_the_best_orbit(tmp_path, capsys):
 FRONT = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi), "machine.damping": (0.3, 3.0)}
 
 
+@pytest.mark.slow
 def test_front_has_no_point_that_another_betters(biharmonic):
     pytest.importorskip("pymoo")
     found = vc.pareto_front(biharmonic, FRONT, starts=START, evaluations=1500, points=20)
@@ -205,6 +209,7 @@ def test_front_has_no_point_that_another_betters(biharmonic):
         assert abs(own.mean_velocity) == pytest.approx(values[0], abs=1e-10)
 
 
+@pytest.mark.slow
 def test_resumed_front_has_the_same_bits(biharmonic, tmp_path):
     pytest.importorskip("pymoo")
     asked = {"over": FRONT, "starts": START, "points": 5, "seed": 3}
@@ -276,6 +281,7 @@ def crawler_under(drive):
     return vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [2.0, 10.0, 1000.0])
 def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed(factor):
     """V/sqrt(mu k L/2) = ((s - 1)/s) sqrt(s/(s + 1)) for three phases with w1 = w3 = w* and w2 = s w*."""
@@ -289,6 +295,7 @@ def test_three_phases_reach_the_least_cost_and_come_near_the_largest_speed(facto
     assert speed.of(steady) / speed.value == pytest.approx(share, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_rest():
     """Two phases, 0.1 forward in the capsule and 0.001 back: the closed form of Chernousko is 17 times the bound."""
     first, second = 0.1, 0.001
@@ -477,6 +484,7 @@ def test_surest_design_is_slower_and_better_in_the_worst_case(biharmonic):
     assert worst >= surest.value - 1e-9
 
 
+@pytest.mark.slow
 def test_robust_search_is_resumed_to_the_bit(biharmonic, tmp_path):
     asked = {
         "uncertain": {BOTH: "factor:0.8:1.2", "drive.frequency": "factor:0.99:1.01"},
@@ -568,6 +576,7 @@ def test_ascent_does_not_pass_what_is_not_allowed_and_does_not_claim_a_kink():
     assert max(x for x in seen if x <= kink) == pytest.approx(kink, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_slopes_vanish_at_a_smooth_optimum_and_are_those_of_differences(biharmonic):
     """At the optimum they are at rounding; with a bound in the way the slope is that of closed orbits on both sides."""
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, starts=START, evaluations=640, spread_starts=0)
@@ -624,6 +633,7 @@ def test_design_that_lifts_off_on_its_way_is_begun_from_where_its_neighbour_has_
     assert again.costs[0, 0, 1] == runs.costs[0, 0, 1]
 
 
+@pytest.mark.slow
 def test_designs_in_si_are_in_si_once(capsys):
     """The optimum in SI is that of the system without units, times its scales, in Python, JSON and text."""
     case = "examples/bench-in-si.toml"
@@ -699,6 +709,7 @@ def test_joint_uncertainty_of_a_fit_is_its_covariance(fitted):
     assert all(name.startswith("friction: ") for name in found.total)
 
 
+@pytest.mark.slow
 def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys):
     fit, system = fitted
     fit.save(tmp_path / "fit")

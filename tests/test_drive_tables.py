@@ -124,6 +124,7 @@ def test_a_switch_is_on_for_its_share_from_its_phase_on(duty, phase):
         assert drive.value(share * drive.period) == (-0.4 + 1.7 if on else -0.4)
 
 
+@pytest.mark.slow
 def test_a_switch_is_a_square_wave_shifted_and_sweeps_over_its_phase():
     """h_0 = -h/2 is a square wave of h/2; a phase is a later start; runs in company cross the end of the period."""
     machine, law = vc.PendulumCapsule(), vc.Exponential()

@@ -101,6 +101,7 @@ def spelled_from_pieces(single) -> str:
     return "".join(letters)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_a_lane_is_the_run_alone(law):
     assert_lane_is_the_run_alone(law, range(40))

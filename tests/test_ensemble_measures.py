@@ -560,6 +560,7 @@ def largest_of_wave(cosines, sines, frequency):
     return largest(0), largest(1)
 
 
+@pytest.mark.slow
 def test_peaks_of_the_drive_are_those_of_its_formula():
     """The largest |h| and |h'| are located, not sampled: exact to rounding."""
     cosines, sines = [0.9, 0.42, 0.0, -0.13], [0.0, 0.21, 0.3, 0.05]

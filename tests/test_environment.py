@@ -138,6 +138,7 @@ def test_drag_that_depends_on_direction_has_a_closed_form_each_way(drag):
         assert speed == pytest.approx(expected, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_drag_given_the_same_both_ways_is_drag():
     """And left out it is that of forward, to the last bit."""
     law, around = vc.Coulomb(), {"linear_drag": 0.3, "quadratic_drag": 0.4}
@@ -152,6 +153,7 @@ def test_drag_given_the_same_both_ways_is_drag():
     )
 
 
+@pytest.mark.slow
 def test_fins_alone_make_a_symmetric_capsule_travel():
     """Without them its steady motion is its own mirror image; with them it is not, and drifts where drag is less."""
     law = vc.Coulomb(0.02, 0.02)

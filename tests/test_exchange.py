@@ -149,6 +149,7 @@ def test_every_law_and_machine_has_the_same_bits_with_every_compiler(kind, machi
     assert [out for out, other in found.items() if other != (code, rows)] == []
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_fused_operations_would_show(tmp_path):
     """Without the line that forbids them, a processor that has them gives other bits: a planted fault."""

@@ -202,6 +202,7 @@ def test_a_full_disk_ends_with_code_3_and_leaves_the_old_file(tmp_path, capfd, o
     assert names(tmp_path) == sorted(["case.toml", name])
 
 
+@pytest.mark.slow
 def test_a_full_standard_output_ends_with_code_3():
     """And not with a traceback when Python ends."""
     code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['measures']))"

@@ -217,6 +217,7 @@ def test_a_motion_of_two_periods_has_slopes_over_both():
 # --- what a user sees -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_slopes_in_si_are_slopes_by_what_was_given():
     """Of a case in SI: the same orbit without units, times the unit of the measure over that of the parameter."""
     given = read_case(EXAMPLES / "bench-in-si.toml")
@@ -283,6 +284,7 @@ def test_what_has_no_gradient_is_named_before_any_work(over, measures, said, fir
         first.gradients(over, measures)
 
 
+@pytest.mark.slow
 def test_a_word_has_no_slope():
     dynamic = vc.orbit(SYSTEMS["dynamic load"])
     with pytest.raises(
@@ -303,6 +305,7 @@ def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
     assert said in err
 
 
+@pytest.mark.slow
 def test_a_segment_that_has_no_length_can_only_become_longer():
     """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
     pulses = system(drive=vc.Trapezoid(amplitude=1.5, frequency=1.0, rise=0.25, hold=0.0, fall=0.25))
@@ -322,6 +325,7 @@ def test_an_orbit_of_a_continuum_has_no_gradient():
         orbit.gradients(["drive.amplitude"])
 
 
+@pytest.mark.slow
 def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
     """The light capsule lifts off: it had a drift and a mean velocity of 0.0 beside "run failed"."""
     light = vc.System(

@@ -90,6 +90,7 @@ def test_false_alarms_are_as_rare_as_stated(memory):
     assert alarms <= (12 if memory == 0 else 12 + 4 * 12**0.5)  # and four standard deviations of the number
 
 
+@pytest.mark.slow
 def test_white_noise_is_white_noise_in_long_records_too():
     """Above 40,000 samples all of them were compared with a thinned draft: a lead of 2 samples, 99 % of the squares."""
     imposed = motion()

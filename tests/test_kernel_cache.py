@@ -268,6 +268,7 @@ def test_the_users_cache_folder_is_the_default(monkeypatch, tmp_path):
     forget()
 
 
+@pytest.mark.slow
 def test_two_processes_at_once_make_a_kernel_once(folder):
     """The second waits for the first, and takes what it has made."""
     script = f"""

@@ -212,6 +212,7 @@ def test_a_machine_with_stops_in_a_page(node):
     assert said == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
 
 
+@pytest.mark.slow
 def test_a_page_has_every_measure_that_is_a_number(data):
     for form, law in zip(data["forms"], ("exponential", "lugre"), strict=True):
         table = measure_table(paper(law).case.system)
@@ -388,6 +389,7 @@ def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkey
     assert json.loads(capsys.readouterr().out)["state"] == names["motion"].state
 
 
+@pytest.mark.slow
 @needs_node
 def test_laws_of_further_contacts_are_shared(node):
     """In the TOML by sections, in the Python by a list, in which the second contact has the law of the first."""
@@ -548,6 +550,7 @@ periods = 3
 """
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_factory):
     """Another law has the case's levels; what the case does not say is NaN, and no motion is asked for until it is."""

@@ -94,6 +94,7 @@ def test_what_is_no_series_is_refused(series, complaint):
 # --- exponents -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_damped_linear_oscillator(plain):
     """x'' + c x' + k x = drive: the exponents are the roots of s^2 + c s + k, here real; their sum is -c anyway."""
     with np.errstate(all="ignore"):

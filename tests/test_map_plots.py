@@ -305,6 +305,7 @@ def test_a_line_explains_no_band_that_holds_no_run():
     assert any("no travel" in each for each in words(with_rest))
 
 
+@pytest.mark.slow
 def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
     import vibrocap as vc
 
@@ -328,6 +329,7 @@ def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
     assert view.label == "mean velocity ⟨X′⟩ [m/s]"
 
 
+@pytest.mark.slow
 def test_a_title_says_of_a_table_how_many_values_it_has():
     import vibrocap as vc
 

@@ -144,6 +144,7 @@ def test_evidence_is_that_of_the_certificate():
     assert results.entry("LEAST_VELOCITY")[0] >= certificate.least_velocity - 1e-15
 
 
+@pytest.mark.slow
 def test_evidence_changes_no_bit_of_a_run_and_is_the_same_in_any_lane():
     recorded = equations(COULOMB)
     rows = np.tile(parameter_values(COULOMB), (21, 1))

@@ -125,6 +125,7 @@ periods = 10
 """
 
 
+@pytest.mark.slow
 def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
     Path("magnet.py").write_text(MAGNET, encoding="utf-8")
     Path("case.toml").write_text(HARVESTER, encoding="utf-8")

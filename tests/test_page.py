@@ -96,6 +96,7 @@ def crowded(figure):
     return pairs + cut + [a for a, box in boxes if not (edge.containsy(box.y0) and edge.containsy(box.y1))]
 
 
+@pytest.mark.slow
 def test_a_motion_fits_a_column(motion):
     figure = vc.figure(motion, width="column")
     assert figure.get_figwidth() == WIDTHS["column"]
@@ -127,6 +128,7 @@ def test_the_errors_of_a_fit_are_drawn_at_both_widths(width):
         assert crowded(finished(residual_figure(found))) == []
 
 
+@pytest.mark.slow
 def test_a_caption_takes_the_place_of_the_header():
     assert any("LuGre" in text.get_text() for text in texts_of(vc.figure(vc.LuGre(), width="column")))
     bare = vc.figure(vc.LuGre(), width="column", header=False)
@@ -150,6 +152,7 @@ def test_the_users_settings_hold_over_those_of_the_package(motion):
     assert vc.plot(motion).xaxis.label.get_fontfamily() == ["DejaVu Sans"]
 
 
+@pytest.mark.slow
 def test_lines_have_the_users_widths_and_colours(motion, tmp_path):
     own = {"lines.linewidth": 0.75, "axes.prop_cycle": matplotlib.cycler("color", ["0.0", "0.5"])}
     (usual, *_), frame = vc.plot(motion).get_lines(), empty_figure()[1][0, 0]
@@ -173,6 +176,7 @@ def test_lines_have_the_users_widths_and_colours(motion, tmp_path):
     assert "#0072B2" not in {line.get_color() for line in legends}
 
 
+@pytest.mark.slow
 def test_letters_of_a_pdf_are_outlines_of_a_font_that_journals_take(tmp_path):
     vc.figure(vc.LuGre(), tmp_path / "one.pdf", width="column")
     file = (tmp_path / "one.pdf").read_bytes()
@@ -180,6 +184,7 @@ def test_letters_of_a_pdf_are_outlines_of_a_font_that_journals_take(tmp_path):
     assert b"/FontFile2" in file
 
 
+@pytest.mark.slow
 def test_letters_of_an_svg_are_outlines(tmp_path):
     vc.figure(vc.LuGre(), tmp_path / "one.svg", width="column")
     file = (tmp_path / "one.svg").read_text()
@@ -231,6 +236,7 @@ def test_tex_sets_a_picture_of_its_width(kind, tmp_path):
     assert "Missing character" not in said
 
 
+@pytest.mark.slow
 def test_fits_and_records_take_a_width_too(tmp_path):
     file, kept = tmp_path / "pull.csv", ["stick-slip", str(tmp_path / "pull.csv"), "--plot"]
     time, force = Belt(10.0).record(0.02)
@@ -239,6 +245,7 @@ def test_fits_and_records_take_a_width_too(tmp_path):
     assert matplotlib.image.imread(tmp_path / "pull.png").shape[1] == 3.4 * 300
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):
     sheet = tmp_path / "journal.mplstyle"
     sheet.write_text("savefig.dpi: 100\n")

@@ -316,6 +316,7 @@ def test_errata_name_claims_that_show_them_and_the_page_is_current():
     assert (ROOT / "docs" / "errata.md").read_text(encoding="utf-8") == errata_page()
 
 
+@pytest.mark.slow
 def test_numbers_in_the_errata_are_those_found(runs):
     texts = {erratum.number: erratum.right for erratum in ERRATA}
     load = found(runs, "load-is-the-weight")

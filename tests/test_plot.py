@@ -225,6 +225,7 @@ def test_sheet_shows_the_load_where_it_matters(loaded, results):
         assert len(titles) == 7 + there
 
 
+@pytest.mark.slow
 def test_the_sheet_of_one_block_shows_its_plane_once():
     block = vc.System(vc.OscillatorWithStops(), vc.Coulomb(), vc.Harmonic())
     titles = [ax.get_title(loc="left") for ax in vc.figure(vc.simulate(block, periods=2)).axes]

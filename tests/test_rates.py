@@ -84,6 +84,7 @@ def test_an_input_that_jumps_is_an_event(tmp_path):
     np.testing.assert_allclose(states, [*motion.state.values()], atol=1e-5)
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_segments_of_a_drive_follow_one_another_at_its_corners(tmp_path):
     case = read_case(README, periods=5)

@@ -122,6 +122,7 @@ def test_several_files(tmp_path):
 numbers = st.floats(min_value=-1e12, max_value=1e12, allow_nan=False, allow_subnormal=False)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     steps=st.lists(st.floats(min_value=1e-6, max_value=1e3), min_size=7, max_size=20),
@@ -491,6 +492,7 @@ def test_numpy_files_that_cannot_be_used(tmp_path):
     assert "record 'run2': force: 6 NaN of 12 values, the first at index 6" in refused(read_records, path)
 
 
+@pytest.mark.slow
 def test_matlab_files(tmp_path):
     path = tmp_path / "data.mat"
     savemat(path, {**{name: values.reshape(-1, 1) for name, values in GOOD.items()}, "mass_kg": 2.0})

@@ -20,6 +20,7 @@ def two_blocks(belt):
     return vc.System(row, laws, vc.Constant(force=0.0, duration=10.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("belt", "period"), [(0.15, 12.3929518), (0.2, 11.8962162), (0.3, 10.0706235)])
 def test_two_sticks_of_block_1_make_one_turn(belt, period):
     """Periods of an independent event-driven solver."""

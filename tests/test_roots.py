@@ -204,6 +204,7 @@ def test_random_near_misses(middle, log_gap, others, below):
         assert abs(root - first) <= 2 * uncertainty(coefficients, first)
 
 
+@pytest.mark.slow
 def test_the_search_has_the_memory_that_it_needs_at_most():
     """Touches next to the start, of the full degree: all 38 intervals are in use, and not one number is left over."""
     random, used = np.random.default_rng(0), 0

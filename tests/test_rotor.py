@@ -137,6 +137,7 @@ def test_a_rotor_without_turns_is_a_pendulum_without_spring():
     assert one.state == pytest.approx(other.state, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_what_turns_by_whole_turns_has_settled():
     """One whose angle grows by 2 pi a period has settled as one that rests has; one that creeps has not."""
     motion = vc.simulate(pulsed(), periods=60, initial=START)
@@ -164,6 +165,7 @@ class Unturned(vc.RotorCapsule):
     turns: ClassVar = {}
 
 
+@pytest.mark.slow
 def test_runs_in_company_settle_as_stored_ones_and_tell_their_winding():
     amplitudes = [0.8, 1.2, 1.6, 2.4]
     found = vc.ensemble(
@@ -179,6 +181,7 @@ def test_runs_in_company_settle_as_stored_ones_and_tell_their_winding():
     assert len({*found["winding_angle"]}) >= 3
 
 
+@pytest.mark.slow
 def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
     one = vc.orbit(pulsed(), initial=START)
     assert one.closes
@@ -202,6 +205,7 @@ def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
     assert set(table["winding_angle"].values) == {2}
 
 
+@pytest.mark.slow
 def test_a_branch_that_goes_round_with_its_angle_is_closed():
     """An island of orbits of two periods: the rotor's phase goes round once, and after half of it each comes again."""
     switched = vc.OnOff(amplitude=1.5296, offset=0.2549, frequency=0.5675, duty=0.7)
@@ -217,6 +221,7 @@ def test_a_branch_that_goes_round_with_its_angle_is_closed():
     assert branch_distance(found, here, float(found.parameter[len(found) // 3])) < 1e-6
 
 
+@pytest.mark.slow
 def test_cycles_of_a_motor_that_is_on_are_followed():
     start = vc.orbit(rotor(), initial=START, settle_periods=100)
     found = vc.branch(rotor(), "drive.force", (1.4, 1.6), orbit=start, points=60)
@@ -239,6 +244,7 @@ def test_starts_lead_to_attractors_of_one_and_two_turns():
     assert planes[0].drift == pytest.approx(planes[1].drift, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_diagrams_keep_the_angle_within_its_circle():
     found = vc.bifurcation_diagram(pulsed(), "drive.amplitude", (1.58, 1.66), 4, starts=2, initial=START)
     assert (found.response_period >= 1).all()
@@ -247,6 +253,7 @@ def test_diagrams_keep_the_angle_within_its_circle():
     assert np.isfinite(found.drift).all()
 
 
+@pytest.mark.slow
 def test_a_mirrored_motion_is_one_modulo_turns():
     """Under an odd drive a motion that swings through the top by half a turn each way is its own mirror image."""
     system = rotor(drive=vc.Harmonic(amplitude=2.2, frequency=1.0))
@@ -263,6 +270,7 @@ def test_a_mirrored_motion_is_one_modulo_turns():
     assert unlike.state == pytest.approx(found.state, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_chaos_of_a_rotor_is_told():
     system = rotor(drive=vc.Harmonic(amplitude=1.2, frequency=0.7), damping=0.2)
     found = vc.classify(system, START)

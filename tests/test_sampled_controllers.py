@@ -61,6 +61,7 @@ def sampled_loop(periods, h, delay=0.0, limit=math.inf, quantum=None, anti_windu
 # --- values ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_block_under_a_loop_of_1_khz_stops_where_the_issue_says():
     """u = -3 e - 6 v - 4 I at k h, acting half a sample later, then I + h e, 0 before: computed by another program."""
     motion = vc.simulate(servo(sample_time=1e-3, delay=5e-4), periods=20, initial=START, tolerance=1e-13)
@@ -130,6 +131,7 @@ def test_a_fast_loop_tends_to_the_continuous_one():
     assert off[1] / off[2] == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_an_angle_and_a_velocity_are_sampled_alike():
     pendulum = vc.PendulumCapsule(normal_load=100.0)
     angle = vc.SampledAnglePID(proportional_gain=5.0, derivative_gain=1.5, integral_gain=2.0, sample_time=0.01)
@@ -176,6 +178,7 @@ def test_a_branch_over_a_gain_of_a_sampled_loop_is_that_of_orbits():
 # --- its place in the house ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_sweeps_over_the_sample_time_and_the_period_count_samples_anew():
     over = {"controller.sample_time": [0.01, 0.02], "drive.duration": [1.0, 2.0]}
     data = vc.sweep(servo(), over, measures=["largest_position"], initial=START, periods=6, settle=None)

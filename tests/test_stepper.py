@@ -90,6 +90,7 @@ def initial_of(system):
     return START if "angle" in system.state_names else {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", cases(OWN))
 def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(system):
     periods, tolerance, initial = 5, 1e-10, initial_of(system)
@@ -139,6 +140,7 @@ def test_the_kernel_begins_as_a_recorded_run_does(system):
             np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
 
 
+@pytest.mark.slow
 def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
     """Observables, of which the trajectory's are computed by numpy: equal but for rounding; and the sides."""
     for name in ("readme", "lugre", "several", "corners"):
@@ -328,6 +330,7 @@ def test_copies_restored_pickled_and_threaded_motions_have_equal_bits():
         np.testing.assert_array_equal(found[i], wanted)
 
 
+@pytest.mark.slow
 def test_looking_changes_nothing():
     for law in (vc.Exponential(), vc.LuGre()):
         system = vc.System(CAPSULE, law, vc.Triangle(amplitude=1.8))
@@ -418,6 +421,7 @@ LIGHT = vc.System(
 )
 
 
+@pytest.mark.slow
 def test_lift_off_within_a_step_is_told_with_its_time():
     reference = vc.simulate(LIGHT, periods=3, tolerance=1e-10)
     assert reference.status is vc.Status.LIFT_OFF
@@ -671,6 +675,7 @@ def test_quantities_cross_the_border_with_their_units():
     assert f'"{stepped.time.unit}", {stepped.time.scale.hex()}' in text
 
 
+@pytest.mark.slow
 def test_a_case_in_si_is_stepped_in_si():
     case = read_case(EXAMPLES / "bench-in-si.toml")
     si, state = case.system.si, {"angle": 0.4, "velocity": 0.2}

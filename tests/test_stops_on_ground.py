@@ -63,6 +63,7 @@ def independent(machine, drive, periods):
     return x, v
 
 
+@pytest.mark.slow
 def test_between_walls_it_ends_where_an_independent_solver_does():
     motion = vc.simulate(vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0)), periods=200, tolerance=1e-12)
     assert motion.certificate.ok
@@ -152,6 +153,7 @@ def test_over_a_belt_it_slides_at_the_wall():
         vc.simulate(system, initial={"position": 0.3, "touching": 1.0}, periods=1)
 
 
+@pytest.mark.slow
 def test_the_multipliers_are_those_of_two_impacts_and_the_damper():
     """No reversal but at the walls: their product is e^4 exp(-c T/m)."""
     orbit = vc.orbit(vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0)))

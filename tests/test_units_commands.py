@@ -315,6 +315,7 @@ def test_basins_remember_the_keys_of_their_plane():
     assert vc.plot(bare).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"
 
 
+@pytest.mark.slow
 def test_headings_say_what_is_in_si():
     """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
     system = case_from_text(BENCH).system

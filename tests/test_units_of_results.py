@@ -346,6 +346,7 @@ def test_what_holds_quantities_of_several_units_is_shown_and_refuses_one_unit(or
             result.unit_of(name)
 
 
+@pytest.mark.slow
 def test_a_measure_that_is_not_named_has_its_unit_too():
     """The displacement, by default: what a call leaves out says what its numbers are as well."""
     found = vc.width_for(bench(), error=0.05)

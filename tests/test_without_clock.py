@@ -24,6 +24,7 @@ def two_blocks(belt, duration=10.0):
 # --- attractors and basins -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_share_of_starts_that_come_to_slide_steadily():
     """A published table of 4,000 labelled starts gives 0.3165; both shares have their standard errors."""
     found = vc.attractors(BLOCK, 4000, RANGES)
@@ -48,6 +49,7 @@ def test_the_length_of_an_idle_drive_does_not_matter():
     assert cycles[0].period == pytest.approx(cycles[1].period, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_set_of_rest_is_one_attractor():
     still = BLOCK.with_parameters({"machine.belt_speed": 0.0})
     found = vc.attractors(still, 50)
@@ -55,6 +57,7 @@ def test_a_set_of_rest_is_one_attractor():
     assert np.all(found.label == 0)
 
 
+@pytest.mark.slow
 def test_a_cycle_that_runs_reach_slowly_is_one_attractor():
     """At 0.05 what is left of a disturbance shrinks by 0.81 in a turn of 128: some runs end beside its path."""
     found = vc.attractors(two_blocks(0.05), 40)
@@ -62,6 +65,7 @@ def test_a_cycle_that_runs_reach_slowly_is_one_attractor():
     assert found.attractors[0].motion.orbit.returns == 8
 
 
+@pytest.mark.slow
 def test_basins_of_what_does_not_travel_are_labels():
     found = vc.basins(BLOCK, RANGES, 12)
     assert np.all(found.direction == 0)
@@ -76,6 +80,7 @@ def test_basins_of_what_does_not_travel_are_labels():
 # --- exponents -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_exponent_of_a_cycle_is_that_of_its_multiplier():
     system = two_blocks(0.3)
     cycle = vc.orbit(system, initial={"position": 1.0, "position_2": 1.0}, settle_periods=120)
@@ -85,6 +90,7 @@ def test_exponent_of_a_cycle_is_that_of_its_multiplier():
     assert found.value == pytest.approx(math.log(abs(cycle.multipliers[0])) / cycle.period, abs=found.error)
 
 
+@pytest.mark.slow
 def test_exponents_at_an_equilibrium_are_its_eigenvalues():
     (sliding,) = vc.equilibria(BLOCK)
     found = vc.lyapunov_exponent(BLOCK, {"position": 0.6, "sliding_velocity": -1.5}, periods=200, transient=200)
@@ -92,6 +98,7 @@ def test_exponents_at_an_equilibrium_are_its_eigenvalues():
     assert found.error < 2e-3
 
 
+@pytest.mark.slow
 def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
     found = [vc.classify(two_blocks(0.1, duration), {"position": 1.0}, periods=400) for duration in (10.0, 23.0)]
     assert [each.kind for each in found] == ["chaotic", "chaotic"]

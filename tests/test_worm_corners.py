@@ -17,6 +17,7 @@ START = {"centre_velocity": 0.1}
 GROWN = 30.0  # tolerances, over what a small shift of the start grows to
 
 
+@pytest.mark.slow
 def test_a_contact_with_bristles_keeps_its_velocity_at_a_corner():
     """Body 2 turns at the corner, body 1 some 0.08 later: a further contact was stopped there, and all with it."""
     motion = vc.simulate(EXAMPLE, initial=START, periods=3, tolerance=1e-10)
