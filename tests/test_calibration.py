@@ -51,6 +51,7 @@ def test_exact_table_gives_the_parameters_back(bench, speeds):
     assert found.doubt is None
 
 
+@pytest.mark.slow
 def test_intervals_are_those_of_the_slopes(bench, table):
     """Least squares: covariance (J^T J)^-1 with slopes by runs of our own, Student's quantile for 10 spare values."""
     found = vc.calibrate(bench, table, WITHIN, starts=64)

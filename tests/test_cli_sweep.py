@@ -99,6 +99,7 @@ def test_sweep_stores_what_python_returns(case, capsys):
     assert Path("map-mean_velocity.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_adaptive_map_goes_to_a_file(case, capsys):
     over = ("--over", "machine.mass_ratio=0.5:4:24", "--over", "drive.amplitude=0.3:2.6:24")
     assert command("sweep", case, *over, "--adaptive", "--export", "map.nc") == OK

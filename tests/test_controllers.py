@@ -186,6 +186,7 @@ def test_symmetry_is_that_of_machine_reference_and_command():
     assert not servo(machine=vc.Oscillator(stiffness=0.0, belt_speed=0.1)).mirrored
 
 
+@pytest.mark.slow
 def test_a_branch_over_a_gain_ends_where_the_orbits_of_that_gain_are():
     system = servo()
     branch = vc.branch(system, "controller.integral_gain", (3.9, 4.1), orbit=vc.orbit(system, initial=START))

@@ -147,6 +147,7 @@ OF_SYSTEMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OF_MOTIONS)
 def test_what_a_motion_says_is_counted_in_no_units(motions, name):
     a, b = map(OF_MOTIONS[name], motions)

@@ -303,6 +303,7 @@ def test_command_finds_control_points(case, capsys):
     assert len(record["parameters"]) == len(record["differences"]) == 5
 
 
+@pytest.mark.slow
 def test_command_finds_boundary_points(case, capsys):
     arguments = ["crossing", case, "--over", f"{RATIO}=5:6", "--against", "friction.law=lugre", "--points", "5"]
     assert cli.main([*arguments, "--json"]) == 0

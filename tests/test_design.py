@@ -27,6 +27,7 @@ def biharmonic() -> vc.System:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_known_optimum_over_frequency_and_phase(biharmonic, seed):
     """Value and place of an independent search; at a smooth optimum the place is known to the root of the value."""
@@ -144,6 +145,7 @@ def test_unstable_orbit_of_the_trap_does_not_win():
     assert "stability" in found.limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "code", "said"),
     [
@@ -308,6 +310,7 @@ def test_centre_of_mass_that_never_stops_is_beyond_the_speed_of_strokes_from_res
     assert not speed.holds(steady)
 
 
+@pytest.mark.slow
 def test_cost_of_sliding_back():
     """Energy per distance and total mass is k (1 + 2 D_back/D), D_back being the way that the body slides back."""
     slow = DECELERATION / SHARE
@@ -404,6 +407,7 @@ def test_factor_of_friction_is_a_run_at_that_friction(optimum):
     assert found.total == {BOTH: (1.0, 1.0, 1.0)}
 
 
+@pytest.mark.slow
 def test_runs_that_lift_off_count_as_no_travel(biharmonic):
     """A design on the edge of lifting off: at larger friction it does, in some samples; numbers hold them as 0."""
     lifting = biharmonic.with_parameters({"drive.amplitude": 2.6, "drive.second_amplitude": 1.2})
@@ -614,6 +618,7 @@ def test_other_motions_of_a_design_are_said():
     assert sum(row["starts"] for row in rows) + np.sum(found.attractors.label < 0) == 64
 
 
+@pytest.mark.slow
 def test_design_that_lifts_off_on_its_way_is_begun_from_where_its_neighbour_has_settled():
     """The neighbour of the trap's best lifts off in its first period from pi/3; its settled motion does not."""
     machine = vc.PendulumCapsule(mass_ratio=0.2, stiffness=1.112276, damping=0.260598, normal_load="dynamic")

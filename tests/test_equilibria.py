@@ -197,6 +197,7 @@ def test_error_bars_of_special_points_hold_the_exact_place(made, seed):
     assert off <= special.error < 1e-6 * float(place)
 
 
+@pytest.mark.slow
 def test_canonical_places():
     """BEYOND sections 4 and 5: the belt oscillator, and the LuGre block with the numbers of Canudas de Wit."""
     system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
@@ -285,6 +286,7 @@ def test_bad_input_is_refused_by_name(asked, field, said):
     assert refused.value.complaint.field == field
 
 
+@pytest.mark.slow
 def test_command_line_and_its_picture(tmp_path, capsys):
     """The list, the branch and the exit codes; what is printed as JSON is what Python gives."""
     system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)

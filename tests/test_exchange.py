@@ -254,6 +254,7 @@ def test_bad_input_is_named(tmp_path, capsys):
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @needs_gcc
 @pytest.mark.parametrize("input", [None, "drive"])
 def test_a_library_holds_no_memory_and_its_names_begin_with_its_own(input, tmp_path):

@@ -252,6 +252,7 @@ def test_the_table_has_a_row_for_each_measure_and_parameter(first):
     assert drift.slope == pytest.approx(velocity.slope * period - drift.value, rel=1e-9)  # D = V T, T = 2 pi/h at h = 1
 
 
+@pytest.mark.slow
 def test_the_command_prints_slopes_with_units_and_elasticities(capsys):
     case = str(EXAMPLES / "bench-in-si.toml")
     assert main(["orbit", case, "--gradients", "--json"]) == OK

@@ -193,6 +193,7 @@ def test_the_step_of_an_encoder_is_read_from_its_values():
     assert resolution(np.repeat([0.1, 0.2, 0.3], 100)) == 0.0  # steps of the speed
 
 
+@pytest.mark.slow
 def test_the_rate_of_false_alarms_is_that_of_all_tests_together():
     """40 records of noise, white and coloured, about the true law: at most what chance makes of the stated rate."""
     alarms = 0

@@ -365,6 +365,7 @@ print({ address, wrong: readFragment(other, address), same: JSON.stringify(model
 """
 
 
+@pytest.mark.slow
 @needs_node
 def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkeypatch):
     """The address in the page; the TOML, the Python and the commands in the package: one and the same motion."""

@@ -104,6 +104,7 @@ def test_damped_linear_oscillator(plain):
     assert found.spectrum[0] == found.value
 
 
+@pytest.mark.slow
 def test_directions_have_to_be_turned_in_each_period(plain, monkeypatch):
     """Planted: with directions that stay as they are, growth is not that of any exponent."""
     exact = np.linalg.qr

@@ -108,6 +108,7 @@ EXAMPLE = Capsule(
 TRAVEL = -1.7705546  # after ten periods from the angle 0.2, of two solvers in other languages
 
 
+@pytest.mark.slow
 def test_a_contact_slips_where_the_force_reaches_what_it_holds_under_the_load_of_that_instant():
     """The middle of what an anisotropic contact holds moves with the load; taken as fixed, this ended 7e-5 off."""
     run = vc.simulate(system_of(EXAMPLE), periods=10, initial={"angle": 0.2}, tolerance=TOLERANCE)

@@ -85,6 +85,7 @@ def force(self, velocity, internal, side, load): return self.level * velocity, (
 """
 
 
+@pytest.mark.slow
 # --- the command line -------------------------------------------------------------------------------------------------
 def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
     own = ["--parts", "mylaws.py"]

@@ -286,6 +286,7 @@ def uphill():
     return vc.simulate(system, periods=2, initial={"angle": 0.5})
 
 
+@pytest.mark.slow
 def test_film_shows_a_slope_as_one(uphill):
     scene = Scene(uphill, np.linspace(0.2, 0.9, 4) * uphill.end)
     scene.show(2)

@@ -34,6 +34,7 @@ def test_two_sticks_of_block_1_make_one_turn(belt, period):
     assert len(found.multipliers) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "section", ["stick_2", vc.Section("slip_back", 2), "position=0.4", vc.Section(observable="position_2", value=0.5)]
 )

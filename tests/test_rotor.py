@@ -106,6 +106,7 @@ class Independent:
         return end - before, last[2] - at(before)[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", PUBLISHED)
 def test_a_turn_is_that_of_an_independent_solver(load):
     expected = Independent(load).turn()
@@ -126,6 +127,7 @@ def test_the_two_loads_travel_opposite_ways():
     assert drifts[0] < 0.0 < drifts[1]
 
 
+@pytest.mark.slow
 def test_a_rotor_without_turns_is_a_pendulum_without_spring():
     """The same equations: the motion of a pendulum capsule with rho = 0, whose angle is no angle of a circle."""
     pendulum = vc.PendulumCapsule(mass_ratio=4.0, stiffness=0.0, damping=0.75, normal_load="dynamic")
@@ -232,6 +234,7 @@ def test_cycles_of_a_motor_that_is_on_are_followed():
     assert (there.period, there.drift) == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_starts_lead_to_attractors_of_one_and_two_turns():
     found = vc.attractors(pulsed(), 60)
     assert sorted(each.motion.winding["angle"] for each in found.attractors) == [1.0, 2.0]
@@ -286,6 +289,7 @@ def test_states_are_brought_back_to_the_first_turn():
     assert brought_back(other, state)[0] == state[0]
 
 
+@pytest.mark.slow
 def test_commands_tell_the_winding(tmp_path, capsys):
     case = tmp_path / "rotor.toml"
     case.write_text(

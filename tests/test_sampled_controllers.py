@@ -73,6 +73,7 @@ def test_a_block_under_a_loop_of_1_khz_stops_where_the_issue_says():
     assert motion.state["sliding_velocity"] == pytest.approx(-0.09435168198276, abs=2e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
     [

@@ -178,6 +178,7 @@ def follow(motion, drive, periods, parts=1, to_events=False):
             start = end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", cases(HELD))
 def test_a_held_input_is_the_drive_whose_segments_it_is(system):
     """Steps end where those of `simulate` do, so that rounding alone differs; in parts, the tolerance per step does."""
@@ -446,6 +447,7 @@ def test_lift_off_within_a_step_is_told_with_its_time():
     assert many.time.tolist() == [100.0, motion.time]
 
 
+@pytest.mark.slow
 def test_an_own_drive_reads_up_to_the_end_of_its_motion_and_not_beyond():
     record = vc.simulate(LIGHT, periods=3, tolerance=1e-10)
     motion = vc.stepper(LIGHT, tolerance=1e-10)
@@ -773,6 +775,7 @@ def test_an_episode_of_the_environment_is_the_stepper_under_its_actions():
     assert total == pytest.approx(motion["position"], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_lift_off_ends_an_episode_with_its_status():
     made = environment(case=LIGHT, limit=3.0)
     made.reset(seed=0)

@@ -71,6 +71,7 @@ def test_between_walls_it_ends_where_an_independent_solver_does():
     assert found == pytest.approx([0.4419227121539, 0.8286367306170], abs=1e-12)  # of another solver, from issue 25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("machine", "drive"), [(BETWEEN, vc.Harmonic(amplitude=1.0)), (PUSHED, SLOWLY)])
 def test_the_motion_is_that_of_an_integration_between_events(machine, drive):
     motion = vc.simulate(vc.System(machine, COULOMB, drive), periods=3.3, tolerance=1e-12)
@@ -132,6 +133,7 @@ def test_a_block_that_is_pressed_against_a_wall_rests():
     assert motion.certificate.ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [vc.Coulomb(0.0, 0.0), vc.BoucWen(), vc.LuGre(), vc.SmoothedTanh()])
 def test_rebounds_without_end_rest_at_a_wall_and_leave_it(law):
     machine = vc.OscillatorWithStops(damping=0.05, gap=0.3, back_gap=0.3)
@@ -162,6 +164,7 @@ def test_the_multipliers_are_those_of_two_impacts_and_the_damper():
     assert product == pytest.approx(0.7**4 * math.exp(-0.05 * 2.0 * math.pi), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_an_ensemble_is_what_single_runs_are():
     system = vc.System(BETWEEN, COULOMB, vc.Harmonic(amplitude=1.0))
     values = [0.6, 0.75, 0.9]
@@ -197,6 +200,7 @@ def block(given):
     return vc.OscillatorWithStops(**given), "position"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("made", [block, capsule])
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -120,6 +120,7 @@ ELSEWHERE = {  # the same of what belongs to no tile
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", DAMAGE)
 def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap, what, capsys):
     before = files(whole)

@@ -86,6 +86,7 @@ def test_tiles_cover_every_run_once_and_in_order():
     assert tile_counts((10**9,), tile_shape((10**9,))) == (3815,)  # of the largest tiles
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seconds", "size", "runs"),
     [

@@ -60,6 +60,7 @@ def test_a_motion_without_units_has_none_in_its_headings(tmp_path):
     assert heads == first_line(vc.write_motion(motion, tmp_path / "plain.csv"))
 
 
+@pytest.mark.slow
 def test_headings_of_a_study_carry_their_units_by_choice(tmp_path):
     case = case_from_text(SI)
     over = {"drive.frequency_Hz": [0.9, 1.0], "friction.coulomb_coefficient": [0.05, 0.1]}

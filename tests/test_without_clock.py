@@ -38,6 +38,7 @@ def test_share_of_starts_that_come_to_slide_steadily():
         assert (found.attractors[label].motion.kind == "cycle") == sticks
 
 
+@pytest.mark.slow
 def test_the_length_of_an_idle_drive_does_not_matter():
     short, long = (
         vc.attractors(dataclasses.replace(BLOCK, drive=vc.Constant(duration=duration)), 60, RANGES)
@@ -110,6 +111,7 @@ def test_chaos_is_told_whatever_the_length_of_the_idle_drive():
 # --- diagrams --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_diagram_records_the_returns_of_cycles():
     speeds = (0.15, 0.2, 0.3)
     found = vc.bifurcation_diagram(
