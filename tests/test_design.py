@@ -654,6 +654,7 @@ def test_designs_in_si_are_in_si_once(capsys):
     )
     assert found.design["drive.frequency_Hz"] == pytest.approx(plain.design["drive.frequency"] * hertz, rel=1e-9)
     assert found.value == pytest.approx(plain.value * speed, rel=1e-9)
+    assert found.unit_of("value") == found.unit == "m/s"
     assert found.starts[0]["velocity"] == pytest.approx(0.1, rel=1e-12)
     assert found.orbit.mean_velocity == pytest.approx(found.value, rel=1e-9)
     slopes, scale = found.slopes["drive.frequency_Hz"], speed / hertz

@@ -12,7 +12,7 @@ from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.drives.drive import Drive, Piecewise, Wave, segment_table
 from vibrocap.physics.machines.machine import ImposedDisplacement
 from vibrocap.physics.system import System
-from vibrocap.quantities.declared import Number
+from vibrocap.quantities.declared import Number, NumberInUnit
 from vibrocap.results import Result
 
 SPEEDS = np.logspace(-12.0, 12.0, 481)  # at which the least friction is looked for, then between the best three
@@ -30,7 +30,7 @@ class PerformanceBound(Result):
 
     measure: str
     kind: str
-    value: Number
+    value: NumberInUnit
     unit: str
     scale: Number
     holds_for: str
@@ -44,7 +44,7 @@ class PerformanceBound(Result):
     def facts(self) -> dict[str, str]:
         return {self.kind: f"{self.value:.12g}{'' if self.unit == '1' else f' {self.unit}'}", "source": self.source}
 
-    def of(self, orbit: Orbit) -> Number:
+    def of(self, orbit: Orbit) -> NumberInUnit:
         """The measure of a steady motion, in the unit of the bound; its size where it has a direction."""
         motion = orbit.motion()
         found = measured(motion, self.measure, window=len(motion.sections) - 1)[self.measure]

@@ -20,7 +20,7 @@ from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByName, Number, States
+from vibrocap.quantities.declared import ByName, Number, NumberInUnit, States
 from vibrocap.results import Advised, Result
 
 APART = 0.05  # share of every range within which designs count as the same candidate
@@ -71,7 +71,7 @@ class Optimum(Result):
     design: dict[str, Number | str] | None
     measure: str
     maximised: bool
-    value: Number | None
+    value: NumberInUnit | None
     unit: str
     scale: Number
     orbit: Orbit | None

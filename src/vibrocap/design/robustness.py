@@ -16,7 +16,7 @@ from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
-from vibrocap.quantities.declared import ByName, Number, Numbers
+from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, NumbersInUnit
 from vibrocap.results import Result
 
 STILL = 1e-5  # of the nominal travel, below which a sample does not travel: what settled runs are off by
@@ -41,9 +41,9 @@ class Robustness(Result):
 
     measure: str
     unit: str
-    nominal: Number
+    nominal: NumberInUnit
     parameters: dict[str, Numbers]
-    values: Numbers
+    values: NumbersInUnit
     failed: dict[str, Number]
     not_settled: Number
     wrong_way: Number | None
@@ -57,31 +57,31 @@ class Robustness(Result):
         return self.values[~np.isnan(self.values)]
 
     @property
-    def mean(self) -> Number:
+    def mean(self) -> NumberInUnit:
         """Over all samples."""
         return float(np.mean(self._finite)) if len(self._finite) else float("nan")
 
     @property
-    def deviation(self) -> Number:
+    def deviation(self) -> NumberInUnit:
         """Standard deviation of the samples."""
         return float(np.std(self._finite, ddof=1)) if len(self._finite) > 1 else float("nan")
 
     @property
-    def quantiles(self) -> dict[Number, Number]:
+    def quantiles(self) -> dict[Number, NumberInUnit]:
         """Values that the share of samples given by each key stays below."""
         return {
             each: float(np.quantile(self._finite, each)) if len(self._finite) else float("nan") for each in QUANTILES
         }
 
     @property
-    def worst(self) -> Number:
+    def worst(self) -> NumberInUnit:
         """The worst sample."""
         if not len(self._finite):
             return float("nan")
         return float(np.min(self._finite) if self.worst_is_least else np.max(self._finite))
 
     @property
-    def tail_mean(self) -> Number:
+    def tail_mean(self) -> NumberInUnit:
         """The mean of the worst tenth of the samples."""
         ordered = np.sort(self._finite)
         many = int(np.ceil(TAIL * len(ordered)))

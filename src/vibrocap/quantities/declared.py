@@ -173,6 +173,13 @@ class AsGiven(Declared):
         return value
 
 
+class InItsUnit(AsGiven):
+    """A number that its record holds in the unit that it names itself, in the field `unit`."""
+
+    def unit(self, context: Context) -> str:
+        return next(iter(context.known("unit")), "1")
+
+
 class OverStates(Declared):
     """A matrix of derivatives of states by states: [states, states]."""
 
@@ -206,6 +213,9 @@ Forces = Annotated[np.ndarray, In("N")]
 Reason = Annotated[str, Words()]
 # results to be shown
 Shown = Annotated[Any, AsGiven()]
+# results that name their unit themselves
+NumberInUnit = Annotated[float, InItsUnit()]
+NumbersInUnit = Annotated[np.ndarray, InItsUnit()]
 # by name
 ByName = Annotated[Mapping[str, Any], OfNames()]
 ByKey = Annotated[Mapping[str, Any], OfKeys()]
