@@ -4,6 +4,7 @@ import csv
 import errno
 import importlib
 import io
+import sys
 import tomllib
 
 import numpy as np
@@ -189,6 +190,7 @@ def test_hdf5_sees_no_error_of_the_disk(tmp_path):
 def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending, in_memory):
     """At whatever byte: HDF5 would take the process down with it."""
     monkeypatch.setattr(netcdf, "IN_MEMORY", in_memory)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python would keep half of a module that it loads
     path = write_study(found, tmp_path / f"study{ending}")
     whole = path.read_bytes()
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
