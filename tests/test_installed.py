@@ -21,7 +21,7 @@ from thinned import exhaustive_but
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
-EXAMPLES = sorted(path.name for path in (ROOT / "examples").glob("*.toml"))
+EXAMPLES = sorted(path.name for path in (ROOT / "examples").iterdir() if path.suffix in (".toml", ".csv"))
 PYTHONS = ("3.11", "3.15 3.14 3.13 3.12")  # the oldest, and the newest that is there
 CLEAN = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "PYTHONHOME")}
 
