@@ -125,7 +125,7 @@ class Function:
         return self.of_kind(node.value, node.kind)
 
     def _of_Truncated(self, node: nodes.Truncated) -> str:
-        return f"((int64_t){self.value(node.value)})"
+        return f"{self.module.helper('truncated')}({self.value(node.value)})"
 
     def _of_Viewed(self, node: nodes.Viewed) -> str:
         name = "bits" if node.kind is INT else "float_of"

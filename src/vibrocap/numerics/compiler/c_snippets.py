@@ -33,6 +33,10 @@ HELPERS = {
     "magnitude": "int64_t {magnitude}(int64_t x) { return x < 0 ? (int64_t)(0 - (uint64_t)x) : x; }",
     "bits": "int64_t {bits}(double x) { int64_t n; memcpy(&n, &x, sizeof n); return n; }",
     "float_of": "double {float_of}(int64_t n) { double x; memcpy(&x, &n, sizeof x); return x; }",
+    # what no int64_t holds, such as the exponent of an infinite power, becomes what processors make of it
+    "truncated": """int64_t {truncated}(double x) {
+  return x >= -9223372036854775808.0 && x < 9223372036854775808.0 ? (int64_t)x : INT64_MIN;
+}""",
     "floor_divided": """int64_t {floor_divided}(int64_t x, int64_t y) {
   if (y == 0) return 0;
   if (y == -1) return (int64_t)(0 - (uint64_t)x);
