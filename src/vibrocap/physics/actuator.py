@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 from vibrocap.physics.parameters import Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.states import CLIPPED, OUTPUT, SATURATED
@@ -80,7 +81,7 @@ class ActuatedMachine:
     def commanded(self, y, command):
         """The command behind its limit."""
         clipped, limit = self._of_actuator(y).get(CLIPPED), self.actuator_part.command_limit
-        return command if clipped is None else (1.0 - clipped * clipped) * command + clipped * limit
+        return command if clipped is None else limited(clipped, command, limit)
 
     def contacts(self, t, y, drive) -> tuple:
         """Of the machine, under u."""
@@ -102,10 +103,7 @@ class ActuatedMachine:
         values, asked_for = (self.output(y), drive), (command, drive)
         for name, limit, value, asked in zip((SATURATED, CLIPPED), limits, values, asked_for, strict=True):
             if limit is not None:
-                at, free = own[name] * own[name], 1.0 - own[name] * own[name]
-                found.append(at + free * (limit - value) / limit)
-                found.append(free + (own[name] * asked - at * limit) / limit)
-                found.append(at + free * (limit + value) / limit)
+                found += limit_guards(own[name], value, asked, limit)
         return tuple(found)
 
     def switches(self, t, y, drive, frictions) -> tuple:
@@ -120,7 +118,7 @@ class ActuatedMachine:
             return *self.machine.after_switch(which, t, mechanical, output, frictions), *y[len(mechanical) :]
         number, side = divmod(which - guards, 3)
         own, name = self._of_actuator(y), self.actuator_part.switched[number]
-        own[name] = (1.0, 0.0, -1.0)[side]
+        own[name] = HELD_AFTER[side]
         if name == SATURATED and side != 1:
             own[OUTPUT] = self.actuator_part.limit * own[name]
         return *mechanical, *own.values()

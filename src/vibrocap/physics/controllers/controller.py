@@ -93,22 +93,6 @@ class Controller(Part):
         raise NotImplementedError
 
 
-def limited(held, value, limit) -> Any:
-    """A value behind a limit: `held` is +1 or -1 where the limit holds, 0 where it does not."""
-    return (1.0 - held * held) * value + held * limit
-
-
-def limit_guards(held, value, limit) -> tuple:
-    """Guards of such a limit: it is reached in front, left, reached behind."""
-    at, free = held * held, 1.0 - held * held
-    return (
-        at + free * (limit - value) / limit,
-        free + (held * value - at * limit) / limit,
-        at + free * (limit + value) / limit,
-    )
-
-
-HELD_AFTER = (1.0, 0.0, -1.0)  # what `held` is after each of these guards
 LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
 
 

@@ -3,17 +3,15 @@
 from typing import Any, ClassVar
 
 from vibrocap.physics.controllers.controller import (
-    HELD_AFTER,
     LIMIT_EVENTS,
     Controller,
     NonNegative,
     Positive,
-    limit_guards,
-    limited,
     parameter,
     parameters,
     sqrt,
 )
+from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 
 INTEGRAL, SATURATED = "integral_command", "command_saturated"
 HELD, PENDING, SAMPLING = "held_command", "pending_command", "sampling"
@@ -90,7 +88,8 @@ class Linear(Controller):
         """Those of the limit."""
         if self.limit is None:
             return ()
-        return limit_guards(own[1], self._raw(measured, own, reference, slope), self.limit)
+        raw = self._raw(measured, own, reference, slope)
+        return limit_guards(own[1], raw, raw, self.limit)
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
         """S as it was."""
