@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import erfinv
 
+from bench_case import BENCH
 from vibrocap.case.case import case_from_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.commands.fit import fit
@@ -17,22 +18,6 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
-
-BENCH = """
-[machine]
-kind = "pendulum-capsule"
-pendulum_mass_kg = 0.5
-pendulum_length_m = 0.3
-capsule_mass_kg = 1.0
-stiffness_N_m_per_rad = 2.0
-damping_N_m_s_per_rad = 0.1
-normal_load = "weight"
-[drive]
-waveform = "harmonic"
-amplitude_N_m = 1.5
-frequency_Hz = 1.0
-"""  # a case in SI without its friction
-
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from bench_case import BENCH
 from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference import uncertainty as uncertainty_module
@@ -21,22 +22,6 @@ from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.physics.units import parameter_keys
 from vibrocap.records.record import Record
-
-BENCH = """
-[machine]
-kind = "pendulum-capsule"
-pendulum_mass_kg = 0.5
-pendulum_length_m = 0.3
-capsule_mass_kg = 1.0
-stiffness_N_m_per_rad = 2.0
-damping_N_m_s_per_rad = 0.1
-normal_load = "weight"
-[drive]
-waveform = "harmonic"
-amplitude_N_m = 1.5
-frequency_Hz = 1.0
-"""  # a case in SI without its friction
-
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)
 QUICK = {"starts": 2, "start": "relaxed"}
