@@ -8,7 +8,8 @@ series of its own, whose coefficients follow from those of r at the same order:
 
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
-All this in the lanes that are on the manifold of a contact; the others have their ordinary series.
+All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
+two functions: one for ordinary series, one for those on a manifold.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,36 +38,45 @@ def slow_states(equations: Any) -> tuple[int, ...]:
     return tuple(found)
 
 
+def slow_states_alone(equations: Any) -> tuple[int, ...]:
+    """The same for a motion alone, () where a contact that may be stiff has none: it needs implicit steps."""
+    found = slow_states(equations)
+    stiff = [each.kind != "set-valued" for each in equations.contacts]
+    return found if any(stiff) and all(state >= 0 for state, may in zip(found, stiff, strict=True) if may) else ()
+
+
 def slow_constants(layout: Layout) -> dict[str, Any]:
     """What a kernel knows of them."""
     states = layout.slow or (-1,) * layout.contacts
     return {"SLOWED": bool(layout.slow), "SLOW_STATE": states, "SLOWS": tuple(int(each >= 0) for each in states)}
 
 
-def series_writer(equations: Any, layout: Layout, code: Code) -> JetWriter:
-    """The writer of the series of these equations."""
+def series_writer(equations: Any, layout: Layout, code: Code, slow: bool) -> JetWriter:
+    """The writer of the series of these equations; slow: of lanes that may be on a manifold."""
     given = equations.graph, list(equations.rates), code, equations.balance
-    if not layout.slow:
+    if not slow:
         return JetWriter(*given)
-    slow = {state: contact for contact, state in enumerate(layout.slow) if state >= 0}
-    return SlowWriter(*given, slow, layout.order)
+    states = {state: contact for contact, state in enumerate(layout.slow) if state >= 0}
+    return SlowWriter(*given, states, layout.order, always=layout.lanes == layout.contacts == 1)
 
 
-def bounding_decays(equations: Any, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
+def bounding_decays(
+    equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]
+) -> list[Formula]:
     """Of the rates of decay those that bound a step: 0 of bristles on their manifold, whose own rate is kept apart.
 
     rates: one of each contact with bristles
     """
     found = [writer.coefficient(rate.index, 0) for rate in rates]
-    if not isinstance(writer, SlowWriter):
+    if not layout.slow:
         return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
-    state_of = {contact: state for state, contact in writer.slow.items()}
     for place, contact in enumerate(contacts):
-        if contact in state_of:
+        if layout.slow[contact] >= 0:
             writer.code.store(f"OWN_DECAY + {contact} * LANES", found[place])
-            masked = writer.chosen(state_of[contact], ZERO, found[place])
-            found[place] = writer.code.name(f"bounding_{contact}", masked)
+            if isinstance(writer, SlowWriter):
+                masked = writer.chosen(layout.slow[contact], ZERO, found[place])
+                found[place] = writer.code.name(f"bounding_{contact}", masked)
     return found
 
 
@@ -74,11 +84,12 @@ class SlowWriter(JetWriter):
     """A writer of the series of lanes of which some are on the manifold."""
 
     def __init__(
-        self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int
+        self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int,
+        always: bool,
     ):
-        """slow: contact by internal state."""
+        """slow: contact by internal state; always: whether all lanes are on the manifold."""
         super().__init__(graph, rates, code, balance)
-        self.slow, self.order = slow, order
+        self.slow, self.order, self.always = slow, order, always
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[int, int], Trial] = {}
 
@@ -90,8 +101,10 @@ class SlowWriter(JetWriter):
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
+        if self.always:
+            return slow
         contact = self.slow[state]
-        mask = self.code.name(f"slow_{contact}", Formula(f"load(floats, SLOW + {contact} * LANES) > 0.0"))
+        mask = self.code.name(f"slow_{contact}", Formula(f"{self.code.entry(f'SLOW + {contact} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
 
     def target(self, state: int, k: int) -> Formula:

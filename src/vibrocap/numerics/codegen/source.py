@@ -109,11 +109,33 @@ def jumps(equations: Any, layout: Layout) -> bool:
 
 
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
-    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
+    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
+
+    `slow_jet`: the same of a motion alone, on a slow manifold
+    """
+    if loop == "simd":
+        sticks = any(each.sticks for each in equations.contacts)
+        guard = guard_source(layout.order, sticks, _limits_are_constant(equations))
+        body = _series(equations, integrals, layout, loop, bool(layout.slow))
+        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
+    head = ["def jet(floats):", "    for lane in range(LANES):"]
+    found = [*head, *_indented(_series(equations, integrals, layout, loop, False), 8), ""]
+    if layout.slow:
+        body = _series(equations, integrals, layout, loop, True)
+        found += ["def slow_jet(floats, lane):", *_indented(body, 4), ""]
+    else:
+        found += ["def slow_jet(floats, lane):", '    """There is no slow manifold."""', ""]
+    return "\n".join(found)
+
+
+def _series(
+    equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str, slow: bool
+) -> list[str]:
+    """Lines of the series; slow: of lanes that may be on a slow manifold."""
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
-    writer = series_writer(equations, layout, code)
+    writer = series_writer(equations, layout, code, slow)
     watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
@@ -150,7 +172,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
-            first, *others = bounding_decays(equations, writer, decay_rates(equations))
+            first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)
             for i, other in enumerate(others):
                 larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
@@ -164,12 +186,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
         for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
-    body = code.lines
-    if simd:
-        sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(order, sticks, _limits_are_constant(equations))
-        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
-    return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+    return code.lines
 
 
 def decay_rates(equations: Any) -> list[Expression]:

@@ -17,8 +17,8 @@ class Slot:
 
 STEP = Slot(
     "choice of step",
-    ("chosen_step", "polished_step", "repeat_to", "shorter_step", "leave_implicit"),
-    ("step.explicit", "step.method_choice"),
+    ("next_series", "chosen_step", "follow_step", "polished_step", "repeat_to", "shorter_step", "leave_implicit"),
+    ("step.explicit", "step.method_choice", "step.manifold_choice"),
 )
 BRANCHES = Slot(
     "law branches",
@@ -90,14 +90,16 @@ INSTANT = Recipe("instant", ALONE, slots=())  # the equations at an instant, alo
 DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
 
 
-def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
+def motion_recipe(
+    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, slow: bool = False
+) -> Recipe:
     """One motion, of which everything is recorded.
 
     branches: whether the law has several on each side of rest; corners: whether the drive has any
-    several: contacts
+    several: contacts; slow: whether all bristles may be on slow manifolds, so that no step need be implicit
     """
-    before = _before(RECORDING, maybe_stiff, branches, corners, several, False)
-    return Recipe("advance", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
+    before = _before(RECORDING, maybe_stiff, branches, corners, several, False, slow)
+    return Recipe("advance", (*ALONE, *before, *NO_WATCH, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
@@ -156,12 +158,21 @@ def ensemble_recipe(
 
 
 def _before(
-    observer: tuple[str, ...], maybe_stiff: bool, branches: bool, corners: bool, several: bool, tangent: bool
+    observer: tuple[str, ...],
+    maybe_stiff: bool,
+    branches: bool,
+    corners: bool,
+    several: bool,
+    tangent: bool,
+    slow: bool = False,
 ) -> tuple[str, ...]:
     """The modules before those of the loop."""
+    steps = ("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)
+    if slow:
+        steps = ("step.slow_manifold", "step.manifold_choice")
     return (
         *COMMON,
-        *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
+        *steps,
         *observer,
         "events.law_branches" if branches else "events.one_branch",
         "events.decision" if several else "events.one_contact",

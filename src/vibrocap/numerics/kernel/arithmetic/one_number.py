@@ -12,6 +12,21 @@ def where(choice, one, other):
     return one if choice else other
 
 
+def load(floats, place):
+    """The number at a place."""
+    return floats[place]
+
+
+def store(floats, place, number):
+    """Write the number to a place."""
+    floats[place] = number
+
+
+def bits(choice):
+    """1 where the choice is true."""
+    return 1 if choice else 0
+
+
 def floor(x):
     """The largest whole number up to x, as a float."""
     return np.floor(x)

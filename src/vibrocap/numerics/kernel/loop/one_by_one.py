@@ -2,17 +2,16 @@
 
 from vibrocap.numerics.kernel.codes import RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.generated.ensemble import STEP_LIMIT
-from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEPS, STATUS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.generated.sizes import LANES
-from vibrocap.numerics.kernel.interface import has_room
+from vibrocap.numerics.kernel.interface import has_room, next_series
 from vibrocap.numerics.kernel.loop.one_step import step
 
 
 def advance(floats, ints, trace, rounds):
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     for _ in range(rounds):
-        jet(floats)
+        next_series(floats)
         stopped = False
         for lane in range(LANES):
             if ints[STATUS + lane] == RUNNING and has_room(floats, ints, trace, lane):

@@ -3,16 +3,26 @@
 Tangents are followed by Taylor steps too: an implicit step would need second derivatives.
 """
 
+from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.lane import PATIENCE
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
 FOR_GOOD = 2**40  # steps
 
 
+def next_series(floats):
+    """Make the series of all lanes."""
+    jet(floats)
+
+
 def chosen_step(floats, ints, lane, remaining):
     """The step of the series, and no look at any other."""
     ints[PATIENCE + lane] = FOR_GOOD
     return series_step(floats, ints, lane, remaining)[0]
+
+
+def follow_step(floats, h):
+    """No series but that of the state."""
 
 
 def polished_step(floats, ints, lane, h, longest):

@@ -3,6 +3,7 @@
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
     EXPLICIT_STEP,
@@ -38,6 +39,11 @@ EXPLICIT_STEPS = 8  # that are taken then, at least
 # In Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused. One lane makes it while the rest
 # waits, and its linear system grows with every contact.
 IMPLICIT_COST = 5.0 * (LANES * CONTACTS if SEVERAL and LANES > 1 else 1)
+
+
+def next_series(floats):
+    """Make the series of all lanes."""
+    jet(floats)
 
 
 def chosen_step(floats, ints, lane, remaining):
@@ -84,6 +90,10 @@ def chosen_step(floats, ints, lane, remaining):
             if SEVERAL:
                 return -1.0  # made anew: an explicit step may end with an event
     return h
+
+
+def follow_step(floats, h):
+    """No series but that of the state."""
 
 
 def rest_steps(ints, lane):

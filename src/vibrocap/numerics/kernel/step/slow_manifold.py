@@ -1,4 +1,4 @@
-"""Series on a slow manifold, in lanes: stiff bristles that have relaxed follow the velocity, and bound no step.
+"""Series on a slow manifold, in lanes or alone: stiff bristles that have relaxed follow the velocity, and bound no step.
 
 Bristles relax at rates far above those of the motion. Once they have, they are a function of the slow states, whose
 series is found by sweeps (see `codegen/slow_manifold.py`), each from the one before; an accepted step leaves the series
@@ -16,7 +16,6 @@ from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE,
 from vibrocap.numerics.kernel.generated.facts import SLOW_STATE, SLOWS
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.step.taylor_simd import lesser
 
 ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
 PAYING = 20.0  # rate times length of a step from which on it pays
@@ -25,6 +24,11 @@ OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
 LONGEST_PAUSE = 64.0
+
+
+def unlike(choices):
+    """Where a choice is not made."""
+    return where(choices, 0.0, 1.0) > 0.0
 
 
 def slow_lanes(floats):
@@ -40,7 +44,7 @@ def settled_lanes(floats, h, longest):
     """(lanes whose sweeps have settled, lanes that are on their manifolds, lanes that are far off or do not pay)."""
     settled = load(floats, TOLERANCE) > 0.0
     near = settled
-    far = ~settled
+    far = unlike(settled)
     for c in range(CONTACTS):
         if SLOWS[c] == 1:
             slow = load(floats, SLOW + c * LANES) > 0.0
@@ -51,33 +55,35 @@ def settled_lanes(floats, h, longest):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
             gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[c] * LANES))
             rate = load(floats, OWN_DECAY + c * LANES)
-            settled = settled & (~slow | (change * ORDER <= SETTLED * allowed * rate))
-            far = far | (slow & ~(rate * longest >= PAYING))
-            near = near & (~slow | (gap <= OFF * allowed))
+            settled = settled & (unlike(slow) | (change * ORDER <= SETTLED * allowed * rate))
+            far = far | (slow & unlike(rate * longest >= PAYING))
+            near = near & (unlike(slow) | (gap <= OFF * allowed))
             late = load(floats, SWEEPS + c * LANES)
-            far = far | (slow & (late >= EARLY) & ~(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
+            far = far | (slow & (late >= EARLY) & unlike(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
     return settled, near, far
 
 
 def follow_manifolds(floats, slow, settled, near, far, plain, h):
     """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
-    waiting = slow & ~settled & ~far
-    left = slow & ~plain & ~waiting
+    waiting = slow & unlike(settled | far)
+    left = slow & unlike(plain | waiting)
     for c in range(CONTACTS):
         if SLOWS[c] == 1:
             was = load(floats, SLOW + c * LANES) > 0.0
             rate = load(floats, OWN_DECAY + c * LANES)
             pays = plain & was
             pause = load(floats, PAUSE + c * LANES)
+            pause = where(pause > 1.0, pause, 1.0)
             wait = load(floats, WAIT + c * LANES)
-            failed = was & left & (far | ~(settled & near))
+            failed = was & left & (far | unlike(settled & near))
             moved = where(plain, wait - 1.0, wait)
             moved = where(was & left, 1.0, moved)
             moved = where(failed, pause, moved)
             store(floats, WAIT + c * LANES, moved)
-            store(floats, PAUSE + c * LANES, where(failed, lesser(2.0 * pause, LONGEST_PAUSE), where(pays, 1.0, pause)))
-            enters = plain & ~was & (wait <= 0.0) & (rate * h >= ENTERING)
-            stays = was & ~left
+            longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
+            store(floats, PAUSE + c * LANES, where(failed, longer, where(pays, 1.0, pause)))
+            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
+            stays = was & unlike(left)
             sweeps = load(floats, SWEEPS + c * LANES)
             store(floats, SWEEPS + c * LANES, where(waiting, sweeps + 1.0, 0.0))
             store(floats, SLOW + c * LANES, where(stays | enters, 1.0, 0.0))

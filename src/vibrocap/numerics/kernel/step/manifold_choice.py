@@ -1,0 +1,97 @@
+"""Choice of the step of a motion alone whose bristles may be on a slow manifold: explicit, or of the manifold.
+
+See `slow_manifold.py`. A step on a manifold is implicit in the bristles. It ends before any of its contacts may turn, so
+that every event of these is found by explicit steps.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.roots import later_terms
+from vibrocap.numerics.kernel.generated.ensemble import SLOW
+from vibrocap.numerics.kernel.generated.equations import jet, slow_jet
+from vibrocap.numerics.kernel.generated.facts import SEVERAL, SLOWS
+from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, SIDE, STIFF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.step.resolved import resolved
+from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
+from vibrocap.numerics.kernel.step.taylor import taylor_step
+
+CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
+AGAIN = -1.0  # instead of a length: the series is to be made anew
+
+
+def next_series(floats):
+    """Make the series of the present state: of the motion on its manifold, or of any."""
+    if slow_lanes(floats):
+        slow_jet(floats, 0)
+    else:
+        jet(floats)
+
+
+def chosen_step(floats, ints, lane, remaining):
+    """Length of the step of the series in memory, or AGAIN where that is not a motion yet."""
+    ints[STIFF + lane] = 0
+    if not slow_lanes(floats):
+        return series_step(floats, ints, lane, remaining)[0]
+    longest = taylor_step(floats, ints, lane)
+    if SEVERAL and floats[DECAY_RATE + lane] * longest > PLAIN_REACH:
+        longest = PLAIN_REACH / floats[DECAY_RATE + lane]
+    lasting = False
+    for _ in range(CUTS):
+        lasting = slides_last(floats, lane, longest) and resolved(floats, lane, longest)
+        if lasting:
+            break
+        longest *= CUT
+    h = min(longest, remaining)
+    settled, near, far = settled_lanes(floats, h, longest)
+    if lasting and settled and near and not far and h > 0.0:
+        ints[STIFF + lane] = 1
+        return h
+    follow_manifolds(floats, True, settled, near, far or not lasting, False, h)
+    return AGAIN
+
+
+def follow_step(floats, h):
+    """After a step of length h: who enters a manifold; what the series of the next step are guessed to be."""
+    slow = slow_lanes(floats)
+    follow_manifolds(floats, slow, True, True, False, True, h)
+
+
+def slides_last(floats, lane, h):
+    """Whether no contact on a manifold turns within a step of length h, beyond doubt."""
+    for c in range(CONTACTS):
+        if SLOWS[c] == 1 and floats[SLOW + c * LANES + lane] > 0.0:
+            if not slide_lasts(floats, VELOCITY_OF[c] + lane, floats[SIDE + c * LANES + lane], h):
+                return False
+    return True
+
+
+def slide_lasts(floats, row, side, h):
+    """Whether side times a velocity stays above zero over a step: its first four terms above the sum of all others.
+
+    As Bernstein coefficients those four are a bound from below, see `roots.py`.
+    """
+    others = later_terms(floats, row, ORDER, 4, h) * h * h
+    first, second = side * floats[row], side * floats[row + LANES] * h
+    third, fourth = side * floats[row + 2 * LANES] * h * h, side * floats[row + 3 * LANES] * h**3 - others
+    early = first + second * (1.0 / 3.0)
+    late = early + (second + third) * (1.0 / 3.0)
+    return min(first, early) > 0.0 and min(late, first + second + third + fourth) > 0.0
+
+
+def polished_step(floats, ints, lane, h, longest):
+    """A series of either kind needs no repeated step: its root is the event."""
+    return 1, h
+
+
+def repeat_to(floats, ints, lane, h):
+    """Nothing to repeat."""
+
+
+def shorter_step(floats, ints, lane, h):
+    """No implicit step to repeat."""
+    return h
+
+
+def leave_implicit(ints, lane):
+    """Nothing to leave."""
