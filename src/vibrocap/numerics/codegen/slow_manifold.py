@@ -18,7 +18,7 @@ from typing import Any
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
 from vibrocap.numerics.expressions.forms import Forms
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable, sensitivity
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
@@ -77,6 +77,30 @@ def bounding_decays(
             if isinstance(writer, SlowWriter):
                 masked = writer.chosen(layout.slow[contact], ZERO, found[place])
                 found[place] = writer.code.name(f"bounding_{contact}", masked)
+    return found
+
+
+def settled_coefficient(
+    writer: JetWriter, loop: str, state: int, k: int, value: Expression | None = None
+) -> Formula:
+    """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
+
+    A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
+    as exact as z_k. Lanes make another sweep instead.
+    """
+    index = writer.graph.node("state", state).index if value is None else value.index
+    found = writer.coefficient(index, k)
+    if k == 0 or loop == "simd" or not isinstance(writer, SlowWriter):
+        return found
+    for slow in writer.slow:
+        if slow == state:
+            continue
+        push = sensitivity(writer.rates[state], writer.rates[slow].index)
+        if push.value != 0.0:
+            own = writer.coefficient(writer.graph.node("state", slow).index, k)
+            change = own - writer.target(slow, k - 1) * literal(1.0 / k)
+            factor = writer.coefficient(push.index, 0)
+            found = found + writer.chosen(slow, factor * change, ZERO)
     return found
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, slow_constants
+from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, settled_coefficient, slow_constants
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
@@ -151,14 +151,14 @@ def _series(
 
     for k in range(order + 1):
         for i in range(states):
-            keep(i, k, writer.coefficient(graph.node("state", i).index, k))
+            keep(i, k, settled_coefficient(writer, loop, i, k))
         for i, rate in enumerate(integrals, start=states):
             if k == 0:
                 keep(i, 0, code.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         if not equations.contacts[0].is_state:
-            keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
+            keep(rows, k, settled_coefficient(writer, loop, equations.contact_state, k, equations.contact_velocity))
         if equations.hold is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
@@ -184,8 +184,12 @@ def _series(
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
-        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
-            keep(i, k, writer.coefficient(velocity.index, k))
+        states_of = [each.state for each in equations.contacts[1:] if not each.is_state]
+        for i, velocity in enumerate(own):
+            value = writer.coefficient(velocity.index, k)
+            if i < len(states_of):
+                value = settled_coefficient(writer, loop, states_of[i], k, velocity)
+            keep(rows + 4 + len(equations.guards) + i, k, value)
     return code.lines
 
 
