@@ -18,7 +18,7 @@ from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERA
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 
 ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
-PAYING = 20.0  # rate times length of a step from which on it pays
+PAYING = 20.0 if LANES > 1 else 30.0  # rate times length of a step from which on it pays; lanes take the same step
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
