@@ -22,61 +22,77 @@ from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, r
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
-def slow_states(equations: Any) -> tuple[int, ...]:
-    """Of each contact the internal state that may be slaved to all others, -1 where there is none."""
+def slow_bristles(equations: Any) -> tuple[tuple[int, int], ...]:
+    """(contact, internal state) of all contacts whose one internal state may be slaved to all others."""
     forms = Forms(equations.graph, equations.rates)
     found = []
-    for each in equations.contacts:
-        state = each.internal[0] if each.kind == "kinked" and len(each.internal) == 1 else -1
-        if state >= 0:
+    for contact, each in enumerate(equations.contacts):
+        if each.kind == "kinked" and len(each.internal) == 1 and not equations.law_switches:
+            state = each.internal[0]
             rate = equations.rates[state]
-            alone = forms.linear(rate.index)[1] == rate.index
-            relaxes = derivative(rate, state).value != 0.0
-            if not (alone and relaxes) or equations.law_switches:
-                state = -1
-        found.append(state)
+            if forms.linear(rate.index)[1] == rate.index and derivative(rate, state).value != 0.0:
+                found.append((contact, state))
     return tuple(found)
 
 
-def slow_states_alone(equations: Any) -> tuple[int, ...]:
-    """The same for a motion alone, () where a contact that may be stiff has none: it needs implicit steps."""
-    found = slow_states(equations)
-    stiff = [each.kind != "set-valued" for each in equations.contacts]
-    return found if any(stiff) and all(state >= 0 for state, may in zip(found, stiff, strict=True) if may) else ()
+def slow_states(equations: Any) -> tuple[tuple[int, int], ...]:
+    """(contact, state) of all that may be slaved in a motion alone: bristles, and velocities of contacts that creep.
+
+    () where a contact that may be stiff has none: that takes implicit steps.
+    """
+    bristles = slow_bristles(equations)
+    stiff = {contact for contact, each in enumerate(equations.contacts) if each.kind != "set-valued"}
+    if not stiff or {contact for contact, _ in bristles} != stiff:
+        return ()
+    found = []
+    for contact, state in bristles:
+        found.append((contact, state))
+        velocity = equations.contacts[contact].state
+        if equations.contacts[contact].is_state and derivative(equations.rates[velocity], velocity).value is None:
+            found.append((contact, velocity))
+    return tuple(found)
 
 
 def slow_constants(layout: Layout) -> dict[str, Any]:
     """What a kernel knows of them."""
-    states = layout.slow or (-1,) * layout.contacts
-    return {"SLOWED": bool(layout.slow), "SLOW_STATE": states, "SLOWS": tuple(int(each >= 0) for each in states)}
+    slow = layout.slow or ((0, -1),)
+    return {
+        "SLOWED": bool(layout.slow),
+        "MANIFOLDS": len(slow),
+        "SLOW_CONTACT": tuple(contact for contact, _ in slow),
+        "SLOW_STATE": tuple(state for _, state in slow),
+    }
 
 
-def series_writer(equations: Any, layout: Layout, code: Code, slow: bool) -> JetWriter:
-    """The writer of the series of these equations; slow: of lanes that may be on a manifold."""
-    given = equations.graph, list(equations.rates), code, equations.balance
+def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
+    """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
+    given = equations.graph, list(equations.rates), code
     if not slow:
-        return JetWriter(*given)
-    states = {state: contact for contact, state in enumerate(layout.slow) if state >= 0}
-    return SlowWriter(*given, states, layout.order, always=layout.lanes == layout.contacts == 1)
+        return JetWriter(*given, equations.balance)
+    states = {layout.slow[number][1]: number for number in slow}
+    creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
+    balance = None if creeps else equations.balance
+    return SlowWriter(*given, balance, states, layout.order, always=layout.lanes == layout.contacts == 1)
 
 
 def bounding_decays(
     equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]
 ) -> list[Formula]:
-    """Of the rates of decay those that bound a step: 0 of bristles on their manifold, whose own rate is kept apart.
+    """Of the rates of decay those that bound a step: without those of what is on a manifold, which are kept apart.
 
-    rates: one of each contact with bristles
+    rates: one of each contact with bristles, or one of all
     """
     found = [writer.coefficient(rate.index, 0) for rate in rates]
-    if not layout.slow:
-        return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
-    for place, contact in enumerate(contacts):
-        if layout.slow[contact] >= 0:
-            writer.code.store(f"OWN_DECAY + {contact} * LANES", found[place])
-            if isinstance(writer, SlowWriter):
-                masked = writer.chosen(layout.slow[contact], ZERO, found[place])
-                found[place] = writer.code.name(f"bounding_{contact}", masked)
+    for number, (contact, state) in enumerate(layout.slow):
+        place = contacts.index(contact) if contacts else 0
+        own = found[place]
+        if layout.lanes == 1:
+            own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
+        writer.code.store(f"OWN_DECAY + {number} * LANES", own)
+        if isinstance(writer, SlowWriter) and state in writer.slow:
+            rest = found[place] - own if layout.lanes == 1 else ZERO
+            found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
     return found
 
 
@@ -111,7 +127,7 @@ class SlowWriter(JetWriter):
         self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int,
         always: bool,
     ):
-        """slow: contact by internal state; always: whether all lanes are on the manifold."""
+        """slow: number of its manifold by state; always: whether all lanes are on it."""
         super().__init__(graph, rates, code, balance)
         self.slow, self.order, self.always = slow, order, always
         self.slow_rates = {rates[state].index: state for state in slow}
@@ -127,8 +143,8 @@ class SlowWriter(JetWriter):
         """A value of the lanes on the manifold of a state, another of all others."""
         if self.always:
             return slow
-        contact = self.slow[state]
-        mask = self.code.name(f"slow_{contact}", Formula(f"{self.code.entry(f'SLOW + {contact} * LANES').text} > 0.0"))
+        number = self.slow[state]
+        mask = self.code.name(f"slow_{number}", Formula(f"{self.code.entry(f'SLOW + {number} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
 
     def target(self, state: int, k: int) -> Formula:

@@ -116,22 +116,25 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, _limits_are_constant(equations))
-        body = _series(equations, integrals, layout, loop, bool(layout.slow))
+        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
         return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
-    found = [*head, *_indented(_series(equations, integrals, layout, loop, False), 8), ""]
-    if layout.slow:
-        body = _series(equations, integrals, layout, loop, True)
-        found += ["def slow_jet(floats, lane):", *_indented(body, 4), ""]
-    else:
-        found += ["def slow_jet(floats, lane):", '    """There is no slow manifold."""', ""]
-    return "\n".join(found)
+    found = [*head, *_indented(_series(equations, integrals, layout, loop, ()), 8), ""]
+    numbers = range(len(layout.slow))
+    choices = [(number,) for number in numbers] if layout.contacts == 1 else [numbers] if numbers else []
+    calls = []
+    for which, choice in enumerate(choices):
+        body = _series(equations, integrals, layout, loop, choice)
+        found += [f"def slow_jet_{which}(floats, lane):", *_indented(body, 4), ""]
+        calls += [f"    if floats[SLOW + {which} * LANES + lane] > 0.0:"] if len(choices) > 1 else []
+        calls += [f"{'        ' if len(choices) > 1 else '    '}slow_jet_{which}(floats, lane)"]
+    return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
 
 
 def _series(
-    equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str, slow: bool
+    equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
 ) -> list[str]:
-    """Lines of the series; slow: of lanes that may be on a slow manifold."""
+    """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")

@@ -102,12 +102,12 @@ FLOAT_ENTRIES = (
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
-    "SLOW",  # [contacts] 1: its bristles are on their slow manifold, see `step/slow_manifold.py`
-    "SWEEPS",  # [contacts] series since then, of which none was accepted
-    "WAIT",  # [contacts] steps until it is tried again
-    "PAUSE",  # [contacts] how long it waits after the next failure
-    "OWN_DECAY",  # [contacts] rate of decay of its bristles
-    "GUESS",  # [contacts * (order + 1)] series of its bristles of the sweep before
+    "SLOW",  # [manifolds] 1: the motion is on it, see `step/slow_manifold.py`
+    "SWEEPS",  # [manifolds] series since then, of which none was accepted
+    "WAIT",  # [manifolds] steps until it is tried again
+    "PAUSE",  # [manifolds] how long it waits after the next failure
+    "OWN_DECAY",  # [manifolds] rate of decay towards it
+    "GUESS",  # [manifolds * (order + 1)] series of what is slaved, of the sweep before
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     # of a stepper only
     "CLOCK",  # time since the motion began
@@ -210,7 +210,7 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     table: int = 0  # numbers of the table of its drive
-    slow: tuple[int, ...] = ()  # of each contact the state that may be on a slow manifold, else -1; (): none is
+    slow: tuple[tuple[int, int], ...] = ()  # slow manifolds: (contact, state that may be slaved)
 
     @property
     def measured(self) -> int:

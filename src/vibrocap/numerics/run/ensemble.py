@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.evidence import evidence_source
-from vibrocap.numerics.codegen.slow_manifold import slow_states
+from vibrocap.numerics.codegen.slow_manifold import slow_bristles
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
@@ -81,8 +81,7 @@ def ensemble_source(
     parameters, corners = len(equations.parameter_paths), equations.corners
     tangent = states > equations.base
     stiff = equations.maybe_stiff and not tangent
-    slow = slow_states(equations) if loop == "simd" and stiff and equations.several else ()
-    slow = slow if any(each >= 0 for each in slow) else ()
+    slow = slow_bristles(equations) if loop == "simd" and stiff and equations.several else ()
     layout = Layout(lanes, states, states, order, parameters, MARKS, entries, slow=slow, **sizes(equations))
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.slow_manifold import slow_states_alone
+from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
@@ -123,7 +123,7 @@ def sizes(equations: Any) -> dict[str, Any]:
 def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
     states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
-    slow = slow_states_alone(equations)
+    slow = slow_states(equations)
     layout = Layout(1, states, states, order, parameters, slow=slow, **sizes(equations))
     more = equations.several, bool(slow)
     recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners is not None, *more)

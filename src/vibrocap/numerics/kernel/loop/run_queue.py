@@ -24,7 +24,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     WAIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.facts import SLOWED, STICKS
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOWED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     ARRIVING,
     CAME_FROM,
@@ -109,11 +109,11 @@ def begin_run(floats, ints, trace, lane, run):
     forget(floats, lane)
     begin_drive(floats, ints, trace, lane, run)
     if SLOWED:
-        for c in range(CONTACTS):
-            floats[SLOW + c * LANES + lane] = 0.0
-            floats[SWEEPS + c * LANES + lane] = 0.0
-            floats[WAIT + c * LANES + lane] = 0.0
-            floats[PAUSE + c * LANES + lane] = 1.0
+        for m in range(MANIFOLDS):
+            floats[SLOW + m * LANES + lane] = 0.0
+            floats[SWEEPS + m * LANES + lane] = 0.0
+            floats[WAIT + m * LANES + lane] = 0.0
+            floats[PAUSE + m * LANES + lane] = 1.0
     floats[REMAINING + lane] = 0.0
     floats[CONTACT_RESIDUAL + lane] = 0.0
     for c in range(CONTACTS):

@@ -35,13 +35,14 @@ from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
     LIMIT_CONSTANT,
+    MANIFOLDS,
     MAYBE_STIFF,
     SET_VALUED,
     SEVERAL,
     SHARED,
     SHARP,
+    SLOW_CONTACT,
     SLOWED,
-    SLOWS,
     SPARSE,
     STATE_OF,
     STICKS,
@@ -185,8 +186,9 @@ def step_simd(floats, ints, trace, running):
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
-            if SLOWED and SLOWS[c] == 1:
-                plain = plain & (ahead | ~(load(floats, SLOW + c * LANES) > 0.0))
+            for m in range(MANIFOLDS):
+                if SLOWED and SLOW_CONTACT[m] == c:
+                    plain = plain & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
             if SHARP and c == 0:
                 plain = plain & resolved_simd(floats, side, start, change, h, plain)
             clear = ~plain | ahead

@@ -3,10 +3,10 @@
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
-from vibrocap.numerics.kernel.generated.facts import SHARP, SLOWS, STATE_OF
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SHARP, SLOW_CONTACT, SLOW_STATE, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import SCALE, SIDE, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED
 from vibrocap.numerics.kernel.step.taylor_simd import lesser
@@ -49,9 +49,10 @@ def before_turning(floats, side, start, slow, h):
     """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
     for _ in range(CUTS):
         fine = slow | ~slow
-        for c in range(CONTACTS):
-            if SLOWS[c] == 1:
-                off = ~(load(floats, SLOW + c * LANES) > 0.0)
+        for m in range(MANIFOLDS):
+            if SLOW_STATE[m] >= 0:
+                c = SLOW_CONTACT[m]
+                off = ~(load(floats, SLOW + m * LANES) > 0.0)
                 none = off & ~off
                 ahead, change = ahead_simd(floats, c, load(floats, SIDE + c * LANES), none, none, none, h)
                 fine = fine & (off | ahead)

@@ -7,10 +7,10 @@ that every event of these is found by explicit steps.
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.equations import jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import SEVERAL, SLOWS
+from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, SIDE, STIFF
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
@@ -55,12 +55,16 @@ def follow_step(floats, h):
     """After a step of length h: who enters a manifold; what the series of the next step are guessed to be."""
     slow = slow_lanes(floats)
     follow_manifolds(floats, slow, True, True, False, True, h)
+    for m in range(1, MANIFOLDS):
+        if SLOW_CONTACT[m] == SLOW_CONTACT[m - 1] and floats[SLOW + (m - 1) * LANES] > 0.0:
+            floats[SLOW + m * LANES] = 0.0  # one of a contact at a time
 
 
 def slides_last(floats, lane, h):
     """Whether no contact on a manifold turns within a step of length h, beyond doubt."""
-    for c in range(CONTACTS):
-        if SLOWS[c] == 1 and floats[SLOW + c * LANES + lane] > 0.0:
+    for m in range(MANIFOLDS):
+        c = SLOW_CONTACT[m]
+        if KINKS[c] == 1 and floats[SLOW + m * LANES + lane] > 0.0:
             if not slide_lasts(floats, VELOCITY_OF[c] + lane, floats[SIDE + c * LANES + lane], h):
                 return False
     return True

@@ -13,9 +13,9 @@ be decided, or where
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
-from vibrocap.numerics.kernel.generated.facts import SLOW_STATE, SLOWS
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
 PAYING = 20.0 if LANES > 1 else 30.0  # rate times length of a step from which on it pays; lanes take the same step
@@ -34,9 +34,9 @@ def unlike(choices):
 def slow_lanes(floats):
     """Lanes on the manifold of any contact."""
     found = load(floats, TOLERANCE) < 0.0
-    for c in range(CONTACTS):
-        if SLOWS[c] == 1:
-            found = found | (load(floats, SLOW + c * LANES) > 0.0)
+    for m in range(MANIFOLDS):
+        if SLOW_STATE[m] >= 0:
+            found = found | (load(floats, SLOW + m * LANES) > 0.0)
     return found
 
 
@@ -45,20 +45,20 @@ def settled_lanes(floats, h, longest):
     settled = load(floats, TOLERANCE) > 0.0
     near = settled
     far = unlike(settled)
-    for c in range(CONTACTS):
-        if SLOWS[c] == 1:
-            slow = load(floats, SLOW + c * LANES) > 0.0
-            row, guess = SERIES + SLOW_STATE[c] * (ORDER + 1) * LANES, GUESS + c * (ORDER + 1) * LANES
-            allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[c] * LANES)
+    for m in range(MANIFOLDS):
+        if SLOW_STATE[m] >= 0:
+            slow = load(floats, SLOW + m * LANES) > 0.0
+            row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
+            allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[m] * LANES)
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
-            gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[c] * LANES))
-            rate = load(floats, OWN_DECAY + c * LANES)
+            gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[m] * LANES))
+            rate = load(floats, OWN_DECAY + m * LANES)
             settled = settled & (unlike(slow) | (change * ORDER <= SETTLED * allowed * rate))
             far = far | (slow & unlike(rate * longest >= PAYING))
             near = near & (unlike(slow) | (gap <= OFF * allowed))
-            late = load(floats, SWEEPS + c * LANES)
+            late = load(floats, SWEEPS + m * LANES)
             far = far | (slow & (late >= EARLY) & unlike(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
     return settled, near, far
 
@@ -67,32 +67,32 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h):
     """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
     waiting = slow & unlike(settled | far)
     left = slow & unlike(plain | waiting)
-    for c in range(CONTACTS):
-        if SLOWS[c] == 1:
-            was = load(floats, SLOW + c * LANES) > 0.0
-            rate = load(floats, OWN_DECAY + c * LANES)
+    for m in range(MANIFOLDS):
+        if SLOW_STATE[m] >= 0:
+            was = load(floats, SLOW + m * LANES) > 0.0
+            rate = load(floats, OWN_DECAY + m * LANES)
             pays = plain & was
-            pause = load(floats, PAUSE + c * LANES)
+            pause = load(floats, PAUSE + m * LANES)
             pause = where(pause > 1.0, pause, 1.0)
-            wait = load(floats, WAIT + c * LANES)
+            wait = load(floats, WAIT + m * LANES)
             failed = was & left & (far | unlike(settled & near))
             moved = where(plain, wait - 1.0, wait)
             moved = where(was & left, 1.0, moved)
             moved = where(failed, pause, moved)
-            store(floats, WAIT + c * LANES, moved)
+            store(floats, WAIT + m * LANES, moved)
             longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
-            store(floats, PAUSE + c * LANES, where(failed, longer, where(pays, 1.0, pause)))
+            store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, 1.0, pause)))
             enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
             stays = was & unlike(left)
-            sweeps = load(floats, SWEEPS + c * LANES)
-            store(floats, SWEEPS + c * LANES, where(waiting, sweeps + 1.0, 0.0))
-            store(floats, SLOW + c * LANES, where(stays | enters, 1.0, 0.0))
-            guess_series(floats, c, was & waiting, was & plain, enters, h)
+            sweeps = load(floats, SWEEPS + m * LANES)
+            store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))
+            store(floats, SLOW + m * LANES, where(stays | enters, 1.0, 0.0))
+            guess_series(floats, m, was & waiting, was & plain, enters, h)
 
 
-def guess_series(floats, c, again, moved, enters, h):
+def guess_series(floats, m, again, moved, enters, h):
     """The guess of the next sweep: the present series, the same from the end of a step of length h on, or none."""
-    row, guess = SERIES + SLOW_STATE[c] * (ORDER + 1) * LANES, GUESS + c * (ORDER + 1) * LANES
+    row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
     if bits(again | moved | enters) == 0:
         return
     for k in range(ORDER + 1):
