@@ -12,6 +12,7 @@ All this in the lanes that are on the manifold of a contact; the others have the
 two functions: one for ordinary series, one for those on a manifold.
 """
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -94,6 +95,23 @@ def bounding_decays(
             rest = found[place] - own if layout.lanes == 1 else ZERO
             found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
     return found
+
+
+def store_reach(writer: JetWriter, layout: Layout) -> None:
+    """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
+    if layout.lanes > 1 or not isinstance(writer, SlowWriter):
+        return
+    for slow, number in writer.slow.items():
+        rate, lasting, passing = writer.rates[slow], [], []
+        for state, other in enumerate(writer.rates):
+            slope = derivative(other, slow)
+            if state != slow and slope.value != 0.0:
+                given = slope - sensitivity(other, rate.index) * derivative(rate, slow)
+                for values, value in ((lasting, given), (passing, slope)):
+                    values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
+        for name, values in (("DRIFT", lasting), ("KICK", passing)):
+            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values)
+            writer.code.store(f"{name} + {number} * LANES", Formula(largest))
 
 
 def settled_coefficient(

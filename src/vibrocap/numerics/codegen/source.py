@@ -10,7 +10,7 @@ from typing import Any
 from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, settled_coefficient, slow_constants
+from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, settled_coefficient, slow_constants, store_reach
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
@@ -181,6 +181,7 @@ def _series(
                 larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
                 decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
             code.store("DECAY_RATE", decay)
+            store_reach(writer, layout)
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`

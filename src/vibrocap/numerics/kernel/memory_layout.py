@@ -107,6 +107,8 @@ FLOAT_ENTRIES = (
     "WAIT",  # [manifolds] steps until it is tried again
     "PAUSE",  # [manifolds] how long it waits after the next failure
     "OWN_DECAY",  # [manifolds] rate of decay towards it
+    "DRIFT",  # [manifolds] what an error of it does to other states over their natural size, in a unit of time
+    "KICK",  # [manifolds] the same while it decays
     "GUESS",  # [manifolds * (order + 1)] series of what is slaved, of the sweep before
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     # of a stepper only
@@ -247,7 +249,7 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
-            **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
+            **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY", "DRIFT", "KICK"), len(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),

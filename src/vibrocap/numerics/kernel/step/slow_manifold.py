@@ -12,7 +12,7 @@ be decided, or where
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, KICK, OWN_DECAY, PAUSE, DRIFT, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
@@ -29,6 +29,11 @@ LONGEST_PAUSE = 64.0
 def unlike(choices):
     """Where a choice is not made."""
     return where(choices, 0.0, 1.0) > 0.0
+
+
+def lesser_of(x, y):
+    """The lesser of two numbers per lane; y where x is not a number."""
+    return where(x < y, x, y)
 
 
 def slow_lanes(floats):
@@ -50,6 +55,10 @@ def settled_lanes(floats, h, longest):
             slow = load(floats, SLOW + m * LANES) > 0.0
             row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
             allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[m] * LANES)
+            beside = allowed
+            if LANES == 1:  # other states, too, keep to the tolerance
+                beside = lesser_of(allowed, load(floats, TOLERANCE) * load(floats, OWN_DECAY + m) / load(floats, KICK + m))
+                allowed = lesser_of(allowed, load(floats, TOLERANCE) / (h * load(floats, DRIFT + m)))
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
@@ -57,9 +66,9 @@ def settled_lanes(floats, h, longest):
             rate = load(floats, OWN_DECAY + m * LANES)
             settled = settled & (unlike(slow) | (change * ORDER <= SETTLED * allowed * rate))
             far = far | (slow & unlike(rate * longest >= PAYING))
-            near = near & (unlike(slow) | (gap <= OFF * allowed))
+            near = near & (unlike(slow) | (gap <= OFF * beside))
             late = load(floats, SWEEPS + m * LANES)
-            far = far | (slow & (late >= EARLY) & unlike(gap <= FAR_OFF * allowed)) | (slow & (late >= MOST_SWEEPS))
+            far = far | (slow & (late >= EARLY) & unlike(gap <= FAR_OFF * beside)) | (slow & (late >= MOST_SWEEPS))
     return settled, near, far
 
 
