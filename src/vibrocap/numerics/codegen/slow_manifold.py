@@ -76,9 +76,7 @@ def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int
     return SlowWriter(*given, balance, states, layout.order, always=layout.lanes == layout.contacts == 1)
 
 
-def bounding_decays(
-    equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]
-) -> list[Formula]:
+def bounding_decays(equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
     """Of the rates of decay those that bound a step: without those of what is on a manifold, which are kept apart.
 
     rates: one of each contact with bristles, or one of all
@@ -114,9 +112,7 @@ def store_reach(writer: JetWriter, layout: Layout) -> None:
             writer.code.store(f"{name} + {number} * LANES", Formula(largest))
 
 
-def settled_coefficient(
-    writer: JetWriter, loop: str, state: int, k: int, value: Expression | None = None
-) -> Formula:
+def settled_coefficient(writer: JetWriter, loop: str, state: int, k: int, value: Expression | None = None) -> Formula:
     """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
 
     A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
@@ -142,7 +138,13 @@ class SlowWriter(JetWriter):
     """A writer of the series of lanes of which some are on the manifold."""
 
     def __init__(
-        self, graph: Graph, rates: list[Expression], code: Code, balance: Any, slow: Mapping[int, int], order: int,
+        self,
+        graph: Graph,
+        rates: list[Expression],
+        code: Code,
+        balance: Any,
+        slow: Mapping[int, int],
+        order: int,
         always: bool,
     ):
         """slow: number of its manifold by state; always: whether all lanes are on it."""

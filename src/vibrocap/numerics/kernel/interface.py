@@ -7,18 +7,18 @@ here; linking puts the definitions of the chosen module in their place.
 # How far the next step goes, and by which method.
 
 
-def next_series(floats) -> None:
+def next_series(floats, ints) -> None:
     """Make the series of all lanes at their present states."""
     raise NotImplementedError
 
 
 def chosen_step(floats, ints, lane, remaining) -> float:
-    """Length of the next step, no longer than `remaining`, with its series in memory; -1: it is to be made anew."""
+    """Length of the next step, no longer than `remaining`, with its series in memory."""
     raise NotImplementedError
 
 
-def follow_step(floats, h) -> None:
-    """After a step of length h, whose series is in memory, of a motion alone: what its next series begins with."""
+def follow_step(floats, event, h) -> None:
+    """After a step of length h, to an event or none, of a motion alone: what its next series begins with."""
     raise NotImplementedError
 
 

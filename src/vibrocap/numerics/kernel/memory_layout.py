@@ -81,7 +81,7 @@ FLOAT_ENTRIES = (
     "CAME_FROM",  # [contacts] side before it came to rest
     "SIDE_TOLD",  # [contacts] side in the last piece that was recorded
     "TOLERANCE",  # error per step over the natural size of a state
-    "IMPLICIT_STEP",  # step that the implicit method proposes
+    "IMPLICIT_STEP",  # step that the implicit method proposes, or of the series on a slow manifold
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
     "DECAY_RATE",  # of the fastest decay at the start of the step, about; of laws that cannot stick
     "DAMPED_STEP",  # step for which the series has been damped by the step of all lanes; 0: it has not

@@ -102,25 +102,32 @@ def motion_recipe(
     return Recipe("advance", (*ALONE, *before, *NO_WATCH, *MOVING, "loop.one_by_one"))
 
 
-def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
+def shown_motion_recipe(
+    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, slow: bool = False
+) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
-    own = motion_recipe(maybe_stiff, branches, corners, several)
+    own = motion_recipe(maybe_stiff, branches, corners, several, slow)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
     return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
 
 
 def stepper_recipe(
-    maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False, held_input: bool = False
+    maybe_stiff: bool,
+    branches: bool,
+    corners: bool = False,
+    several: bool = False,
+    held_input: bool = False,
+    slow: bool = False,
 ) -> Recipe:
     """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
-    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False)
+    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False, slow)
     passage = ("stepper.own_drive",)
     if held_input:
         before = tuple(each for each in before if each not in CORNERS.offers)
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
+    return Recipe("take_step", (*ALONE, *before, *NO_WATCH, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 
 def ensemble_recipe(
@@ -167,9 +174,11 @@ def _before(
     slow: bool = False,
 ) -> tuple[str, ...]:
     """The modules before those of the loop."""
-    steps = ("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)
+    steps = ("step.explicit",)
     if slow:
-        steps = ("step.slow_manifold", "step.manifold_choice")
+        steps = ("step.linear_system", "step.slow_manifold", "step.manifold_choice")
+    elif maybe_stiff:
+        steps = ("step.linear_system", "step.implicit", "step.method_choice")
     return (
         *COMMON,
         *steps,

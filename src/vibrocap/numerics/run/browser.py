@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import Integrands, generated_source, instants_source
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
 from vibrocap.numerics.expressions.graph import Expression
@@ -66,10 +67,11 @@ def browser_kernels(
     text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     table = 0 if equations.corners is None else len(equations.corners.numbers)
-    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), table=table)
+    slow = slow_states(equations)
+    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), table=table, slow=slow)
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     corners, several = equations.corners is not None, equations.several
-    recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several)
+    recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several, bool(slow))
     text = linked_source("\n\n".join(generated), recipe)
     text.check()
     return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
 from vibrocap.numerics.expressions.graph import Expression
@@ -120,6 +121,7 @@ def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: boo
     layout = Layout(
         *(1, states, states, order, len(equations.parameter_paths)),
         **sizes(equations),
+        slow=slow_states(equations),
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
@@ -128,6 +130,8 @@ def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: boo
     values = [value for _, value in observed]
     generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
     branches, several = has_branches(equations), equations.several
-    recipe = stepper_recipe(equations.maybe_stiff, branches, corners is not None, several, held_input)
+    recipe = stepper_recipe(
+        equations.maybe_stiff, branches, corners is not None, several, held_input, bool(layout.slow)
+    )
     text = linked_source("\n\n".join(generated), recipe)
     return StepperKernel(layout, text, tuple(name for name, _ in observed), held_input)

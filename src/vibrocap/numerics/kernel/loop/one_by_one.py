@@ -11,7 +11,7 @@ from vibrocap.numerics.kernel.loop.one_step import step
 def advance(floats, ints, trace, rounds):
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     for _ in range(rounds):
-        next_series(floats)
+        next_series(floats, ints)
         stopped = False
         for lane in range(LANES):
             if ints[STATUS + lane] == RUNNING and has_room(floats, ints, trace, lane):

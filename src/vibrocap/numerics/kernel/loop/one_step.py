@@ -14,7 +14,7 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
-from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
     GAVE_WAY,
@@ -85,7 +85,7 @@ def step(floats, ints, trace, lane):
     if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
         remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
     h = chosen_step(floats, ints, lane, remaining)
-    if MAYBE_STIFF and h < 0.0:
+    if SEVERAL and h < 0.0:
         return  # the series must be made anew for a step of the other method
     if not (h > 0.0):
         ints[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
@@ -124,7 +124,7 @@ def step(floats, ints, trace, lane):
     else:
         ints[IMPLICIT_STEPS + lane] += 1
     move_to(floats, ints, lane, h)
-    follow_step(floats, h)
+    follow_step(floats, event, h)
     if SHARED:
         pin(floats, lane)
     for i in range(STATES):

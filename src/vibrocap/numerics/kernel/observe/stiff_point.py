@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.generated.facts import KINKS
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
-from vibrocap.numerics.kernel.step.implicit import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
+from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond

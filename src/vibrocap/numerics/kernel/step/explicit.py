@@ -10,7 +10,7 @@ from vibrocap.numerics.kernel.step.stabilised import series_step
 FOR_GOOD = 2**40  # steps
 
 
-def next_series(floats):
+def next_series(floats, ints):
     """Make the series of all lanes."""
     jet(floats)
 
@@ -21,7 +21,7 @@ def chosen_step(floats, ints, lane, remaining):
     return series_step(floats, ints, lane, remaining)[0]
 
 
-def follow_step(floats, h):
+def follow_step(floats, event, h):
     """No series but that of the state."""
 
 

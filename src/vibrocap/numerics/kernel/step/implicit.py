@@ -15,12 +15,23 @@ from vibrocap.numerics.kernel.generated.equations import contact_velocity, holdi
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEP, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, EVENT_WORK, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import interpolated_guards
+from vibrocap.numerics.kernel.step.linear_system import (
+    JACOBIAN,
+    MATRIX,
+    POINT,
+    RATE,
+    REFERENCE,
+    STAGE,
+    STAGES,
+    WIDTH,
+    factorise,
+    solve,
+)
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five, through_points
 
-STAGES = 8
 GAMMA = 0.21193756319429014
 # fmt: off
 STAGE_WEIGHTS = np.array([
@@ -75,41 +86,6 @@ TIME_WEIGHTS = np.array(
 SURE = 0.03  # share of a velocity that its error may have where its sign counts
 BEYOND_DOUBT = 1e9
 ROUNDING_NOISE = 1e-14  # of a state, over its natural size
-WIDTH = STATES + 1
-# Places in the work space, after that of the event search: the Jacobian outlives a search.
-JACOBIAN = WORK + EVENT_WORK
-MATRIX = JACOBIAN + ROWS * WIDTH
-STAGE = MATRIX + STATES * STATES
-POINT = STAGE + STAGES * ROWS
-RATE = POINT + ROWS
-REFERENCE = RATE + ROWS  # of velocities at imposed distances: number of the one that is followed, then all of them
-
-
-def factorise(floats):
-    """LU decomposition of the matrix in the work space, in place, without pivoting.
-
-    1/(gamma h) dominates the diagonal for the steps that the error control takes; a vanishing pivot shows as a stage
-    that is not finite, and the step is refused.
-    """
-    for j in range(STATES):
-        pivot = 1.0 / floats[MATRIX + j * STATES + j]
-        for i in range(j + 1, STATES):
-            factor = floats[MATRIX + i * STATES + j] * pivot
-            floats[MATRIX + i * STATES + j] = factor
-            if factor != 0.0:
-                for k in range(j + 1, STATES):
-                    floats[MATRIX + i * STATES + k] -= factor * floats[MATRIX + j * STATES + k]
-
-
-def solve(floats, start):
-    """Solve for the right-hand side at floats[start:start + ROWS], in place; rows after the states are integrals."""
-    for i in range(STATES):
-        for j in range(i):
-            floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]
-    for i in range(STATES - 1, -1, -1):
-        for j in range(i + 1, STATES):
-            floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]
-        floats[start + i] /= floats[MATRIX + i * STATES + i]
 
 
 def implicit_stages(floats, ints, lane, h):

@@ -1,14 +1,14 @@
 """Choice of the step of a motion alone whose bristles may be on a slow manifold: explicit, or of the manifold.
 
-See `slow_manifold.py`. A step on a manifold is implicit in the bristles. It ends before any of its contacts may turn, so
-that every event of these is found by explicit steps.
+See `slow_manifold.py`. A step on a manifold is implicit in what is slaved. It ends before its contact may turn, so that
+every event of that is found by explicit steps.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.equations import jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT
-from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, SIDE, STIFF
+from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STIFF
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import resolved
@@ -17,56 +17,64 @@ from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
-AGAIN = -1.0  # instead of a length: the series is to be made anew
 
 
-def next_series(floats):
-    """Make the series of the present state: of the motion on its manifold, or of any."""
-    if slow_lanes(floats):
+def next_series(floats, ints):
+    """Make the series of the present state: of the motion on its manifold, once its sweeps have settled, or of any."""
+    while slow_lanes(floats):
         slow_jet(floats, 0)
-    else:
-        jet(floats)
+        h = manifold_step(floats, ints)
+        if h > 0.0:
+            floats[IMPLICIT_STEP] = h
+            return
+    jet(floats)
 
 
-def chosen_step(floats, ints, lane, remaining):
-    """Length of the step of the series in memory, or AGAIN where that is not a motion yet."""
-    ints[STIFF + lane] = 0
-    if not slow_lanes(floats):
-        return series_step(floats, ints, lane, remaining)[0]
-    longest = taylor_step(floats, ints, lane)
-    if SEVERAL and floats[DECAY_RATE + lane] * longest > PLAIN_REACH:
-        longest = PLAIN_REACH / floats[DECAY_RATE + lane]
+def manifold_step(floats, ints):
+    """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
+    longest = taylor_step(floats, ints, 0)
+    if SEVERAL and floats[DECAY_RATE] * longest > PLAIN_REACH:
+        longest = PLAIN_REACH / floats[DECAY_RATE]
     lasting = False
     for _ in range(CUTS):
-        lasting = slides_last(floats, lane, longest) and resolved(floats, lane, longest)
+        lasting = slides_last(floats, longest) and resolved(floats, 0, longest)
         if lasting:
             break
         longest *= CUT
-    h = min(longest, remaining)
-    settled, near, far = settled_lanes(floats, h, longest)
-    if lasting and settled and near and not far and h > 0.0:
-        ints[STIFF + lane] = 1
-        return h
-    follow_manifolds(floats, True, settled, near, far or not lasting, False, h)
-    return AGAIN
+    settled, near, far = settled_lanes(floats, longest, longest)
+    if lasting and settled and near and not far and longest > 0.0:
+        return longest
+    follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
+    return 0.0
 
 
-def follow_step(floats, h):
+def chosen_step(floats, ints, lane, remaining):
+    """Length of the step of the series in memory."""
+    ints[STIFF + lane] = 0
+    if not slow_lanes(floats):
+        return series_step(floats, ints, lane, remaining)[0]
+    ints[STIFF + lane] = 1
+    return floats[IMPLICIT_STEP + lane]
+
+
+def follow_step(floats, event, h):
     """After a step of length h: who enters a manifold; what the series of the next step are guessed to be."""
     slow = slow_lanes(floats)
+    if event != 0 and not slow:
+        return  # next to an event steps are explicit
     follow_manifolds(floats, slow, True, True, False, True, h)
     for m in range(1, MANIFOLDS):
         if SLOW_CONTACT[m] == SLOW_CONTACT[m - 1] and floats[SLOW + (m - 1) * LANES] > 0.0:
             floats[SLOW + m * LANES] = 0.0  # one of a contact at a time
 
 
-def slides_last(floats, lane, h):
+def slides_last(floats, h):
     """Whether no contact on a manifold turns within a step of length h, beyond doubt."""
     for m in range(MANIFOLDS):
         c = SLOW_CONTACT[m]
-        if KINKS[c] == 1 and floats[SLOW + m * LANES + lane] > 0.0:
-            if not slide_lasts(floats, VELOCITY_OF[c] + lane, floats[SIDE + c * LANES + lane], h):
-                return False
+        slow = KINKS[c] == 1 and floats[SLOW + m * LANES] > 0.0
+        if slow and not slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h):
+            return False
     return True
 
 

@@ -41,7 +41,7 @@ EXPLICIT_STEPS = 8  # that are taken then, at least
 IMPLICIT_COST = 5.0 * (LANES * CONTACTS if SEVERAL and LANES > 1 else 1)
 
 
-def next_series(floats):
+def next_series(floats, ints):
     """Make the series of all lanes."""
     jet(floats)
 
@@ -92,7 +92,7 @@ def chosen_step(floats, ints, lane, remaining):
     return h
 
 
-def follow_step(floats, h):
+def follow_step(floats, event, h):
     """No series but that of the state."""
 
 

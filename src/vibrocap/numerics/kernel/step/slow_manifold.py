@@ -1,4 +1,4 @@
-"""Series on a slow manifold, in lanes or alone: stiff bristles that have relaxed follow the velocity, and bound no step.
+"""Series on a slow manifold, in lanes or alone: bristles that have relaxed follow the velocity and bound no step.
 
 Bristles relax at rates far above those of the motion. Once they have, they are a function of the slow states, whose
 series is found by sweeps (see `codegen/slow_manifold.py`), each from the one before; an accepted step leaves the series
@@ -12,12 +12,13 @@ be decided, or where
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, KICK, OWN_DECAY, PAUSE, DRIFT, SLOW, SWEEPS, WAIT
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_CONTACT, SLOW_STATE, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
-ENTERING = 8.0  # rate times length of an explicit step from which on the manifold is tried
+ENTERING = 8.0  # rate times length of an explicit step from which on the manifold of bristles is tried
+CREEPING = 3.5  # the same of a contact that creeps, whose stabilised steps may be refused
 PAYING = 20.0 if LANES > 1 else 30.0  # rate times length of a step from which on it pays; lanes take the same step
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
@@ -57,7 +58,9 @@ def settled_lanes(floats, h, longest):
             allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[m] * LANES)
             beside = allowed
             if LANES == 1:  # other states, too, keep to the tolerance
-                beside = lesser_of(allowed, load(floats, TOLERANCE) * load(floats, OWN_DECAY + m) / load(floats, KICK + m))
+                beside = lesser_of(
+                    allowed, load(floats, TOLERANCE) * load(floats, OWN_DECAY + m) / load(floats, KICK + m)
+                )
                 allowed = lesser_of(allowed, load(floats, TOLERANCE) / (h * load(floats, DRIFT + m)))
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
@@ -91,7 +94,8 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h):
             store(floats, WAIT + m * LANES, moved)
             longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
             store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, 1.0, pause)))
-            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
+            least = CREEPING if SLOW_STATE[m] == STATE_OF[SLOW_CONTACT[m]] else ENTERING
+            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= least)
             stays = was & unlike(left)
             sweeps = load(floats, SWEEPS + m * LANES)
             store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))

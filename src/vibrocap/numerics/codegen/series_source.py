@@ -1,0 +1,132 @@
+"""Writes `jet`: the series of one system's equations, of all lanes or of a motion alone."""
+
+import functools
+import operator
+from collections.abc import Sequence
+from typing import Any
+
+from vibrocap.numerics.codegen.guard_polynomial import guard_source
+from vibrocap.numerics.codegen.slow_manifold import (
+    bounding_decays,
+    series_writer,
+    settled_coefficient,
+    store_reach,
+)
+from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
+from vibrocap.numerics.codegen.true_load import LoadSeries
+from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.kernel.memory_layout import Layout
+
+
+def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
+    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
+
+    `slow_jet`: the same of a motion alone, on a slow manifold
+    """
+    if loop == "simd":
+        sticks = any(each.sticks for each in equations.contacts)
+        guard = guard_source(layout.order, sticks, limits_are_constant(equations))
+        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
+        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
+    head = ["def jet(floats):", "    for lane in range(LANES):"]
+    found = [*head, *_indented(_series(equations, integrals, layout, loop, ()), 8), ""]
+    numbers = range(len(layout.slow))
+    choices = [(number,) for number in numbers] if layout.contacts == 1 else [numbers] if numbers else []
+    calls = []
+    for which, choice in enumerate(choices):
+        body = _series(equations, integrals, layout, loop, choice)
+        found += [f"def slow_jet_{which}(floats, lane):", *_indented(body, 4), ""]
+        calls += [f"    if floats[SLOW + {which} * LANES + lane] > 0.0:"] if len(choices) > 1 else []
+        calls += [f"{'        ' if len(choices) > 1 else '    '}slow_jet_{which}(floats, lane)"]
+    return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
+
+
+def _series(
+    equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
+) -> list[str]:
+    """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
+    order, simd = layout.order, loop == "simd"
+    # A graphics card has functions of its own, and runs the ensemble one by one.
+    code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
+    writer = series_writer(equations, layout, code, slow)
+    watched = LoadSeries(equations, writer, order) if layout.watched else None
+    states, rows = layout.states, layout.rows
+    code.name("time", code.entry("TIME"))
+    code.name("sliding", code.entry("SIDE"))
+    for i in range(1, layout.contacts):
+        code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
+    held_from = rows + 4 + layout.switches + layout.imposed + layout.shifts
+    located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
+
+    def keep(row: int, k: int, value: Formula) -> None:
+        """Write a coefficient to its place in the series at once: values wait in registers, of which there are few."""
+        code.store(f"SERIES + {row * (order + 1) + k} * LANES", value)
+
+    for k in range(order + 1):
+        for i in range(states):
+            keep(i, k, settled_coefficient(writer, loop, i, k))
+        for i, rate in enumerate(integrals, start=states):
+            if k == 0:
+                keep(i, 0, code.entry(f"STATE + {i} * LANES"))
+            else:
+                keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
+        if not equations.contacts[0].is_state:
+            keep(rows, k, settled_coefficient(writer, loop, equations.contact_state, k, equations.contact_velocity))
+        if equations.hold is not None and k < order:
+            resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
+            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
+            keep(rows + 1, k, held)
+            keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        if k < order:
+            resting_contacts = [each for each in equations.contacts[1:] if each.sticks]
+            for i, each in enumerate(resting_contacts):
+                keep(held_from + 2 * i, k, writer.coefficient(each.hold.index, k))
+                keep(held_from + 2 * i + 1, k, writer.coefficient(each.limit.index, k))
+        for number, term in watched.at_order(k) if watched else ():
+            keep(held_from + 2 * layout.held, number, term)
+        if k == 1 and equations.maybe_stiff:
+            first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
+            decay = code.name("decay", first)
+            for i, other in enumerate(others):
+                larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
+                decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
+            code.store("DECAY_RATE", decay)
+            store_reach(writer, layout)
+        for i, guard in enumerate(equations.guards):
+            moves = k == 0 or (located[i] and k < order)
+            slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
+            if moves or slope or (located[i] and k == order):
+                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
+        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
+        states_of = [each.state for each in equations.contacts[1:] if not each.is_state]
+        for i, velocity in enumerate(own):
+            value = writer.coefficient(velocity.index, k)
+            if i < len(states_of):
+                value = settled_coefficient(writer, loop, states_of[i], k, velocity)
+            keep(rows + 4 + len(equations.guards) + i, k, value)
+    return code.lines
+
+
+def decay_rates(equations: Any) -> list[Expression]:
+    """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
+
+    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
+    one law it is the sum. Bristles of one contact know nothing of those of another but by the velocities of their
+    bodies, so that each contact has a trace of its own, without the bristles of all others: as if it were alone.
+    Without the tangent of a motion, which decays as the motion does.
+    """
+    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
+    bristles = [set(each.internal) for each in equations.contacts if each.internal]
+    apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
+    kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
+    return [-functools.reduce(operator.add, each) for each in kept]
+
+
+def limits_are_constant(equations: Any) -> bool:
+    """Whether no contact's limit ever changes along a motion."""
+    limits = [each.limit for each in equations.contacts if each.sticks]
+    return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
+
+
+def _indented(lines: list[str], spaces: int) -> list[str]:
+    return [" " * spaces + line for line in lines]
