@@ -13,7 +13,7 @@ two functions: one for ordinary series, one for those on a manifold.
 """
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
@@ -73,7 +73,8 @@ def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int
     states = {layout.slow[number][1]: number for number in slow}
     creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
     balance = None if creeps else equations.balance
-    return SlowWriter(*given, balance, states, layout.order, always=layout.lanes == layout.contacts == 1)
+    coupled = {each.state for each in equations.contacts} if creeps else set()
+    return SlowWriter(*given, balance, states, layout.order, layout.lanes == layout.contacts == 1, coupled)
 
 
 def bounding_decays(equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
@@ -146,10 +147,14 @@ class SlowWriter(JetWriter):
         slow: Mapping[int, int],
         order: int,
         always: bool,
+        coupled: Collection[int],
     ):
-        """slow: number of its manifold by state; always: whether all lanes are on it."""
+        """slow: number of its manifold by state; always: whether all lanes are on it.
+
+        coupled: states whose coefficient of an order, slaved, needs that of all others
+        """
         super().__init__(graph, rates, code, balance)
-        self.slow, self.order, self.always = slow, order, always
+        self.slow, self.order, self.always, self.coupled = slow, order, always, coupled
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[int, int], Trial] = {}
 
@@ -166,6 +171,14 @@ class SlowWriter(JetWriter):
         number = self.slow[state]
         mask = self.code.name(f"slow_{number}", Formula(f"{self.code.entry(f'SLOW + {number} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
+
+    def before(self, state: int, k: int) -> Formula:
+        """Coefficient k of a slow state, as the sweep before has it."""
+        if k == 0:
+            return self.code.entry(f"STATE + {state} * LANES")
+        place = self.slow[state] * (self.order + 1) + k
+        guess = self.code.entry(f"GUESS + {place} * LANES")
+        return self.code.name(f"before{self.slow[state]}_{k}", self.chosen(state, guess, super()._state(state, k)))
 
     def target(self, state: int, k: int) -> Formula:
         """(k + 1) z^_(k+1)."""
@@ -214,12 +227,15 @@ class Trial(JetWriter):
         self.whole, self.state, self.k = whole, state, k
         self.forms = whole.forms
         self.own = whole.graph.node("state", state).index
+        lagged = [each for each in whole.slow if each != state] if state in whole.coupled else []
+        self.lagged = {whole.graph.node("state", each).index: each for each in lagged}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on the state."""
+        """Whether a node depends on the state, or on one that is taken from the sweep before."""
         if index not in self._depends:
-            self._depends[index] = self.own in reachable(self.graph, [index])
+            found = reachable(self.graph, [index])
+            self._depends[index] = self.own in found or any(each in found for each in self.lagged)
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
@@ -228,6 +244,8 @@ class Trial(JetWriter):
             return self.whole.coefficient(index, k)
         if index == self.own:
             return self.code.entry(f"STATE + {self.state} * LANES") if k == 0 else ZERO
+        if index in self.lagged:
+            return self.whole.before(self.lagged[index], k)
         return super().coefficient(index, k)
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:

@@ -32,11 +32,6 @@ def unlike(choices):
     return where(choices, 0.0, 1.0) > 0.0
 
 
-def lesser_of(x, y):
-    """The lesser of two numbers per lane; y where x is not a number."""
-    return where(x < y, x, y)
-
-
 def slow_lanes(floats):
     """Lanes on the manifold of any contact."""
     found = load(floats, TOLERANCE) < 0.0
@@ -56,22 +51,22 @@ def settled_lanes(floats, h, longest):
             slow = load(floats, SLOW + m * LANES) > 0.0
             row, guess = SERIES + SLOW_STATE[m] * (ORDER + 1) * LANES, GUESS + m * (ORDER + 1) * LANES
             allowed = load(floats, TOLERANCE) * load(floats, SCALE + SLOW_STATE[m] * LANES)
-            beside = allowed
-            if LANES == 1:  # other states, too, keep to the tolerance
-                beside = lesser_of(
-                    allowed, load(floats, TOLERANCE) * load(floats, OWN_DECAY + m) / load(floats, KICK + m)
-                )
-                allowed = lesser_of(allowed, load(floats, TOLERANCE) / (h * load(floats, DRIFT + m)))
             change = abs(load(floats, row + ORDER * LANES) - load(floats, guess + ORDER * LANES))
             for k in range(ORDER - 1, 0, -1):
                 change = change * h + abs(load(floats, row + k * LANES) - load(floats, guess + k * LANES))
             gap = abs(load(floats, row) - load(floats, STATE + SLOW_STATE[m] * LANES))
             rate = load(floats, OWN_DECAY + m * LANES)
-            settled = settled & (unlike(slow) | (change * ORDER <= SETTLED * allowed * rate))
             far = far | (slow & unlike(rate * longest >= PAYING))
-            near = near & (unlike(slow) | (gap <= OFF * beside))
+            tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= OFF * allowed
+            close = gap <= FAR_OFF * allowed
+            if LANES == 1:  # all other states keep to the tolerance, too
+                bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m)
+                tight = tight & (change * h * load(floats, DRIFT + m) * ORDER <= SETTLED * bound)
+                on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
+            settled = settled & (unlike(slow) | tight)
+            near = near & (unlike(slow) | on)
             late = load(floats, SWEEPS + m * LANES)
-            far = far | (slow & (late >= EARLY) & unlike(gap <= FAR_OFF * beside)) | (slow & (late >= MOST_SWEEPS))
+            far = far | (slow & (late >= EARLY) & unlike(close)) | (slow & (late >= MOST_SWEEPS))
     return settled, near, far
 
 
