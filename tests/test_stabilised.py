@@ -10,7 +10,7 @@ from plain_kernels import kernel_of, running_on
 from stability_polynomials import DAMPED, damping, interval, longest_reach, smallest_filter, terms, undamped, wedge
 from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.codegen.series_source import decay_rates
+from vibrocap.numerics.codegen.slow_manifold import decay_rates
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.numerics.kernel.step.stabilised import POLYNOMIALS
 

@@ -1,20 +1,19 @@
 """Writes `jet`: the series of one system's equations, of all lanes or of a motion alone."""
 
-import functools
-import operator
 from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
+    decay_rates,
     series_writer,
     settled_coefficient,
     store_reach,
 )
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
-from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
@@ -105,21 +104,6 @@ def _series(
                 value = settled_coefficient(writer, loop, states_of[i], k, velocity)
             keep(rows + 4 + len(equations.guards) + i, k, value)
     return code.lines
-
-
-def decay_rates(equations: Any) -> list[Expression]:
-    """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
-
-    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
-    one law it is the sum. Bristles of one contact know nothing of those of another but by the velocities of their
-    bodies, so that each contact has a trace of its own, without the bristles of all others: as if it were alone.
-    Without the tangent of a motion, which decays as the motion does.
-    """
-    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
-    bristles = [set(each.internal) for each in equations.contacts if each.internal]
-    apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
-    kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
-    return [-functools.reduce(operator.add, each) for each in kept]
 
 
 def limits_are_constant(equations: Any) -> bool:

@@ -13,6 +13,7 @@ two functions: one for ordinary series, one for those on a manifold.
 """
 
 import functools
+import operator
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -25,6 +26,7 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 
 def slow_bristles(equations: Any) -> tuple[tuple[int, int], ...]:
     """(contact, internal state) of all contacts whose one internal state may be slaved to all others."""
+    record_slopes(equations)
     forms = Forms(equations.graph, equations.rates)
     found = []
     for contact, each in enumerate(equations.contacts):
@@ -63,6 +65,29 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
         "SLOW_CONTACT": tuple(contact for contact, _ in slow),
         "SLOW_STATE": tuple(state for _, state in slow),
     }
+
+
+def decay_rates(equations: Any) -> list[Expression]:
+    """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
+
+    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
+    one law it is the sum. Bristles of one contact know nothing of those of another but by the velocities of their
+    bodies, so that each contact has a trace of its own, without the bristles of all others: as if it were alone.
+    Without the tangent of a motion, which decays as the motion does.
+    """
+    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
+    bristles = [set(each.internal) for each in equations.contacts if each.internal]
+    apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
+    kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
+    return [-functools.reduce(operator.add, each) for each in kept]
+
+
+def record_slopes(equations: Any) -> None:
+    """Record the slopes of all rates in one order: a graph remembers of a product which factor came first."""
+    decay_rates(equations)
+    for rate in equations.rates:
+        for state in range(-1, len(equations.rates)):
+            derivative(rate, state)
 
 
 def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:

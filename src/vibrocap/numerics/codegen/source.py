@@ -8,7 +8,7 @@ from typing import Any
 from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
-from vibrocap.numerics.codegen.slow_manifold import slow_constants
+from vibrocap.numerics.codegen.slow_manifold import record_slopes, slow_constants
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
 
@@ -20,6 +20,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
 
     The integrals are carried along where the layout has rows for them.
     """
+    record_slopes(equations)
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
     constants = {
