@@ -29,14 +29,11 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *_indented(_series(equations, integrals, layout, loop, ()), 8), ""]
-    numbers = range(len(layout.slow))
-    choices = [(number,) for number in numbers] if layout.contacts == 1 else [numbers] if numbers else []
     calls = []
-    for which, choice in enumerate(choices):
-        body = _series(equations, integrals, layout, loop, choice)
-        found += [f"def slow_jet_{which}(floats, lane):", *_indented(body, 4), ""]
-        calls += [f"    if floats[SLOW + {which} * LANES + lane] > 0.0:"] if len(choices) > 1 else []
-        calls += [f"{'        ' if len(choices) > 1 else '    '}slow_jet_{which}(floats, lane)"]
+    for number in range(len(layout.slow)):
+        body = _series(equations, integrals, layout, loop, (number,))
+        found += [f"def slow_jet_{number}(floats, lane):", *_indented(body, 4), ""]
+        calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
     return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
 
 
@@ -63,14 +60,14 @@ def _series(
 
     for k in range(order + 1):
         for i in range(states):
-            keep(i, k, settled_coefficient(writer, loop, i, k))
+            keep(i, k, settled_coefficient(writer, i, k))
         for i, rate in enumerate(integrals, start=states):
             if k == 0:
                 keep(i, 0, code.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         if not equations.contacts[0].is_state:
-            keep(rows, k, settled_coefficient(writer, loop, equations.contact_state, k, equations.contact_velocity))
+            keep(rows, k, settled_coefficient(writer, equations.contact_state, k, equations.contact_velocity))
         if equations.hold is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
@@ -90,19 +87,15 @@ def _series(
                 larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
                 decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
             code.store("DECAY_RATE", decay)
-            store_reach(writer, layout)
+            store_reach(writer)
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
-        states_of = [each.state for each in equations.contacts[1:] if not each.is_state]
-        for i, velocity in enumerate(own):
-            value = writer.coefficient(velocity.index, k)
-            if i < len(states_of):
-                value = settled_coefficient(writer, loop, states_of[i], k, velocity)
-            keep(rows + 4 + len(equations.guards) + i, k, value)
+        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
+            keep(i, k, writer.coefficient(velocity.index, k))
     return code.lines
 
 

@@ -14,7 +14,7 @@ two functions: one for ordinary series, one for those on a manifold.
 
 import functools
 import operator
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
@@ -39,21 +39,16 @@ def slow_bristles(equations: Any) -> tuple[tuple[int, int], ...]:
 
 
 def slow_states(equations: Any) -> tuple[tuple[int, int], ...]:
-    """(contact, state) of all that may be slaved in a motion alone: bristles, and velocities of contacts that creep.
+    """(contact, state) of what may be slaved in a motion alone: its bristles, or the velocity of a contact that creeps.
 
-    () where a contact that may be stiff has none: that takes implicit steps.
+    () of a law without such bristles, and of several contacts: those take implicit steps.
     """
     bristles = slow_bristles(equations)
-    stiff = {contact for contact, each in enumerate(equations.contacts) if each.kind != "set-valued"}
-    if not stiff or {contact for contact, _ in bristles} != stiff:
+    if equations.several or not bristles:
         return ()
-    found = []
-    for contact, state in bristles:
-        found.append((contact, state))
-        velocity = equations.contacts[contact].state
-        if equations.contacts[contact].is_state and derivative(equations.rates[velocity], velocity).value is None:
-            found.append((contact, velocity))
-    return tuple(found)
+    (contact,), velocity = equations.contacts, equations.contact_state
+    damped = contact.is_state and derivative(equations.rates[velocity], velocity).value is None
+    return (*bristles, (0, velocity)) if damped else bristles
 
 
 def slow_constants(layout: Layout) -> dict[str, Any]:
@@ -97,9 +92,7 @@ def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int
         return JetWriter(*given, equations.balance)
     states = {layout.slow[number][1]: number for number in slow}
     creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
-    balance = None if creeps else equations.balance
-    coupled = {each.state for each in equations.contacts} if creeps else set()
-    return SlowWriter(*given, balance, states, layout.order, layout.lanes == layout.contacts == 1, coupled)
+    return SlowWriter(*given, None if creeps else equations.balance, states, layout.order, alone=layout.lanes == 1)
 
 
 def bounding_decays(equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
@@ -108,22 +101,23 @@ def bounding_decays(equations: Any, layout: Layout, writer: JetWriter, rates: Se
     rates: one of each contact with bristles, or one of all
     """
     found = [writer.coefficient(rate.index, 0) for rate in rates]
+    if not isinstance(writer, SlowWriter):
+        return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
-    for number, (contact, state) in enumerate(layout.slow):
-        place = contacts.index(contact) if contacts else 0
-        own = found[place]
-        if layout.lanes == 1:
+    for state, number in writer.slow.items():
+        place = contacts.index(layout.slow[number][0])
+        own, rest = found[place], ZERO
+        if writer.alone:
             own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
+            rest = found[place] - own
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
-        if isinstance(writer, SlowWriter) and state in writer.slow:
-            rest = found[place] - own if layout.lanes == 1 else ZERO
-            found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
+        found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
     return found
 
 
-def store_reach(writer: JetWriter, layout: Layout) -> None:
+def store_reach(writer: JetWriter) -> None:
     """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
-    if layout.lanes > 1 or not isinstance(writer, SlowWriter):
+    if not isinstance(writer, SlowWriter) or not writer.alone:
         return
     for slow, number in writer.slow.items():
         rate, lasting, passing = writer.rates[slow], [], []
@@ -138,7 +132,7 @@ def store_reach(writer: JetWriter, layout: Layout) -> None:
             writer.code.store(f"{name} + {number} * LANES", Formula(largest))
 
 
-def settled_coefficient(writer: JetWriter, loop: str, state: int, k: int, value: Expression | None = None) -> Formula:
+def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression | None = None) -> Formula:
     """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
 
     A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
@@ -146,18 +140,15 @@ def settled_coefficient(writer: JetWriter, loop: str, state: int, k: int, value:
     """
     index = writer.graph.node("state", state).index if value is None else value.index
     found = writer.coefficient(index, k)
-    if k == 0 or loop == "simd" or not isinstance(writer, SlowWriter):
+    if k == 0 or not isinstance(writer, SlowWriter) or not writer.alone:
         return found
-    for slow in writer.slow:
-        if slow == state:
-            continue
-        push = sensitivity(writer.rates[state], writer.rates[slow].index)
-        if push.value != 0.0:
-            own = writer.coefficient(writer.graph.node("state", slow).index, k)
-            change = own - writer.target(slow, k - 1) * literal(1.0 / k)
-            factor = writer.coefficient(push.index, 0)
-            found = found + writer.chosen(slow, factor * change, ZERO)
-    return found
+    (slow,) = writer.slow
+    push = sensitivity(writer.rates[state], writer.rates[slow].index)
+    if slow == state or push.value == 0.0:
+        return found
+    own = writer.coefficient(writer.graph.node("state", slow).index, k)
+    change = own - writer.target(slow, k - 1) * literal(1.0 / k)
+    return found + writer.coefficient(push.index, 0) * change
 
 
 class SlowWriter(JetWriter):
@@ -171,15 +162,11 @@ class SlowWriter(JetWriter):
         balance: Any,
         slow: Mapping[int, int],
         order: int,
-        always: bool,
-        coupled: Collection[int],
+        alone: bool,
     ):
-        """slow: number of its manifold by state; always: whether all lanes are on it.
-
-        coupled: states whose coefficient of an order, slaved, needs that of all others
-        """
+        """slow: number of its manifold by state; alone: of a motion that is on its one manifold."""
         super().__init__(graph, rates, code, balance)
-        self.slow, self.order, self.always, self.coupled = slow, order, always, coupled
+        self.slow, self.order, self.alone = slow, order, alone
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[int, int], Trial] = {}
 
@@ -191,19 +178,11 @@ class SlowWriter(JetWriter):
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
-        if self.always:
+        if self.alone:
             return slow
         number = self.slow[state]
         mask = self.code.name(f"slow_{number}", Formula(f"{self.code.entry(f'SLOW + {number} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
-
-    def before(self, state: int, k: int) -> Formula:
-        """Coefficient k of a slow state, as the sweep before has it."""
-        if k == 0:
-            return self.code.entry(f"STATE + {state} * LANES")
-        place = self.slow[state] * (self.order + 1) + k
-        guess = self.code.entry(f"GUESS + {place} * LANES")
-        return self.code.name(f"before{self.slow[state]}_{k}", self.chosen(state, guess, super()._state(state, k)))
 
     def target(self, state: int, k: int) -> Formula:
         """(k + 1) z^_(k+1)."""
@@ -252,15 +231,12 @@ class Trial(JetWriter):
         self.whole, self.state, self.k = whole, state, k
         self.forms = whole.forms
         self.own = whole.graph.node("state", state).index
-        lagged = [each for each in whole.slow if each != state] if state in whole.coupled else []
-        self.lagged = {whole.graph.node("state", each).index: each for each in lagged}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on the state, or on one that is taken from the sweep before."""
+        """Whether a node depends on the state."""
         if index not in self._depends:
-            found = reachable(self.graph, [index])
-            self._depends[index] = self.own in found or any(each in found for each in self.lagged)
+            self._depends[index] = self.own in reachable(self.graph, [index])
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
@@ -269,8 +245,6 @@ class Trial(JetWriter):
             return self.whole.coefficient(index, k)
         if index == self.own:
             return self.code.entry(f"STATE + {self.state} * LANES") if k == 0 else ZERO
-        if index in self.lagged:
-            return self.whole.before(self.lagged[index], k)
         return super().coefficient(index, k)
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:

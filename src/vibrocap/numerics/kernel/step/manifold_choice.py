@@ -5,15 +5,16 @@ every event of that is found by explicit steps.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import SLOW
-from vibrocap.numerics.kernel.generated.equations import jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT
-from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STIFF
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.ensemble import OWN_DECAY, SLOW
+from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
+from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
-from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
+from vibrocap.numerics.kernel.step.slow_manifold import CREEPING, follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.stabilised import series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
@@ -33,11 +34,9 @@ def next_series(floats, ints):
 def manifold_step(floats, ints):
     """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
     longest = taylor_step(floats, ints, 0)
-    if SEVERAL and floats[DECAY_RATE] * longest > PLAIN_REACH:
-        longest = PLAIN_REACH / floats[DECAY_RATE]
     lasting = False
     for _ in range(CUTS):
-        lasting = slides_last(floats, longest) and resolved(floats, 0, longest)
+        lasting = slide_lasts(floats, VELOCITY, floats[SIDE], longest) and resolved(floats, 0, longest)
         if lasting:
             break
         longest *= CUT
@@ -58,24 +57,25 @@ def chosen_step(floats, ints, lane, remaining):
 
 
 def follow_step(floats, event, h):
-    """After a step of length h: who enters a manifold; what the series of the next step are guessed to be."""
+    """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     slow = slow_lanes(floats)
-    if event != 0 and not slow:
-        return  # next to an event steps are explicit
+    if not slow:
+        if event != 0 or not (floats[DECAY_RATE] * h >= CREEPING):
+            return  # next to an event steps are explicit
+        own_decays(floats)
     follow_manifolds(floats, slow, True, True, False, True, h)
     for m in range(1, MANIFOLDS):
-        if SLOW_CONTACT[m] == SLOW_CONTACT[m - 1] and floats[SLOW + (m - 1) * LANES] > 0.0:
-            floats[SLOW + m * LANES] = 0.0  # one of a contact at a time
+        if floats[SLOW + m - 1] > 0.0:
+            floats[SLOW + m] = 0.0  # one at a time
 
 
-def slides_last(floats, h):
-    """Whether no contact on a manifold turns within a step of length h, beyond doubt."""
+def own_decays(floats):
+    """Rates of decay of what may be slaved, at the present state."""
+    for i in range(ROWS):
+        floats[POINT + i] = floats[STATE + i]
+    jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     for m in range(MANIFOLDS):
-        c = SLOW_CONTACT[m]
-        slow = KINKS[c] == 1 and floats[SLOW + m * LANES] > 0.0
-        if slow and not slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h):
-            return False
-    return True
+        floats[OWN_DECAY + m] = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
 
 
 def slide_lasts(floats, row, side, h):
