@@ -5,18 +5,19 @@ every event of that is found by explicit steps.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import OWN_DECAY, SLOW
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.slow_manifold import CREEPING, follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
+CREEPING = 3.5  # as ENTERING, of a contact that creeps: stabilised steps of one near rest are refused
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
 
 
@@ -58,24 +59,30 @@ def chosen_step(floats, ints, lane, remaining):
 
 def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
-    slow = slow_lanes(floats)
-    if not slow:
-        if event != 0 or not (floats[DECAY_RATE] * h >= CREEPING):
-            return  # next to an event steps are explicit
-        own_decays(floats)
-    follow_manifolds(floats, slow, True, True, False, True, h)
-    for m in range(1, MANIFOLDS):
-        if floats[SLOW + m - 1] > 0.0:
-            floats[SLOW + m] = 0.0  # one at a time
+    if slow_lanes(floats):
+        follow_manifolds(floats, True, True, True, False, True, h)
+    elif event == 0 and floats[DECAY_RATE] * h >= CREEPING:  # next to an event steps are explicit
+        ready = True
+        for m in range(MANIFOLDS):
+            floats[WAIT + m] -= 1.0
+            ready = ready and floats[WAIT + m] <= 0.0
+        if ready:
+            enter_manifold(floats, h)
 
 
-def own_decays(floats):
-    """Rates of decay of what may be slaved, at the present state."""
+def enter_manifold(floats, h):
+    """Let the next series be that of a manifold, where a decay towards it bounds the length h of steps."""
     for i in range(ROWS):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     for m in range(MANIFOLDS):
-        floats[OWN_DECAY + m] = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
+        rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
+        if rate * h >= (CREEPING if SLOW_STATE[m] == CONTACT_STATE else ENTERING):
+            floats[SLOW + m] = 1.0
+            floats[SWEEPS + m] = 0.0
+            for k in range(ORDER + 1):
+                floats[GUESS + m * (ORDER + 1) + k] = 0.0
+            return
 
 
 def slide_lasts(floats, row, side, h):

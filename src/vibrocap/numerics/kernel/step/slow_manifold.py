@@ -13,12 +13,11 @@ be decided, or where
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_CONTACT, SLOW_STATE, STATE_OF
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 ENTERING = 8.0  # rate times length of an explicit step from which on the manifold of bristles is tried
-CREEPING = 3.5  # the same of a contact that creeps, whose stabilised steps may be refused
 PAYING = 20.0 if LANES > 1 else 30.0  # rate times length of a step from which on it pays; lanes take the same step
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
@@ -89,8 +88,7 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h):
             store(floats, WAIT + m * LANES, moved)
             longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
             store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, 1.0, pause)))
-            least = CREEPING if SLOW_STATE[m] == STATE_OF[SLOW_CONTACT[m]] else ENTERING
-            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= least)
+            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
             stays = was & unlike(left)
             sweeps = load(floats, SWEEPS + m * LANES)
             store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))
