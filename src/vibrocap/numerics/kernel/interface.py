@@ -155,6 +155,11 @@ def on_jump(floats, ints, lane, gained) -> None:
     raise NotImplementedError
 
 
+def on_return(floats, ints, lane) -> None:
+    """The velocity of a contact has fallen to zero, whatever it does next; the lane stands there."""
+    raise NotImplementedError
+
+
 def on_period(floats, ints, trace, lane) -> None:
     """At the start of a run and at the end of each whole period."""
     raise NotImplementedError
@@ -172,6 +177,29 @@ def fit_to_slopes(floats, lane, s, point) -> float:
 
 def take_evidence(floats, ints, lane, h) -> None:
     """Ask the equations of a piece of length h, whose series stands in memory."""
+    raise NotImplementedError
+
+
+# Returns to rest, by which motions settle that nothing drives in time.
+
+
+def begin_returns(floats, ints, lane) -> None:
+    """A run begins."""
+    raise NotImplementedError
+
+
+def period_mark(ints, lane) -> tuple[int, int]:
+    """At the start of a period: (number of its mark, below 0 for none; longest response looked for)."""
+    raise NotImplementedError
+
+
+def settled_by_returns(floats, ints, lane) -> int:
+    """At a return: 1 where the motion is found settled, so that the window begins; -1 where the window ends; else 0."""
+    raise NotImplementedError
+
+
+def tell_returns(floats, ints, lane) -> None:
+    """The run ends."""
     raise NotImplementedError
 
 

@@ -41,6 +41,9 @@ INT_ENTRIES = (
     "WINDOW_START",  # period at which measuring began; -1: not yet
     "RESPONSE",  # drive periods after which the settled motion repeats; 0: not settled
     "SINCE",  # period from which on it was settled
+    "RETURN_COUNT",  # of a system that nothing drives in time: returns so far, see `observe/returns.py`
+    "LEFT",  # returns until the window ends
+    "QUIET_SINCE",  # first period that began after the last return
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
@@ -100,6 +103,9 @@ FLOAT_ENTRIES = (
     "INVERSE_SCALE",  # [states] one over SCALE
     "THRESHOLD",  # of settling; 0: the run goes on to its end
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
+    "BEGUN_AT",  # time at which the window of a cycle began; -1: of none
+    "SETTLED_AT",  # time from which on it was settled
+    "RETURN_TIMES",  # [marks] of returns
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "SLOW",  # [contacts] 1: its bristles are on their slow manifold, see `step/slow_manifold.py`
@@ -121,6 +127,7 @@ FLOAT_ENTRIES = (
     "SHOWN_SIDE",  # [contacts] side at the clock
     "LAST_TIME",  # of the last event
     "WAITING_TIME",  # [waiting] of events that are later than the clock
+    "RETURN_MARKS",  # [marks * (states + turns)] the same of states at returns
     "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
@@ -157,12 +164,13 @@ EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and int
 
 
 def gathered_entries(
-    states: int, integrals: int, own_extremes: int, machine_switches: int = 0, watched: bool = False
+    states: int, integrals: int, own_extremes: int, machine_switches: int = 0, watched: bool = False, returns: bool = False
 ) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
     machine_switches: guards of the machine; watched: whether the true load is looked at, of one that is held constant
+    returns: whether these tell that a motion has settled
     """
     return (
         ("INTEGRAL", integrals),
@@ -184,6 +192,8 @@ def gathered_entries(
         ("LEAST_VELOCITY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
         *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
+        # returns of the whole run; length of the window of a cycle, 0: of none; time from which on it was settled
+        *((("RETURNS", 1), ("CYCLE_TIME", 1), ("SETTLED_TIME", 1)) if returns else ()),
     )
 
 
@@ -223,6 +233,11 @@ class Layout:
         return ("LIFTED", 1) in self.gathered
 
     @property
+    def returns(self) -> bool:
+        """Whether returns tell that a motion has settled."""
+        return ("RETURNS", 1) in self.gathered
+
+    @property
     def start_place(self) -> int:
         """Where the states at the start of the window stand in a result; those at its end follow."""
         return len(RESULT_HEAD)
@@ -250,6 +265,9 @@ class Layout:
             **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
             "MARKS": self.marks * (self.states + self.turns),
+            **dict.fromkeys(("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BEGUN_AT", "SETTLED_AT"), int(self.returns)),
+            "RETURN_TIMES": self.marks if self.returns else 0,
+            "RETURN_MARKS": self.marks * (self.states + self.turns) if self.returns else 0,
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
             **(dict.fromkeys(NOT_OF_STEPPER, 0) if self.counts else dict.fromkeys(OF_STEPPER, 0)),

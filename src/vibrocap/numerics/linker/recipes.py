@@ -38,12 +38,17 @@ TANGENT = Slot(
 )
 OBSERVER = Slot(
     "observer",
-    ("has_room", "on_piece", "on_event", "on_jump", "on_period"),
+    ("has_room", "on_piece", "on_event", "on_jump", "on_return", "on_period"),
     ("observe.record", "observe.window", "stepper.event_counts"),
 )
 LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
 POINT_OF_LAW = Slot(
     "point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point")
+)
+RETURNS = Slot(
+    "returns",
+    ("begin_returns", "period_mark", "settled_by_returns", "tell_returns"),
+    ("observe.no_returns", "observe.returns"),
 )
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
@@ -54,7 +59,7 @@ PASSAGE = Slot(
 )
 MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
-MEASURED = (*SHOWN, EVIDENCE)
+MEASURED = (*SHOWN, RETURNS, EVIDENCE)
 STEPPED = (*SHOWN, PASSAGE)
 
 
@@ -129,8 +134,11 @@ def ensemble_recipe(
     several: bool = False,
     tangent: bool = False,
     watched: bool = False,
+    returns: bool = False,
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
+
+    returns: whether returns tell that a motion has settled
 
     loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
         "browser", one by one with the elementary functions of the package, as a browser has its own
@@ -141,6 +149,7 @@ def ensemble_recipe(
     before = (
         *GATHERING,
         *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
+        "observe.returns" if returns else "observe.no_returns",
         point,
         evidence,
         *watch,

@@ -22,6 +22,7 @@ from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
+RETURN_MARKS = 136  # of a cycle of 32 returns
 BLOCK = 128  # most runs that a thread takes at a time
 NO_TABLES = np.empty((0, 0, 0))  # of a drive without corners
 TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard
@@ -37,6 +38,7 @@ class Budget:
     asked: groups of measures, a sum of powers of two
     evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
         `kernel/observe/evidence.py`; 0: of no run
+    returns: whether runs settle by their returns, as motions do that nothing drives in time, see `observe/returns.py`
     """
 
     periods: int
@@ -47,6 +49,7 @@ class Budget:
     max_steps: int
     asked: int = 0
     evidence: int = 0
+    returns: bool = False
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -56,20 +59,31 @@ def ensemble_order(tolerance: float) -> int:
 
 @functools.lru_cache(maxsize=64)
 def ensemble_kernel(
-    equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
+    equations: Any,
+    order: int,
+    lanes: int,
+    plain: bool = False,
+    integrands: Integrands | None = None,
+    returns: bool = False,
 ) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
-    layout, text = ensemble_source(equations, order, lanes, integrands)
+    layout, text = ensemble_source(equations, order, lanes, integrands, returns=returns)
     return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
 
 
 def ensemble_source(
-    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
+    equations: Any,
+    order: int,
+    lanes: int,
+    integrands: Integrands | None = None,
+    loop: str | None = None,
+    returns: bool = False,
 ) -> tuple[Layout, Linked]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
     lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
+    returns: see `Budget`
     loop: "card" for a thread of a graphics card, "browser" for a page; else as the lanes say, see `ensemble_recipe`
     """
     loop = loop or ("ensemble" if lanes == 1 else "simd")
@@ -77,17 +91,18 @@ def ensemble_source(
     states = len(equations.rates)
     own_switches = len(equations.switches) - equations.law_switches
     watched = equations.true_load is not None and states == equations.base
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
     parameters, corners = len(equations.parameter_paths), equations.corners
     tangent = states > equations.base
     stiff = equations.maybe_stiff and not tangent
     slow = slow_states(equations) if loop == "simd" and stiff and equations.several else ()
     slow = slow if any(each >= 0 for each in slow) else ()
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, slow=slow, **sizes(equations))
+    marks = RETURN_MARKS if returns else MARKS
+    layout = Layout(lanes, states, states, order, parameters, marks, entries, slow=slow, **sizes(equations))
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    more = equations.several, tangent, watched
+    more = equations.several, tangent, watched, returns
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
@@ -115,7 +130,7 @@ def ensemble_run(
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     lanes = lane_count() if lanes is None else lanes
-    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
+    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands, budget.returns)
     count = len(initial)
     tables = drive_tables(equations, parameters)
     results_end = count * (layout.run_size + layout.result_size)

@@ -43,6 +43,7 @@ from vibrocap.numerics.kernel.interface import (
     decide_together,
     leave_piece,
     on_event,
+    on_return,
     stay_in_piece,
     turned,
 )
@@ -221,6 +222,7 @@ def cross(floats, ints, trace, lane, event, c, h):
                 rest(floats, ints, lane)
             else:
                 turn_round(floats, ints, lane, c)
+        on_return(floats, ints, lane)
     elif event >= FIRST_SWITCH:
         ints[EVENTS + lane] -= 1  # counted where it happens
         begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)

@@ -8,8 +8,11 @@ RESPONSE = SINCE = STEP = EVENT_CONTACT = DELAY = INVERSE_SCALE = THRESHOLD = RE
     MARKS
 ) = 0
 
+RETURN_COUNT = LEFT = QUIET_SINCE = BEGUN_AT = SETTLED_AT = RETURN_TIMES = RETURN_MARKS = 0  # of its returns
+
 # what it gathers over the window of a run, see `gathered_entries` there
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
 DEFECT = HOLD_SHARE = LEAST_VELOCITY = 0  # evidence that it is a motion of the equations
+RETURNS = CYCLE_TIME = SETTLED_TIME = 0  # of its returns, and of the cycle that they make
 LIFTED = 0  # whether the true load has been below zero

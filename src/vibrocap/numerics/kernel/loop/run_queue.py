@@ -59,7 +59,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     RUN_SIZE,
     STATES,
 )
-from vibrocap.numerics.kernel.interface import advance, begin_drive, on_period
+from vibrocap.numerics.kernel.interface import advance, begin_drive, begin_returns, on_period, tell_returns
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate
@@ -148,11 +148,13 @@ def begin_run(floats, ints, trace, lane, run):
         floats[START_STATE + i * LANES + lane] = floats[STATE + i * LANES + lane]
     for i in range(MEASURED_COUNT):
         floats[MEASURED + i * LANES + lane] = 0.0
+    begin_returns(floats, ints, lane)
     on_period(floats, ints, trace, lane)
 
 
 def end_run(floats, ints, trace, lane):
     """Write the result of the run on a lane to the trace, and free the lane."""
+    tell_returns(floats, ints, lane)
     place = ints[RESULT_START] + ints[RUN + lane] * RESULT_SIZE
     trace[place] = ints[STATUS + lane]
     trace[place + 1] = ints[PERIOD_COUNT + lane]

@@ -343,5 +343,5 @@ def finish_simd(floats, ints, trace, events, turns):
                 if floats[SIDE + c * LANES + lane] == 0.0:
                     event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
-            if (turns >> lane) & 1:
+            if (turns >> lane) & 1 and ints[STATUS + lane] == RUNNING:
                 turn(floats, ints, trace, lane)

@@ -15,6 +15,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     INTEGRAL,
     LARGEST,
     LEAST,
+    MARKS,
     MEASURED,
     PEAK,
     REMAINING,
@@ -37,7 +38,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import take_evidence
+from vibrocap.numerics.kernel.interface import period_mark, settled_by_returns, take_evidence
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_word, end_phases, spell
@@ -85,16 +86,31 @@ def on_jump(floats, ints, lane, gained):
         floats[INTEGRAL + IMPACT * LANES + lane] += gained
 
 
+def on_return(floats, ints, lane):
+    """The velocity of a contact has fallen to zero; the lane stands there. A cycle is measured between returns."""
+    found = settled_by_returns(floats, ints, lane)
+    if found > 0:
+        begin_window(floats, ints, lane)
+        begin_word(floats, lane)
+    elif found < 0:
+        end_phases(floats, lane)
+
+
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
     done = ints[PERIOD_COUNT + lane]
     threshold = floats[THRESHOLD + lane]
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
-        remember(floats, lane, done)
-        response, since, remaining = settled_response(floats, lane, done, threshold, floats[TOLERANCE + lane])
+        mark, longest = period_mark(ints, lane)
+        response, since, remaining = 0, 0, 0.0
+        if mark >= 0:
+            remember(floats, MARKS, lane, mark)
+            response, since, remaining = settled_response(
+                floats, MARKS, lane, mark, longest, threshold, floats[TOLERANCE + lane]
+            )
         if response > 0 and done + response <= ints[WHOLE_PERIODS + lane]:
             ints[RESPONSE + lane] = response
-            ints[SINCE + lane] = since
+            ints[SINCE + lane] = done - mark + since
             floats[REMAINING + lane] = remaining
             ints[WHOLE_PERIODS + lane] = done + response
             begin_window(floats, ints, lane)
