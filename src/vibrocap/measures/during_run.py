@@ -48,7 +48,6 @@ SYNONYMS = {
     "force": "peak_friction",
     "dissipation": "contact_sliding_work",
     "hysteresis": "displacement_loop_area",
-    "period": "response_period",
     "settling_time": "time_to_settle",
     "symmetry": "symmetric",
     "bounces": "impacts",

@@ -1,6 +1,7 @@
 """ensemble(system, over, ...): one run per entry of equally long lists of parameters, a few numbers of each."""
 
 import copy
+import dataclasses
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -71,15 +72,18 @@ def ensemble(
         there are fewer
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
-        period (one or more drive periods) more
+        period (one or more drive periods) more. Where nothing drives the system in time, a run ends when the states in
+        which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 32), and is
+        measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
+        then per turn
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
     device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
-    Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
-    0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
+    Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods
+    (of a cycle with a period of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
     measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
     where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
     events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
@@ -159,12 +163,18 @@ def _measured(
         elif path in recording.parameter_paths:
             parameters[:, recording.parameter_paths.index(path)] = column
     integrands = own_integrands(needed, recording)
+    if budget.threshold > 0.0 and not recording.timed:
+        budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
     results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
     period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED
-    gathered = Gathered(one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold)
-    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold)
+    scales = [np.broadcast_to(each, runs) for each in evaluate(recording.scales, 0.0, states.T, 1.0, parameters.T)]
+    sizes = np.column_stack(scales)
+    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold, sizes)
+    gathered = Gathered(
+        one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold, sizes[finished]
+    )
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
     if budget.asked & numerics.codes.ASK_INTEGRALS:
@@ -173,7 +183,7 @@ def _measured(
     found = {
         "status": status,
         "settled": everything.settled,
-        "response_period": results.head("response_period").astype(np.int16),
+        "response_period": everything.response_period.astype(np.int16),
         "window_start": results.head("window_start").astype(np.int32),
         "window_periods": np.where(begun, everything.periods, 0).astype(np.int32),
         **{FINAL + name: results.state[:, i] for i, name in enumerate(recording.state_names)},

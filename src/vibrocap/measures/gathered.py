@@ -9,6 +9,8 @@ from vibrocap.numerics.api import RunResults
 from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
+STILL = 10.0  # thresholds of settling by which a state changes that stands still
+FEW_RETURNS = 2  # fewer are none to speak of
 LETTERS = {1: "F", 2: "S", 3: "B"}
 # Of every run, asked for or not; how they are stored: `studies/store/zarr_form.py`.
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
@@ -21,6 +23,7 @@ class Gathered:
     system: one of them, for names and kinds; results: of the kernel
     period: drive period of each run; mirrored: whether it has the half-period symmetry
     threshold: of settling; 0 where it was not looked for
+    scales: [runs, states] natural sizes, of runs that settle by their returns (`numerics/kernel/observe/returns.py`)
     """
 
     system: System
@@ -28,21 +31,67 @@ class Gathered:
     period: np.ndarray
     mirrored: np.ndarray
     threshold: float
+    scales: np.ndarray | None = None
 
     @property
     def settled(self) -> np.ndarray:
-        """Whether the run was measured over one response period of its settled motion."""
-        return self.results.head("response_period") > 0
+        """Whether the run was measured over one response period, or one turn of the cycle, of its settled motion.
+
+        What makes no returns has to stand still: marks at equal distances also stand still where that is its period.
+        """
+        found = self.results.head("response_period") > 0
+        return found & ((self.cycle_time > 0.0) | self.still) if self.results.layout.returns else found
+
+    @property
+    def response_period(self) -> np.ndarray:
+        """Drive periods, or returns of a cycle, after which the settled motion repeats; 0 where it has not settled."""
+        found = self.results.head("response_period")
+        return np.where(self.settled, found, 0) if self.results.layout.returns else found
+
+    @property
+    def cycle_time(self) -> np.ndarray:
+        """Length of a window that is a turn of a cycle, from one return to another; 0 of any other window."""
+        returns = self.results.layout.returns
+        return self.results.entry("CYCLE_TIME") if returns else np.zeros(len(self.results))
+
+    @property
+    def still(self) -> np.ndarray:
+        """Whether nothing moves in the window but the cyclic coordinate: rest or steady sliding."""
+        system, results = self.system, self.results
+        assert self.scales is not None
+        moving = [name not in (system.cyclic, *system.switched) for name in system.state_names]
+        extents = results.entries("LARGEST") - results.entries("LEAST")
+        return np.all(extents[:, moving] <= STILL * self.threshold * self.scales[:, moving], axis=1)
+
+    @property
+    def outcome(self) -> np.ndarray:
+        """What each motion has become, in words."""
+        unsettled = np.full(len(self.results), "not settled", dtype="U32")
+        if not self.results.layout.returns:
+            return np.where(self.settled, "periodic", unsettled)
+        few = self.results.entry("RETURNS") < FEW_RETURNS
+        unsettled = np.where(few, "not settled: no returns", "not settled: no repetition")
+        return np.where(self.settled, np.where(self.still, "equilibrium", "cycle"), unsettled)
 
     @property
     def periods(self) -> np.ndarray:
-        """Drive periods in the window."""
-        return self.results.head("periods") - self.results.head("window_start")
+        """Drive periods in the window; 1 where it is a turn of a cycle."""
+        found = self.results.head("periods") - self.results.head("window_start")
+        return np.where(self.cycle_time > 0.0, 1, found) if self.results.layout.returns else found
 
     @property
     def time(self) -> np.ndarray:
         """Length of the window."""
-        return self.periods * self.period
+        found = self.periods * self.period
+        return np.where(self.cycle_time > 0.0, self.cycle_time, found) if self.results.layout.returns else found
+
+    @property
+    def time_to_settle(self) -> np.ndarray:
+        """Time after which the motion stays within the threshold of where it goes, where it has settled."""
+        found = self.results.head("since") * self.period
+        if not self.results.layout.returns:
+            return found
+        return np.where(self.cycle_time > 0.0, self.results.entry("SETTLED_TIME"), found)
 
     @property
     def displacement(self) -> np.ndarray:

@@ -183,17 +183,36 @@ def _symmetric(runs: Gathered) -> np.ndarray:
     return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
 
 
+def _period(runs: Gathered) -> np.ndarray:
+    if not runs.results.layout.returns:
+        return np.where(runs.settled, runs.results.head("response_period") * runs.period, np.nan)
+    return np.where(runs.settled, np.where(runs.still, 0.0, runs.cycle_time), np.nan)
+
+
 RESPONSE = (
     Measure(
         "response_period",
-        "drive periods after which the settled motion repeats up to a shift; 0: not settled",
-        Standard(lambda runs: runs.results.head("response_period")),
+        "drive periods after which the settled motion repeats up to a shift, of a cycle with a period of its own "
+        "returns to rest; 0: not settled",
+        Standard(lambda runs: runs.response_period),
     ),
     Measure(
         "time_to_settle",
         "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
-        Standard(lambda runs: np.where(runs.settled, runs.results.head("since") * runs.period, np.nan)),
+        Standard(lambda runs: np.where(runs.settled, runs.time_to_settle, np.nan)),
         si_unit="s",
+    ),
+    Measure(
+        "period",
+        "time after which the settled motion repeats, of a cycle its own (0: rest or steady sliding; NaN: not settled)",
+        Standard(_period),
+        si_unit="s",
+    ),
+    Measure(
+        "outcome",
+        "what the motion has become: periodic, or not settled; where nothing drives it in time cycle, equilibrium, or "
+        "not settled: no returns (to rest of a contact), or no repetition",
+        Standard(lambda runs: runs.outcome, text=True),
     ),
     Measure(
         "symmetric",

@@ -18,7 +18,7 @@ from vibrocap.motion.contact_equations import (
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Expression, Graph, depends_on_time, derivative, evaluate
 from vibrocap.physics.flow import LOCATED, Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
@@ -69,6 +69,11 @@ class Equations:
     true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
     # Momentum normal to the ground, whose rate is that load but for a constant, on a graph that begins with `graph`.
     normal_momentum: Expression | None = None
+
+    @property
+    def timed(self) -> bool:
+        """Whether they contain the time; otherwise motions have periods of their own."""
+        return self.corners is not None or depends_on_time(self.rates)
 
     @property
     def contact_velocity(self) -> Expression:

@@ -10,7 +10,7 @@ from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
-from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.sampling import check_smooth
 from vibrocap.physics.system import System
@@ -255,8 +255,7 @@ def is_driven(system: System) -> bool:
     Raises ArgumentError for a controller that rounds what it measures.
     """
     check_smooth(system)
-    recording = equations(system)
-    return recording.corners is not None or depends_on_time(recording.rates)
+    return equations(system).timed
 
 
 def driven_map(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:
