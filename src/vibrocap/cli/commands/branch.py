@@ -211,7 +211,8 @@ def _basin_record(found: Any) -> dict[str, Any]:
             {
                 "index": i,
                 "kind": each.motion.kind,
-                "share": int((found.label == i).sum()) / size,
+                "share": each.share,
+                "share_error": each.error,
                 "drift": _drift(found, i),
             }
             for i, each in enumerate(found.attractors)
@@ -235,4 +236,4 @@ def _print_basins(record: dict[str, Any]) -> None:
     length = "m" if "units" in record else ""
     for each in record["attractors"]:
         drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
-        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, {each['kind']}{drift}")
+        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts (+- {each['share_error']:.2%}), {each['kind']}{drift}")

@@ -19,6 +19,15 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
+def _place(equations: Any) -> dict[str, Any]:
+    """Where a motion returns that comes to rest nowhere: a turn, or the largest value of the first coordinate."""
+    turns = dict(equations.turns)
+    moving = (i for i, rate in enumerate(equations.rates) if i != equations.cyclic_state and rate.value != 0.0)
+    place = next(iter(turns), None)
+    place = next(moving, 0) if place is None else place
+    return {"PLACE": place, "PLACE_TURN": float(turns.get(place, 0.0))}
+
+
 def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
     """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`).
 
@@ -42,6 +51,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "TURN_COUNT": len(equations.turns),
         "TURN_STATES": tuple(state for state, _ in equations.turns) or (-1,),
         "TURN_RADII": tuple(period / (2.0 * math.pi) for _, period in equations.turns) or (1.0,),
+        **_place(equations),
+        "RETURNING": layout.returns,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
         "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),

@@ -21,6 +21,7 @@ GRAZE = 4
 SWITCHED = 5  # the law goes over to another of its pieces
 BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
 MACHINE_SWITCHED = 20  # at the first guard of the machine; the next ones have the next numbers
+PLACE_PASSED = 9  # number of the place of returns among the events of a step
 FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).

@@ -155,11 +155,6 @@ def on_jump(floats, ints, lane, gained) -> None:
     raise NotImplementedError
 
 
-def on_return(floats, ints, lane) -> None:
-    """The velocity of a contact has fallen to zero, whatever it does next; the lane stands there."""
-    raise NotImplementedError
-
-
 def on_period(floats, ints, trace, lane) -> None:
     """At the start of a run and at the end of each whole period."""
     raise NotImplementedError
@@ -180,7 +175,7 @@ def take_evidence(floats, ints, lane, h) -> None:
     raise NotImplementedError
 
 
-# Returns to rest, by which motions settle that nothing drives in time.
+# Returns, by which motions settle that nothing drives in time.
 
 
 def begin_returns(floats, ints, lane) -> None:
@@ -188,13 +183,28 @@ def begin_returns(floats, ints, lane) -> None:
     raise NotImplementedError
 
 
-def period_mark(ints, lane) -> tuple[int, int]:
-    """At the start of a period: (number of its mark, below 0 for none; longest response looked for)."""
+def quiet_since(ints, lane) -> int:
+    """The period at whose start stands the first mark."""
     raise NotImplementedError
 
 
-def settled_by_returns(floats, ints, lane) -> int:
-    """At a return: 1 where the motion is found settled, so that the window begins; -1 where the window ends; else 0."""
+def response_sought(longest) -> int:
+    """Longest response that the starts of periods tell, `longest` where there are no other marks."""
+    raise NotImplementedError
+
+
+def place_passed(floats, lane, h) -> float:
+    """Time within the step, whose series is in memory, at which the place of returns is passed; -1.0: it is not."""
+    raise NotImplementedError
+
+
+def on_place(floats, ints, lane) -> None:
+    """The lane stands where the place of returns is passed."""
+    raise NotImplementedError
+
+
+def on_return(floats, ints, lane) -> None:
+    """The velocity of a contact has fallen to zero, whatever it does next; the lane stands there."""
     raise NotImplementedError
 
 

@@ -44,6 +44,8 @@ INT_ENTRIES = (
     "RETURN_COUNT",  # of a system that nothing drives in time: returns so far, see `observe/returns.py`
     "LEFT",  # returns until the window ends
     "QUIET_SINCE",  # first period that began after the last return
+    "BY_PLACE",  # 1: returns are passages of a place, as no contact comes to rest
+    "PASSED",  # passages of the place since a contact came to rest
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
@@ -145,6 +147,7 @@ NOT_OF_STEPPER = (
     *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
+OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "BEGUN_AT", "SETTLED_AT")
 PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
@@ -265,7 +268,7 @@ class Layout:
             **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
             "MARKS": self.marks * (self.states + self.turns),
-            **dict.fromkeys(("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BEGUN_AT", "SETTLED_AT"), int(self.returns)),
+            **dict.fromkeys(OF_RETURNS, int(self.returns)),
             "RETURN_TIMES": self.marks if self.returns else 0,
             "RETURN_MARKS": self.marks * (self.states + self.turns) if self.returns else 0,
             "SERIES": self.series_rows * (self.order + 1),

@@ -38,7 +38,7 @@ TANGENT = Slot(
 )
 OBSERVER = Slot(
     "observer",
-    ("has_room", "on_piece", "on_event", "on_jump", "on_return", "on_period"),
+    ("has_room", "on_piece", "on_event", "on_jump", "on_period"),
     ("observe.record", "observe.window", "stepper.event_counts"),
 )
 LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
@@ -47,7 +47,7 @@ POINT_OF_LAW = Slot(
 )
 RETURNS = Slot(
     "returns",
-    ("begin_returns", "period_mark", "settled_by_returns", "tell_returns"),
+    ("begin_returns", "quiet_since", "response_sought", "place_passed", "on_place", "on_return", "tell_returns"),
     ("observe.no_returns", "observe.returns"),
 )
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
@@ -57,9 +57,9 @@ PASSAGE = Slot(
     ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
     ("stepper.own_drive", "stepper.held_input"),
 )
-MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
+MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, RETURNS, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
-MEASURED = (*SHOWN, RETURNS, EVIDENCE)
+MEASURED = (*SHOWN, EVIDENCE)
 STEPPED = (*SHOWN, PASSAGE)
 
 
@@ -79,7 +79,7 @@ class Recipe:
 
 GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
-NO_WATCH = ("observe.no_load_watch",)
+NO_WATCH, NO_RETURNS = ("observe.no_load_watch",), ("observe.no_returns",)
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
@@ -102,7 +102,7 @@ def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, seve
     several: contacts
     """
     before = _before(RECORDING, maybe_stiff, branches, corners, several, False)
-    return Recipe("advance", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
+    return Recipe("advance", (*before, *NO_RETURNS, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
@@ -123,7 +123,7 @@ def stepper_recipe(
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
+    return Recipe("take_step", (*before, *NO_RETURNS, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 
 def ensemble_recipe(
@@ -149,7 +149,7 @@ def ensemble_recipe(
     before = (
         *GATHERING,
         *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
-        "observe.returns" if returns else "observe.no_returns",
+        *(("observe.returns",) if returns else NO_RETURNS),
         point,
         evidence,
         *watch,

@@ -8,6 +8,7 @@ import numpy as np
 from vibrocap.measures.ensemble import CHUNK
 from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, RunResults, codes
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -85,7 +86,8 @@ def _measured(map_: StroboscopicMap, ends: RunResults, parameters: np.ndarray) -
     if not ends.layout.returns:
         return periods
     turn = ends.entry("CYCLE_TIME")
-    return np.where(turn > 0.0, turn / np.array([map_.period(row) for row in parameters]), periods)
+    (period,) = evaluate([map_.equations.period], 0.0, [], 1.0, parameters.T)
+    return np.where(turn > 0.0, turn / period, periods)
 
 
 def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:

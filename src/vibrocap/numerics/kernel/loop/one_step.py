@@ -12,7 +12,7 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, PLACE_PASSED, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
@@ -47,6 +47,8 @@ from vibrocap.numerics.kernel.interface import (
     on_event,
     on_period,
     on_piece,
+    on_place,
+    place_passed,
     polished_step,
     repeat_to,
     shorter_step,
@@ -112,9 +114,12 @@ def step(floats, ints, trace, lane):
         on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
+    passed = place_passed(floats, lane, h)
+    if passed > 0.0:
+        event, h = PLACE_PASSED, passed
     if event == 1:
         event, h = polished_step(floats, ints, lane, h, longest)
-    elif event >= FIRST_SWITCH:
+    elif event >= PLACE_PASSED:
         repeat_to(floats, ints, lane, h)
     on_piece(floats, ints, trace, lane, h)
     watch_load(floats, ints, lane, h)
@@ -134,10 +139,12 @@ def step(floats, ints, trace, lane):
         if SEVERAL:
             ints[GAVE_WAY + i * LANES + lane] = 0
     ints[IDLE + lane] = 0
-    if event != 0:
+    if event == PLACE_PASSED:
+        on_place(floats, ints, lane)
+    elif event != 0:
         cross(floats, ints, trace, lane, event, c, h)
-        if ints[STATUS + lane] != RUNNING:
-            return
+    if ints[STATUS + lane] != RUNNING:
+        return
     if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
         turn(floats, ints, trace, lane)
 

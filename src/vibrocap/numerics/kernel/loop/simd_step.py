@@ -8,6 +8,7 @@ is to be decided than that takes `one_step.step`, like a single motion; the othe
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
     bits,
+    floor,
     load,
     square_root,
     store,
@@ -36,6 +37,9 @@ from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
     LIMIT_CONSTANT,
     MAYBE_STIFF,
+    PLACE,
+    PLACE_TURN,
+    RETURNING,
     SET_VALUED,
     SEVERAL,
     SHARED,
@@ -161,6 +165,8 @@ def step_simd(floats, ints, trace, running):
             if LOCATED[i] == 1:
                 holds = within_piece(floats, row, h)
             plain = plain & (clear | holds)
+    if RETURNING:
+        plain = plain & ~passing_simd(floats, h)
     settled, near, far = plain, plain, plain
     if SLOWED:
         settled, near, far = settled_lanes(floats, h, longest)
@@ -234,6 +240,17 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
+
+
+def passing_simd(floats, h):
+    """Where the place of returns may be passed within the step, see `observe/returns.py`."""
+    row = SERIES + PLACE * (ORDER + 1) * LANES
+    if PLACE_TURN > 0.0:
+        return floor(load(floats, row) / PLACE_TURN) != floor(series_values(floats, row, h) / PLACE_TURN)
+    rate = 0.0 * h
+    for k in range(ORDER, 0, -1):
+        rate = rate * h + k * load(floats, row + k * LANES)
+    return (load(floats, row + LANES) > 0.0) & ~(rate > 0.0)
 
 
 def rest_simd(floats):

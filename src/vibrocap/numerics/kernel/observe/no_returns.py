@@ -1,21 +1,31 @@
 """Returns are not counted: the starts of drive periods tell whether a motion has settled."""
 
-from vibrocap.numerics.kernel.generated.lane import PERIOD_COUNT
-from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-
 
 def begin_returns(floats, ints, lane):
     """A run begins."""
 
 
-def period_mark(ints, lane):
-    """(number of the mark at the start of the present period, longest response looked for)."""
-    return ints[PERIOD_COUNT + lane], LONGEST_PERIOD
-
-
-def settled_by_returns(floats, ints, lane):
-    """At a return: nothing."""
+def quiet_since(ints, lane):
+    """Marks count from the start of the run."""
     return 0
+
+
+def response_sought(longest):
+    """Longest response that the starts of periods tell."""
+    return longest
+
+
+def place_passed(floats, lane, h):
+    """There is no place."""
+    return -1.0
+
+
+def on_place(floats, ints, lane):
+    """There is no place."""
+
+
+def on_return(floats, ints, lane):
+    """The velocity of a contact has fallen to zero."""
 
 
 def tell_returns(floats, ints, lane):

@@ -96,10 +96,6 @@ def on_jump(floats, ints, lane, gained):
     """Pieces and events tell it."""
 
 
-def on_return(floats, ints, lane):
-    """Events tell it."""
-
-
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
     for i in range(ROWS):

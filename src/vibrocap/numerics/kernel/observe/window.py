@@ -38,9 +38,9 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import period_mark, settled_by_returns, take_evidence
+from vibrocap.numerics.kernel.interface import quiet_since, response_sought, take_evidence
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
-from vibrocap.numerics.kernel.observe.settle import remember, settled_response
+from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_word, end_phases, spell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -86,24 +86,15 @@ def on_jump(floats, ints, lane, gained):
         floats[INTEGRAL + IMPACT * LANES + lane] += gained
 
 
-def on_return(floats, ints, lane):
-    """The velocity of a contact has fallen to zero; the lane stands there. A cycle is measured between returns."""
-    found = settled_by_returns(floats, ints, lane)
-    if found > 0:
-        begin_window(floats, ints, lane)
-        begin_word(floats, lane)
-    elif found < 0:
-        end_phases(floats, lane)
-
-
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
     done = ints[PERIOD_COUNT + lane]
     threshold = floats[THRESHOLD + lane]
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
-        mark, longest = period_mark(ints, lane)
+        mark = done - quiet_since(ints, lane)
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
+            longest = response_sought(LONGEST_PERIOD)
             remember(floats, MARKS, lane, mark)
             response, since, remaining = settled_response(
                 floats, MARKS, lane, mark, longest, threshold, floats[TOLERANCE + lane]

@@ -75,9 +75,5 @@ def on_jump(floats, ints, lane, gained):
     """An event tells it."""
 
 
-def on_return(floats, ints, lane):
-    """An event tells it."""
-
-
 def on_period(floats, ints, trace, lane):
     """Nothing is kept by period."""
