@@ -166,7 +166,7 @@ def test_a_motion_that_runs_away_says_so():
 def sliding_lanes(law: str, **budget):
     """(functions and places by name, floats, ints, trace) of the plain kernel, the first runs in its lanes."""
     system, parameters, starts = drawn_runs(law, range(LANES))
-    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None)
+    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None, False)
     kernel, (floats, ints) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
     starts[:, kernel["CONTACT_STATE"]] = 0.1
     trace = np.zeros((LANES, layout.run_size))

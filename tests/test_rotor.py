@@ -319,9 +319,9 @@ def test_a_kernel_remembers_both_coordinates_of_an_angle():
     floats = [0.0] * 4 + scales.tolist() + [0.0] * 15
     for mark, state in enumerate(states):
         floats[:4] = state.tolist()
-        kernel["remember"](floats, 0, mark)
+        kernel["remember"](floats, places["MARKS"], 0, mark)
     sections = section_states(system, states, scales)
     kept = np.array(floats[8:]).reshape(3, 5)[:, [0, 1, 3, 4]]
     assert kept == pytest.approx(sections, abs=1e-14)
-    assert kernel["difference"](floats, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
-    assert kernel["difference"](floats, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)
+    assert kernel["difference"](floats, 8, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
+    assert kernel["difference"](floats, 8, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)

@@ -93,7 +93,7 @@ def test_the_same_bits_in_any_company():
 def lanes_on_the_manifold(tolerance=1e-10):
     """(kernel, floats): the plain kernel, with both blocks fast and on their manifolds, no sweep made yet."""
     system, _ = SYSTEMS["blocks"]
-    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None)
+    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None, False)
     kernel, budget = entry.__globals__, Budget(1, 1, 0.0, tolerance, 100, 100)
     floats, ints = prepared_lanes(layout, budget, LANES)
     starts = np.array([start_of(system, {"velocity": 0.35 + 0.01 * i, "velocity_2": -0.4}) for i in range(LANES)])

@@ -73,7 +73,7 @@ def ensemble(
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
         period (one or more drive periods) more. Where nothing drives the system in time, a run ends when the states in
-        which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 30), and is
+        which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 62), and is
         measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
         then per turn
     tolerance: error per step, relative to the natural size of each state

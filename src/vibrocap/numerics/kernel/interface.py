@@ -193,7 +193,7 @@ def response_sought(longest) -> int:
     raise NotImplementedError
 
 
-def place_passed(floats, lane, h) -> float:
+def place_passed(floats, ints, lane, h) -> float:
     """Time within the step, whose series is in memory, at which the place of returns is passed; -1.0: it is not."""
     raise NotImplementedError
 

@@ -46,6 +46,7 @@ INT_ENTRIES = (
     "QUIET_SINCE",  # first period that began after the last return
     "BY_PLACE",  # 1: returns are passages of a place, as no contact comes to rest
     "PASSED",  # passages of the place since a contact came to rest
+    "PASSED_AT",  # steps before the last one
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
@@ -147,7 +148,7 @@ NOT_OF_STEPPER = (
     *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
-OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "BEGUN_AT", "SETTLED_AT")
+OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "PASSED_AT", "BEGUN_AT", "SETTLED_AT")
 PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (

@@ -51,19 +51,23 @@ SHARE = 0.5  # of the free memory of the card, for the runs and results of one c
 ENTRY = "run_all"
 
 
-def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+def cuda_text(
+    equations: Any, order: int, integrands: Integrands | None = None, returns: bool = False
+) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
-    layout, text = ensemble_source(equations, order, 1, integrands, loop="card")
+    layout, text = ensemble_source(equations, order, 1, integrands, loop="card", returns=returns)
     text.check()
     return layout, f"{text}\nWHOLE_SIZE = {layout.whole_size}\n"
 
 
 @functools.lru_cache(maxsize=64)
-def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+def cuda_code(
+    equations: Any, order: int, integrands: Integrands | None = None, returns: bool = False
+) -> tuple[Layout, str]:
     """(layout, PTX) for all cards."""
     from vibrocap.numerics.compiler.card import ptx
 
-    layout, text = cuda_text(equations, order, integrands)
+    layout, text = cuda_text(equations, order, integrands, returns)
     return layout, ptx(text, layout.real_size, layout.whole_size)
 
 
@@ -176,7 +180,7 @@ def cuda_ensemble_run(
     if problem is not None:
         raise ValueError(problem)
     order = ensemble_order(budget.tolerance) if order is None else order
-    layout, code = cuda_code(equations, order, integrands)
+    layout, code = cuda_code(equations, order, integrands, budget.returns)
     count = len(initial)
     results = np.empty((count, layout.result_size))
     card = Card()

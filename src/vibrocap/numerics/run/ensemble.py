@@ -22,7 +22,7 @@ from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
-RETURN_MARKS = 128  # of a cycle of 30 returns
+RETURN_MARKS = 256  # of a cycle of 62 returns
 BLOCK = 128  # most runs that a thread takes at a time
 NO_TABLES = np.empty((0, 0, 0))  # of a drive without corners
 TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard

@@ -114,7 +114,7 @@ def step(floats, ints, trace, lane):
         on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
-    passed = place_passed(floats, lane, h)
+    passed = place_passed(floats, ints, lane, h)
     if passed > 0.0:
         event, h = PLACE_PASSED, passed
     if event == 1:

@@ -18,6 +18,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     CYCLE_TIME,
     LEFT,
     PASSED,
+    PASSED_AT,
     QUIET_SINCE,
     REMAINING,
     RESPONSE,
@@ -32,11 +33,13 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 )
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
 from vibrocap.numerics.kernel.generated.lane import (
+    IMPLICIT_STEPS,
     PERIOD,
     PERIOD_COUNT,
     SCALE,
     SERIES,
     STATUS,
+    TAYLOR_STEPS,
     TIME,
     TOLERANCE,
     WHOLE_PERIODS,
@@ -49,9 +52,9 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 
 MOST_RETURNS = (MARK_COUNT - 8) // 4  # of a cycle: so many marks tell
 OFTEN = 8  # passages of the place without a return to rest, from which on they are the returns
-ROUNDING = 64.0 * EPSILON  # of the natural size of the coordinate
+UNMOVED = 64.0 * EPSILON  # of the natural size of the coordinate
 BEFORE = 1e-6  # of a step: a place that is passed so shortly before its end is passed at its end, by an event
-NEWTON_STEPS = 60  # halvings among them
+MOST_TRIES = 60  # halvings among them
 
 
 def begin_returns(floats, ints, lane):
@@ -61,6 +64,7 @@ def begin_returns(floats, ints, lane):
     ints[QUIET_SINCE + lane] = 0
     ints[BY_PLACE + lane] = 1
     ints[PASSED + lane] = 0
+    ints[PASSED_AT + lane] = -1
     floats[BEGUN_AT + lane] = -1.0
     floats[SETTLED_AT + lane] = 0.0
 
@@ -75,23 +79,28 @@ def response_sought(longest):
     return 1
 
 
-def place_passed(floats, lane, h):
-    """Time within the step at which the place is passed; -1.0: it is not."""
+def place_passed(floats, ints, lane, h):
+    """Time within the step at which the place is passed; -1.0: it is not.
+
+    Not in the step that begins there: it may begin a little before, as an implicit step is not known exactly within.
+    """
+    if ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == ints[PASSED_AT + lane]:
+        return -1.0
     row = SERIES + PLACE * (ORDER + 1) * LANES + lane
     target, way = 0.0, 1.0
     if PLACE_TURN > 0.0:
         start, end = floats[row], series_value(floats, row, h)
         way = 1.0 if end > start else -1.0
-        tiny = ROUNDING * (abs(start) + PLACE_TURN)
+        tiny = UNMOVED * (abs(start) + PLACE_TURN)
         target = way * PLACE_TURN * (math.floor((way * start + tiny) / PLACE_TURN) + 1.0)
-    elif not (floats[row + LANES] * h > ROUNDING * floats[SCALE + PLACE * LANES + lane]):
+    elif not (floats[row + LANES] * h > UNMOVED * floats[SCALE + PLACE * LANES + lane]):
         return -1.0
     high = (1.0 - BEFORE) * h
     value, _ = before_place(floats, row, target, way, high)
     if value > 0.0:
         return -1.0
     low, passed = 0.0, 0.5 * high
-    for _ in range(NEWTON_STEPS):
+    for _ in range(MOST_TRIES):
         value, slope = before_place(floats, row, target, way, passed)
         if value > 0.0:
             low = passed
@@ -123,6 +132,7 @@ def before_place(floats, row, target, way, s):
 
 def on_place(floats, ints, lane):
     """The lane stands where the place is passed. It is a return unless contacts come to rest in between."""
+    ints[PASSED_AT + lane] = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane]
     if ints[BY_PLACE + lane] == 0 and ints[LEFT + lane] == 0:
         ints[PASSED + lane] += 1
         if ints[PASSED + lane] > OFTEN:

@@ -110,13 +110,13 @@ def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
     """The smallest divisor of n that the settled motion has as its period to within the threshold.
 
     An alternating transient looks settled over two periods a little before it does over one. A motion that is within
-    the threshold at its end was further away before, by its contraction.
+    the threshold at its end was further away before, by its contraction, and perhaps on the other side.
     """
     per_period = max(ratio, FASTEST) ** (1.0 / n)
     for divisor in range(1, n):
         if n % divisor != 0:
             continue
-        allowed = 2.0 * threshold
+        allowed = (1.0 + (1.0 if ratio == 0.0 else per_period**-divisor)) * threshold
         repeats = True
         for k in range(mark, mark - n, -1):
             repeats = repeats and difference(floats, marks, lane, k, k - divisor) <= allowed
