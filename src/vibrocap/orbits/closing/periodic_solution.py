@@ -38,6 +38,11 @@ class OrbitStatus(Advised):
         "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
         "period and a start; the motion may be quasi-periodic or chaotic.",
     )
+    AT_REST = (
+        "comes to rest",
+        "The motion ends at rest, or slides steadily: `equilibria` tells where. Start elsewhere for a cycle, such as "
+        "one that turns or sticks and slips beside it.",
+    )
     SECTION_NOT_MET = (
         "section not met",
         "The motion does not pass the section twice. Name an event or a value that it meets (simulate to see its "
@@ -129,7 +134,7 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        return self.status in (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED)
+        return not self.closes and self.status is not OrbitStatus.CONTRADICTED
 
     @property
     def closes(self) -> bool:
