@@ -75,7 +75,7 @@ def measured(
     measures: names of `measure_table(motion.system)`, or measures of one's own
     window: the last so many whole drive periods are measured where nothing settles; 10, or all where there are fewer
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
-        motion has settled, as in an ensemble that stops there
+        motion has settled, as in an ensemble that stops there; of a motion that nothing drives in time None
 
     Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
     """
@@ -90,6 +90,9 @@ def measured(
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
+    if settle and not recording.timed:
+        cure = "ensemble() settles runs by their returns, orbit() closes the cycle"
+        raise ArgumentError("settle", f"should be None, as nothing drives the system in time; {cure}")
     threshold, gathered = float(settle or 0.0), (asked_groups(needed), own_integrands(needed, recording))
     given = (recording, parameter_values(motion.system), motion, int(window), threshold)
     results = replayed(*given, *gathered, _switch_times(motion))

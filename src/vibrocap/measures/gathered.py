@@ -135,9 +135,21 @@ class Gathered:
 
     @property
     def words(self) -> np.ndarray:
-        """The word of the last period of each window, an array of text; see `measures.sticking.word`."""
+        """The word of the last period of each window, an array of text; see `measures.sticking.word`.
+
+        That of a cycle begins where it comes first in the alphabet, at whichever return the window began.
+        """
         sequences, which = self.results.letters()
-        return np.array([_word(*sequence) for sequence in sequences], dtype=str)[which]
+        found = [_word(*sequence) for sequence in sequences]
+        words = np.array(found, dtype=str)[which]
+        if not self.results.layout.returns:
+            return words
+        return np.where(self.cycle_time > 0.0, np.array([_first_turned(word) for word in found], dtype=str)[which], words)
+
+
+def _first_turned(word: str) -> str:
+    """The same cycle of phases, begun at the place that comes first in the alphabet."""
+    return word if word.endswith("...") else min((word[i:] + word[:i] for i in range(len(word))), default="")
 
 
 def _word(sides: tuple[int, ...], complete: bool) -> str:

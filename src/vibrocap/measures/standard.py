@@ -189,6 +189,7 @@ def _period(runs: Gathered) -> np.ndarray:
     return np.where(runs.settled, np.where(runs.still, 0.0, runs.cycle_time), np.nan)
 
 
+OUTCOME = "outcome"  # taken of every study of a system without a clock whose runs are to settle
 RESPONSE = (
     Measure(
         "response_period",
@@ -209,9 +210,9 @@ RESPONSE = (
         si_unit="s",
     ),
     Measure(
-        "outcome",
+        OUTCOME,
         "what the motion has become: periodic, or not settled; where nothing drives it in time cycle, equilibrium, or "
-        "not settled: no returns (to rest of a contact), or no repetition",
+        "not settled: no returns, or no repetition",
         Standard(lambda runs: runs.outcome, text=True),
     ),
     Measure(

@@ -230,7 +230,7 @@ def _kept(out: Path) -> str:
 class Outcome:
     """How the runs of a study ended: by status, and how many of the finished ones settled (None: it was not asked).
 
-    dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
+    became: how many of the finished ones became what, where the measure `outcome` was taken; dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
     """
 
     sizes: Mapping[str, int]
@@ -238,10 +238,13 @@ class Outcome:
     settled: int | None
     dataset: Callable[[], Any]
     made: int | None = None
+    became: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
 
 def _outcome(found: "Completed") -> Outcome:
-    """That of a study, looked at in parts, in memory that does not grow with a study in a store."""
+    """That of a study, looked at in parts, in memory that does not grow with a study in a store but for words."""
+    from vibrocap.measures.standard import OUTCOME
+
     statuses: Counter[int] = Counter()
     settled = 0
     for status, settling in found.numbers("status", "settled"):
@@ -249,7 +252,11 @@ def _outcome(found: "Completed") -> Outcome:
         settled += int((settling & (status == 0)).sum())
     study = found.study
     sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
-    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset)
+    became: Counter[str] = Counter()
+    if OUTCOME in study.measures:
+        dataset = found.dataset()
+        became.update(map(str, dataset[OUTCOME].values[dataset["status"].values == 0].tolist()))
+    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset, became=became)
 
 
 def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
@@ -271,6 +278,8 @@ def print_study(found: Outcome, seconds: float, out: Path | None, export: Path |
         unsettled = finished - found.settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
         page.say(f"  settled    {found.settled / max(1, finished):.1%} of these{more}")
+    for name, count in sorted(found.became.items(), key=lambda each: -each[1]):
+        page.say(f"             {count:,}: {name}")
     for place in (out, export):
         if place is not None:
             page.say(f"  stored in  {place}")

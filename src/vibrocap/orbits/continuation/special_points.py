@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
@@ -218,11 +218,15 @@ def _noise(segment: Segment, bracket: Bracket) -> float:
 
 def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
     """Unstable multipliers at the visited points a little before and after, where they are told from the circle."""
+
+    def on_circle(k: int) -> bool:
+        return bool(np.any(np.abs(np.abs(segment.points[k].own_multipliers) - 1.0) <= CLOSE_TO_CIRCLE))
+
     i, j = segment.shares.index(left), segment.shares.index(right)
     clear = 1e-5
-    while i > 0 and segment.shares[i] > left - clear:
+    while i > 0 and (segment.shares[i] > left - clear or on_circle(i)):
         i -= 1
-    while j < len(segment.shares) - 1 and segment.shares[j] < right + clear:
+    while j < len(segment.shares) - 1 and (segment.shares[j] < right + clear or on_circle(j)):
         j += 1
     return segment.points[i].unstable(), segment.points[j].unstable()
 

@@ -8,7 +8,7 @@ from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
-from vibrocap.measures.standard import LOAD_WATCH, known_measure
+from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
 from vibrocap.measures.windows import usual_window
 from vibrocap.motion.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
@@ -61,6 +61,8 @@ def planned_study(
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
     measures = with_load_watch(system, plan, measures)
+    if settle and not equations(system).timed and OUTCOME not in measures:
+        measures = (*measures, OUTCOME)
     return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
 
 
