@@ -205,7 +205,7 @@ RESPONSE = (
     ),
     Measure(
         "period",
-        "time after which the settled motion repeats, of a cycle its own (0: rest or steady sliding; NaN: not settled)",
+        "time after which the settled motion repeats (0: rest or steady sliding; NaN: not settled)",
         Standard(_period),
         si_unit="s",
     ),
