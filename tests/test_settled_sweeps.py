@@ -42,9 +42,9 @@ def two_blocks(**options):
 def test_thousands_of_cycles_are_measured_over_whole_turns():
     """2,000 belts with starts by chance, each over one turn of its own: period and share of sticking in closed form."""
     draw = np.random.default_rng(1)
-    speeds = np.geomspace(0.02, 2.0, 2000)
+    speeds = np.geomspace(0.05, 2.0, 2000)
     over = {"machine.belt_speed": speeds, "initial.position": draw.uniform(-1.0, 1.0, 2000)}
-    found = vc.ensemble(undamped(), over, measures=RESPONSE, periods=3000, settle=SETTLE, tolerance=1e-10)
+    found = vc.ensemble(undamped(), over, measures=RESPONSE, periods=1000, settle=SETTLE, tolerance=1e-9)
     cycles = found["outcome"] == "cycle"
     # A start within the conservative slip about steady sliding never sticks: as the equations have it.
     assert cycles.mean() > 0.9
