@@ -302,12 +302,15 @@ def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
         assert TURN / found.period == pytest.approx(speed, abs=1e-7)
         gained = turn_by_dop853(found) - np.array(list(found.state.values()))
         assert gained == pytest.approx([TURN, 0.0, found.drift, 0.0], abs=1e-8)
-    up = vc.branch(weak_motor(), "drive.force", (0.17, 0.2), orbit=slow, points=400)
-    down = vc.branch(weak_motor(0.18), "drive.force", (0.16, 0.19), orbit=fast, points=600)
-    for branch, jump, stability in ((up, JUMPS[1], ("lost", "gained")), (down, JUMPS[0], ("lost", "gained"))):
+    near = [
+        vc.orbit(weak_motor(torque), initial=start.state, settle_periods=400)
+        for torque, start in ((0.1985, slow), (0.1635, fast))
+    ]
+    for start, jump, between in zip(near, reversed(JUMPS), ((0.197, 0.2), (0.163, 0.1645)), strict=True):
+        branch = vc.branch(start.system, "drive.force", between, orbit=start, points=300)
         (fold,) = branch.kind(vc.SpecialKind.FOLD)
         assert fold.parameter == pytest.approx(jump, abs=1e-10)
-        assert fold.stability in stability
+        assert {fold.unstable_before, fold.unstable_after} == {0, 1}
         assert not branch.kind(vc.SpecialKind.JUMP)
     # Swept by simulation: from the slow side it jumps above the one torque, from the fast one below the other.
     torques = [JUMPS[0] - 0.003, JUMPS[0] + 0.003, JUMPS[1] - 0.003, JUMPS[1] + 0.003]
@@ -320,20 +323,17 @@ def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
 
 @pytest.mark.slow
 def test_starts_lead_to_either_speed_of_a_weak_motor_or_to_rest():
-    found = vc.basins(weak_motor(), {"angle": (-math.pi, math.pi), "angle_rate": (-2.0, 12.0)}, 24, settle_periods=1000)
-    shares = {}
-    for each in found.attractors:
-        period = each.motion.orbit.period if each.motion.orbit else 0.0
-        shares[round(TURN / period, 3) if period else 0.0] = each.share
-    assert set(shares) == {2.331, 10.259}
+    """It also hangs still where it starts too slow near the bottom; every start as a simulation of it alone ends."""
+    found = vc.basins(weak_motor(), {"angle": (0.0, TURN), "angle_rate": (-1.0, 12.0)}, 14, settle_periods=1000)
+    speeds = [TURN / each.motion.orbit.period if each.motion.orbit else 0.0 for each in found.attractors]
+    assert sorted(speeds) == pytest.approx([0.0, 2.33051823, 10.2588912], abs=1e-6)
     assert (found.label >= 0).all()
     draw = np.random.default_rng(2)
-    for i, k in zip(draw.integers(0, 24, 12), draw.integers(0, 24, 12), strict=True):
+    for i, k in zip(draw.integers(0, 14, 12), draw.integers(0, 14, 12), strict=True):
         start = {"angle": float(found.x[i]), "angle_rate": float(found.y[k])}
-        motion = vc.simulate(weak_motor(), periods=300, initial=start, tolerance=1e-8)
+        motion = vc.simulate(weak_motor(), periods=200, initial=start, tolerance=1e-8)
         speed = np.diff(motion.at([motion.end - 60.0, motion.end], "angle"))[0] / 60.0
-        period = found.attractors[found.label[i, k]].motion.orbit.period
-        assert speed == pytest.approx(TURN / period, abs=0.2)
+        assert speed == pytest.approx(speeds[found.label[i, k]], abs=0.2)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Ensembles and sweeps that settle by returns: cycles without a clock, measured over whole turns, each named for what it is."""
+"""Ensembles and sweeps that settle by returns: cycles without a clock, over whole turns, each by its name."""
 
 import math
 
@@ -107,9 +107,7 @@ def test_cycles_of_two_blocks_are_those_that_close():
     found = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=400, settle=SETTLE)
     assert found["response_period"].tolist() == [4, 5, 5]
     assert found["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-5)
-    sharp = vc.ensemble(
-        two_blocks(), over, measures=RESPONSE, initial=start, periods=600, settle=1e-8, tolerance=1e-11
-    )
+    sharp = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=600, settle=1e-8, tolerance=1e-11)
     assert sharp["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-7)
 
 
@@ -172,7 +170,8 @@ def turn_of_a_held_rotor():
 
     found = solve_ivp(rates, (0.0, 100.0), [0.1, 0.0], method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
     turns = 2.0 * math.pi * math.floor(found.y[0, -1] / (2.0 * math.pi))
-    ends = [brentq(lambda t, at=at: found.sol(t)[0] - at, 50.0, 100.0, xtol=1e-12) for at in (turns - 2 * math.pi, turns)]
+    places = turns - 2.0 * math.pi, turns
+    ends = [brentq(lambda t, at=at: found.sol(t)[0] - at, 50.0, 100.0, xtol=1e-12) for at in places]
     return ends[1] - ends[0]
 
 

@@ -83,11 +83,12 @@ def ensemble(
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods
-    (of a cycle with a period of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
-    where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
-    events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
-    defect; where works are measured, also what they lack of the energy that it stores.
+    (of a cycle with a period of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive
+    periods (-1 and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "word" an empty text)
+    where the run failed. A run is "not certified", and its measures are there, where evidence taken as it ran is
+    beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its events, and over its last response
+    (else its last period) the forces at rest, the sign of the velocity and the defect; where works are measured, also
+    what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.

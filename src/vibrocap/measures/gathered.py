@@ -144,7 +144,8 @@ class Gathered:
         words = np.array(found, dtype=str)[which]
         if not self.results.layout.returns:
             return words
-        return np.where(self.cycle_time > 0.0, np.array([_first_turned(word) for word in found], dtype=str)[which], words)
+        turned = np.array([_first_turned(word) for word in found], dtype=str)[which]
+        return np.where(self.cycle_time > 0.0, turned, words)
 
 
 def _first_turned(word: str) -> str:

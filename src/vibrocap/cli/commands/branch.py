@@ -236,4 +236,5 @@ def _print_basins(record: dict[str, Any]) -> None:
     length = "m" if "units" in record else ""
     for each in record["attractors"]:
         drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
-        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts (+- {each['share_error']:.2%}), {each['kind']}{drift}")
+        share = f"{each['share']:.2%} +- {each['share_error']:.2%}"
+        page.say(f"  attractor {each['index']}: {share} of the starts, {each['kind']}{drift}")

@@ -230,7 +230,8 @@ def _kept(out: Path) -> str:
 class Outcome:
     """How the runs of a study ended: by status, and how many of the finished ones settled (None: it was not asked).
 
-    became: how many of the finished ones became what, where the measure `outcome` was taken; dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
+    dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
+    became: how many of the finished ones became what, where the measure `outcome` was taken
     """
 
     sizes: Mapping[str, int]

@@ -72,3 +72,12 @@ def gaps(equations: Any, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
             if 0.0 < one < two < math.inf and math.log2(two / one) > 2.5:
                 found[node] = speed, round(math.log2(two / one))
     return found
+
+
+def place_of_returns(equations: Any) -> dict[str, Any]:
+    """Where a motion returns that comes to rest nowhere: a turn, or the largest value of the first coordinate."""
+    turns = dict(equations.turns)
+    moving = (i for i, rate in enumerate(equations.rates) if i != equations.cyclic_state and rate.value != 0.0)
+    place = next(iter(turns), None)
+    place = next(moving, 0) if place is None else place
+    return {"PLACE": place, "PLACE_TURN": float(turns.get(place, 0.0))}

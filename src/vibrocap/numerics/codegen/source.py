@@ -7,7 +7,7 @@ import operator
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.at_rest import gaps, rough
+from vibrocap.numerics.codegen.at_rest import gaps, place_of_returns, rough
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, slow_constants
@@ -17,15 +17,6 @@ from vibrocap.numerics.expressions.graph import Expression, derivative, reachabl
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-
-
-def _place(equations: Any) -> dict[str, Any]:
-    """Where a motion returns that comes to rest nowhere: a turn, or the largest value of the first coordinate."""
-    turns = dict(equations.turns)
-    moving = (i for i, rate in enumerate(equations.rates) if i != equations.cyclic_state and rate.value != 0.0)
-    place = next(iter(turns), None)
-    place = next(moving, 0) if place is None else place
-    return {"PLACE": place, "PLACE_TURN": float(turns.get(place, 0.0))}
 
 
 def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
@@ -51,7 +42,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "TURN_COUNT": len(equations.turns),
         "TURN_STATES": tuple(state for state, _ in equations.turns) or (-1,),
         "TURN_RADII": tuple(period / (2.0 * math.pi) for _, period in equations.turns) or (1.0,),
-        **_place(equations),
+        **place_of_returns(equations),
         "RETURNING": layout.returns,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,

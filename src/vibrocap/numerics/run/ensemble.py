@@ -14,7 +14,8 @@ from vibrocap.numerics.codegen.source import Integrands, generated_source, integ
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
+from vibrocap.numerics.kernel.gathered_entries import gathered_entries
+from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
 from vibrocap.numerics.run.motion import has_branches, sizes, start_sides

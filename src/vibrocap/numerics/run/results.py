@@ -65,7 +65,7 @@ class RunResults:
         return self.entry("LIFTED") if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
-        """[runs, numbers] of an entry of what was gathered over the window, see `memory_layout.gathered_entries`."""
+        """[runs, numbers] of an entry of what was gathered over the window, see `kernel/gathered_entries.py`."""
         return self.numbers[:, self.layout.gathered_slice(name)]
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:

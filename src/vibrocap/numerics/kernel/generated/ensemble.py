@@ -12,7 +12,7 @@ RESPONSE = SINCE = STEP = EVENT_CONTACT = DELAY = INVERSE_SCALE = THRESHOLD = RE
 RETURN_COUNT = LEFT = QUIET_SINCE = BY_PLACE = PASSED = PASSED_AT = BEGUN_AT = SETTLED_AT = 0
 RETURN_TIMES = RETURN_MARKS = 0
 
-# what it gathers over the window of a run, see `gathered_entries` there
+# what it gathers over the window of a run, see `gathered_entries.py`
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
 DEFECT = HOLD_SHARE = LEAST_VELOCITY = 0  # evidence that it is a motion of the equations

@@ -12,7 +12,15 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, PLACE_PASSED, RUNNING, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.kernel.codes import (
+    DONE,
+    GRAZE,
+    NOT_FINITE,
+    PLACE_PASSED,
+    RUNNING,
+    STEP_UNDERFLOW,
+    UNDECIDED,
+)
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (

@@ -5,8 +5,8 @@ stored motion; a kernel calls them at every mark of a run. Mark k, the state at 
 size with 0 for the cyclic coordinate, stands in a ring, in the place of mark k - MARK_COUNT. A coordinate that turns
 is the point of its circle, whose ordinate stands behind the states (`motion.section`).
 
-`marks` is the place of a ring: MARKS of the starts of periods; of a system that nothing drives in time there is another,
-of its returns to rest (`observe/returns.py`), which are to "returns" below what the starts are to "periods".
+`marks` is the place of a ring: MARKS of the starts of periods; of a system that nothing drives in time there is another
+one, of its returns (`observe/returns.py`), for which "period" below means a return.
 """
 
 import math
