@@ -134,7 +134,8 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        return not self.closes and self.status is not OrbitStatus.CONTRADICTED
+        nothing = OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.AT_REST
+        return self.status in nothing
 
     @property
     def closes(self) -> bool:

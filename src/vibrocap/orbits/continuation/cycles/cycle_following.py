@@ -11,6 +11,7 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.cycles.hopf_end import flow_across, hopf_at_end, is_smooth
 from vibrocap.orbits.continuation.cycles.stick_loss import stick_loss
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
+from vibrocap.orbits.continuation.special_points import Found, SpecialKind
 from vibrocap.orbits.maps.cycle_map import CycleMap
 
 STRETCH = 30  # points after which the section is looked at
@@ -77,7 +78,19 @@ def _followed_by_sections(
             continue
         closure, here = turned
         sign = 1.0
+        if special and _of_the_section(special[-1], len(points), here):
+            points.pop()
+            special.pop()
         points.append(here)
+
+
+def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> bool:
+    """Whether multipliers jump over the last step only, where the section has come to the end of its phase.
+
+    The same cycle has as many unstable ones as before where its section is set anew.
+    """
+    after, found = last
+    return after == count - 2 and found.kind is SpecialKind.JUMP and anew.unstable() == found.unstable[0]
 
 
 def _crossing(closure: CycleMap, way: Followed) -> Followed:
