@@ -9,8 +9,9 @@ import functools
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.exchange.stepped_case import SteppedCase
-from vibrocap.motion.equations import Equations, parameter_values
+from vibrocap.motion.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.machines.machine import Imposed
 
 COUNTED = ("stick", "slip_forward", "slip_back", "reversal")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
@@ -99,12 +100,12 @@ def series_order(tolerance: float) -> int:
     return 12 if tolerance >= 1e-11 else 16
 
 
-def has_branches(equations: Any) -> bool:
+def has_branches(equations: Equations) -> bool:
     """Whether law or machine has several branches, or anything ends a run or changes states at a reversal."""
     return bool(equations.guards)
 
 
-def sizes(equations: Any) -> dict[str, Any]:
+def sizes(equations: Equations) -> dict[str, Any]:
     """Of the memory: guards, coefficients of a segment, and what further contacts take."""
     corners = equations.corners
     return {
@@ -119,7 +120,7 @@ def sizes(equations: Any) -> dict[str, Any]:
     }
 
 
-def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
+def linked_motion(equations: Equations, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
     states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
     layout = Layout(1, states, states, order, parameters, **sizes(equations))
@@ -128,14 +129,14 @@ def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
 
 
 @functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
+def kernel(equations: Equations, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
     layout, text = linked_motion(equations, order)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 
 
 def recorded_run(
-    equations: Any,
+    equations: Equations,
     parameters: Sequence[float],
     initial: Sequence[float],
     period: float,
@@ -200,7 +201,7 @@ def recorded_run(
 
 
 def begun_memory(
-    equations: Any,
+    equations: Equations,
     layout: Layout,
     parameters: Sequence[float],
     initial: Sequence[float],
@@ -279,7 +280,7 @@ def _start_drive(
     return tables[0]
 
 
-def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
+def _start_contacts(equations: Equations, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
     """Sides at the start: those of the velocities; at rest, the kernel decides."""
     sides = start_sides(equations, floats[place["TIME"]], initial, parameters)
     for i, (each, side) in enumerate(zip(equations.contacts, sides, strict=True)):
@@ -293,7 +294,7 @@ def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial
             ints[place["ZEROS"] + i] = 1
 
 
-def start_sides(equations: Any, time: Any, states: Any, parameters: Any) -> list:
+def start_sides(equations: Equations, time: Any, states: Any, parameters: Any) -> list:
     """Sides of all contacts where a run starts, of numbers or arrays; 0 where one is at rest.
 
     A velocity that is no state is zero to rounding only, as where a motion is taken up again while a further contact

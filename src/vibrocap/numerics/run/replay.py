@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
@@ -17,7 +18,7 @@ from vibrocap.numerics.run.results import RunResults
 
 
 def replayed(
-    equations: Any,
+    equations: Equations,
     parameters: Sequence[float],
     motion: Any,
     window: int,
@@ -101,7 +102,7 @@ def _near_lift_off(motion: Any) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=16)
-def _hooks(equations: Any, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
+def _hooks(equations: Equations, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
     layout, text = ensemble_source(equations, order, 1, integrands)
     names = plain_kernel(text)
     names["VELOCITY_JUMPS"] = False  # the side of the contact is that of the stored pieces
