@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.measures.travel import travelling
 from vibrocap.numerics.api import RunResults
+from vibrocap.physics import events
 from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
@@ -70,12 +71,12 @@ class Gathered:
         strikes the stop more often than it leaves it.
         """
         names = self.system.placed.switch_events
-        if "impact" not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+        if events.IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
         counts = self.results.entries("OCCURRED")
         names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
-        struck = counts[:, [name == "impact" for name in names]].sum(axis=1)
-        opened = counts[:, [name == "stop_opened" for name in names]].sum(axis=1)
+        struck = counts[:, [name == events.IMPACT for name in names]].sum(axis=1)
+        opened = counts[:, [name == events.STOP_OPENED for name in names]].sum(axis=1)
         rigid = IMPACT in self.system.placed.channels
         return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
 

@@ -13,6 +13,7 @@ from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
@@ -86,7 +87,7 @@ def _standard_measures(
         *FRICTION,
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
-        *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
+        *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if system is None or "reaction" in equations(system).observables else ()),
     ]

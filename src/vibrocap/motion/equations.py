@@ -19,7 +19,8 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_o
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
-from vibrocap.physics.flow import LOCATED, Flow
+from vibrocap.physics.events import LOCATED
+from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table

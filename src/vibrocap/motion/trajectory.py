@@ -33,8 +33,6 @@ from vibrocap.results import Result, Rows
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 12, 14 or 65 points
-# What may happen at each contact, in the order of the numbers of `codes`.
-CONTACT_EVENTS = ("stick", "slip_forward", "slip_back", "reversal")
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
@@ -45,12 +43,8 @@ GAUSS_NODES = 12  # per piece; a piece is short against the distance to the near
 class Event(Dimensional):
     """A change of the contact, located to rounding level.
 
-    kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
-    sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
-    inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached" and "ambiguous_contacts" (the run
-    ends: no load is left, it no longer follows from the forces, a stop is reached that ends it, or which contacts rest
-    is no longer certain).
+    kind: "stick", "slip_forward", "impact" and so on; what each means is told in `physics/events.py`. Of a further
+    contact its number stands behind it: "stick_2".
     contact: its number, 1 for the first; 0 of what happens at none
     """
 

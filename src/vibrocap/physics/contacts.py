@@ -27,6 +27,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from vibrocap.physics.events import AMBIGUOUS, LIFT_OFF
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Contact
 
@@ -287,7 +288,7 @@ class Contacts:
                 rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
             ways.append(rows)
         found = tuple(determinant(rows) for rows in itertools.product(*ways))
-        return (*loads, *found), ("lift_off",) * len(loads) + ("ambiguous_contacts",) * len(found)
+        return (*loads, *found), (LIFT_OFF,) * len(loads) + (AMBIGUOUS,) * len(found)
 
 
 def _own_share(each: RubbingContact):

@@ -5,15 +5,11 @@ from typing import Any
 
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.events import AMBIGUOUS, BOUNDS
 from vibrocap.physics.machines.machine import Contact, Imposed
 from vibrocap.physics.states import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
-
-# Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
-# balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
-LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,7 +127,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
     ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
     own_kinds = (0, 1, 2)
     if others:  # a contact among others: what is a paradox alone leaves them without one answer
-        own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
+        own_kinds = (BOUNDS.index(AMBIGUOUS), 1, 2)
         more, more_kinds = contacts.bounds([each.normal for each in further])
         ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
     outer_force = machine.outer_force(t, mechanical, drive)

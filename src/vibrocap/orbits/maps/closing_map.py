@@ -13,6 +13,7 @@ from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
@@ -243,7 +244,7 @@ class ClosingMap:
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""
-        if "impact" not in self.system.machine.switch_events:
+        if IMPACT not in self.system.machine.switch_events:
             return [NO_STOPS] * len(ended)
         return self._gathered(ended).impacts.tolist()
 
