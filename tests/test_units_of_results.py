@@ -167,11 +167,11 @@ def test_measures_are_in_si_and_say_their_units(motions):
     assert vc.drift(found) == pytest.approx(vc.drift(plain) * METRE, **CLOSE)
     assert vc.stick_fraction(found) == vc.stick_fraction(plain)
     assert vc.stick_phases(found).longest == pytest.approx(vc.stick_phases(plain).longest * SECOND, **CLOSE)
-    names = ("mean_velocity", "drive_work", "word")
+    names = ("mean_velocity", "drive_work", "mode_sequence")
     taken, known = vc.measured(found, names), vc.measured(plain, names)
     assert taken["mean_velocity"] == pytest.approx(known["mean_velocity"] * SPEED, **CLOSE)
     assert taken["drive_work"] == pytest.approx(known["drive_work"] * NEWTON * METRE, **CLOSE)
-    assert taken["word"] == known["word"]
+    assert taken["mode_sequence"] == known["mode_sequence"]
 
 
 def test_a_measure_of_ones_own_is_in_the_unit_that_it_declares(motions):
@@ -233,7 +233,7 @@ def test_orbits_are_in_si_and_say_their_units(orbits):
     assert found.derivative == pytest.approx(plain.derivative * scales[:, None] / scales, rel=1e-13, abs=1e-13)
     assert found.motion()["position"][-1] == pytest.approx(found.drift, rel=1e-9)
     assert found.to_pandas()["position"].iloc[-1] == found.motion()["position"][-1]
-    assert (found.word, found.stable) == (plain.word, plain.stable)
+    assert (found.mode_sequence, found.stable) == (plain.mode_sequence, plain.stable)
     assert f"period {found.period:.10g} s" in repr(found)
     assert f"drift {found.drift:.10g} m, mean velocity {found.mean_velocity:.6g} m/s" in found._repr_html_()
     assert found.dimensionless == plain

@@ -60,7 +60,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.measures.measure import Measure
     from vibrocap.measures.response import ResponseClass, response_class
     from vibrocap.measures.settling import Settling, settling
-    from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
+    from vibrocap.measures.sticking import StickPhases, mode_sequence, stick_fraction, stick_phases
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
@@ -92,7 +92,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         equilibrium_branch,
     )
     from vibrocap.orbits.equilibria.following import EquilibriumEnd
-    from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.orbits.maps.itinerary import ModeChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.controllers.pid import (
@@ -211,7 +211,7 @@ __all__ += ["border", "ensemble"]
 # measures
 __all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "winding", "MeanVelocity"]
 __all__ += ["settling", "Settling", "response_class", "ResponseClass", "energy_balance", "EnergyBalance"]
-__all__ += ["stick_fraction", "stick_phases", "StickPhases", "word", "friction_loop", "FrictionLoop"]
+__all__ += ["stick_fraction", "stick_phases", "StickPhases", "mode_sequence", "friction_loop", "FrictionLoop"]
 __all__ += ["friction_curve", "FrictionCurve", "frictional_limits", "FrictionalLimits", "boundary_velocity"]
 __all__ += ["offset_points", "steady_friction", "steady_slope"]
 # friction laws under test
@@ -271,7 +271,7 @@ __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "Smoothe
 __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
-__all__ += ["SpecialKind", "WordChange", "branch_dataset"]
+__all__ += ["SpecialKind", "ModeChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]

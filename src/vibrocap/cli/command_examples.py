@@ -25,7 +25,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "sweep": (
         "vibrocap sweep case.toml --over drive.amplitude=1:3:20 --out line",
         "vibrocap sweep case.toml --over machine.mass_ratio=log:0.2:8:20"
-        " --over drive.amplitude=1:3:10 --measure mean_velocity,word --out map",
+        " --over drive.amplitude=1:3:10 --measure mean_velocity,mode_sequence --out map",
         "vibrocap sweep case.toml --over friction.law=lugre,dahl --export laws.csv",
     ),
     "verify": ("vibrocap verify map",),

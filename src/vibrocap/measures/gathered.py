@@ -86,14 +86,14 @@ class Gathered:
         return np.full(len(self.results), np.nan)
 
     @property
-    def words(self) -> np.ndarray:
-        """The word of the last period of each window, an array of text; see `measures.sticking.word`."""
+    def mode_sequences(self) -> np.ndarray:
+        """Mode sequences of the last period of each window, an array of text; see `sticking.mode_sequence`."""
         sequences, which = self.results.letters()
-        return np.array([_word(*sequence) for sequence in sequences], dtype=str)[which]
+        return np.array([_letters(*sequence) for sequence in sequences], dtype=str)[which]
 
 
-def _word(sides: tuple[int, ...], complete: bool) -> str:
-    """The word of a sequence of sides."""
+def _letters(sides: tuple[int, ...], complete: bool) -> str:
+    """The mode sequence, in letters, of a sequence of sides."""
     letters = [LETTERS[side] for side in sides]
     if not complete:
         return "".join(letters) + "..."  # there is no telling how the period ends

@@ -10,7 +10,7 @@ import functools
 
 import numpy as np
 
-from vibrocap.numerics.kernel.codes import WORD_PLACES
+from vibrocap.numerics.kernel.codes import MODE_PLACES
 
 # Entries of `ints`, one number per lane each, or per contact of the lane.
 INT_ENTRIES = (
@@ -177,7 +177,7 @@ def gathered_entries(
         ("LETTER_SIDE", 1),  # of the present phase of the last period
         ("LETTER_LENGTH", 1),
         ("LETTER_COUNT", 1),
-        ("LETTERS", WORD_PLACES),
+        ("LETTERS", MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
         ("HOLD_SHARE", 1),
