@@ -95,6 +95,11 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.maps.itinerary import WordChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.controllers.computed_torque import (
+        AngleComputedTorque,
+        PositionComputedForce,
+        StrokeComputedTorque,
+    )
     from vibrocap.physics.controllers.pid import (
         AnglePID,
         PositionPID,

@@ -6,7 +6,8 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.controllers.controller import ControlledMachine, Controller
+from vibrocap.physics.controlled_machine import ControlledMachine
+from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment

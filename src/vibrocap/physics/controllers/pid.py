@@ -4,6 +4,7 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.controllers.controller import (
     LIMIT_EVENTS,
+    SATURATED,
     Controller,
     NonNegative,
     Positive,
@@ -13,7 +14,7 @@ from vibrocap.physics.controllers.controller import (
 )
 from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 
-INTEGRAL, SATURATED = "integral_command", "command_saturated"
+INTEGRAL = "integral_command"
 HELD, PENDING, SAMPLING = "held_command", "pending_command", "sampling"
 OWN = "own"  # what is measured where nothing else is said
 

@@ -1,0 +1,165 @@
+"""Computed torque: a motion is tracked exactly, with the force or torque that the machine's own equations ask for."""
+
+from typing import Any, ClassVar, Literal
+
+from vibrocap.physics.controllers.controller import (
+    LIMIT_EVENTS,
+    SATURATED,
+    Controller,
+    NonNegative,
+    Number,
+    Positive,
+    cos,
+    parameter,
+    parameters,
+    sin,
+)
+
+OWN = "own"  # what is tracked where nothing else is said
+
+
+class ComputedTorque(Controller):
+    """The acceleration of what is tracked is that of the reference, and what the errors ask for besides.
+
+        y'' = r'' + K_D (r' - y') + K_P (r - y)
+
+    by the force or torque that gives it under the friction at the contacts, whether they slide or rest (Spong,
+    Hutchinson and Vidyasagar 2006, section 8.3; Spong 1994 where other coordinates move along). The controller knows
+    the machine, its loads and its friction; it does not know the drag of an environment on masses that rub on nothing.
+    On its reference y stays there; from elsewhere the error falls as the two gains say, whatever the contacts do. A
+    limit of the force or torque is reached and left at located events. Where the slope of the reference jumps, its
+    curvature has an impulse, which is left out.
+    """
+
+    proportional_gain: Any
+    derivative_gain: Any
+    limit: Any
+    measured: Any
+
+    orders: ClassVar[Literal["effort", "acceleration"]] = "acceleration"
+    source: ClassVar[str] = "spong2006; spong1994"
+    all_states: ClassVar = (SATURATED,)
+
+    @property
+    def uses_slope(self) -> bool:
+        """Always."""
+        return True
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Whether the limit holds, where there is one."""
+        return () if self.limit is None else (SATURATED,)
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """The same."""
+        return self.states
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
+
+    def own_measured(self, machine) -> str:
+        """The state that is tracked where nothing else is said."""
+        raise NotImplementedError
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state and its rate."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return name, f"{name}_rate"
+
+    def accelerated(self, machine) -> str:
+        """The state that is its rate."""
+        return self.measures(machine)[1]
+
+    def tracked(self, measured) -> tuple:
+        """(y, y')."""
+        return measured
+
+    def command(self, t, measured, own, reference, slope):
+        """K_D (r' - y') + K_P (r - y)."""
+        place, rate = self.tracked(measured)
+        return self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
+
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """A limit is no quantity."""
+        return (0.0,) * len(own)
+
+
+STIFFNESS = parameter(1.0, "K_P", "acceleration per error, the square of its natural frequency", unit="1/s^2")
+DAMPING = parameter(2.0, "K_D", "acceleration per rate of error", unit="1/s")
+LIMIT = parameter(None, "u_max", "largest force or torque; none where there is no limit", "effort")
+
+
+@parameters
+class AngleComputedTorque(ComputedTorque):
+    """Computed torque of an angle, such as that of a pendulum or a rotor; the reference is the angle wanted."""
+
+    proportional_gain: NonNegative = STIFFNESS
+    derivative_gain: NonNegative = DAMPING
+    limit: Positive | None = LIMIT
+    measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
+
+    name: ClassVar[str] = "angle-computed-torque"
+    reference: ClassVar = "number"
+
+    def own_measured(self, machine) -> str:
+        """The angle."""
+        return "angle"
+
+
+@parameters
+class StrokeComputedTorque(ComputedTorque):
+    """Computed torque of a pendulum's stroke sin(theta) - s_0, the displacement of its bob along the line.
+
+    The reference is the stroke wanted, which moves the capsule as the displacement of an inner mass does (`crawler`):
+
+        theta'' = [(sin theta)'' + sin(theta) theta'^2] / cos(theta)
+
+    Without a limit and on its reference the capsule is the pendulum crawler of that motion. sin(theta) is to stay within
+    1, where the pendulum lies.
+    """
+
+    proportional_gain: NonNegative = STIFFNESS
+    derivative_gain: NonNegative = DAMPING
+    limit: Positive | None = LIMIT
+    origin: Number = parameter(0.0, "s_0", "sin(theta) from which the stroke counts")
+    measured: str = parameter(OWN, "theta", "the angle whose sine is tracked; own: the state angle of the machine")
+
+    name: ClassVar[str] = "stroke-computed-torque"
+    reference: ClassVar = "number"
+
+    def own_measured(self, machine) -> str:
+        """The angle."""
+        return "angle"
+
+    def tracked(self, measured) -> tuple:
+        """(sin(theta) - s_0, cos(theta) theta')."""
+        angle, rate = measured
+        return sin(angle) - self.origin, cos(angle) * rate
+
+    def rate_for(self, measured, acceleration):
+        """theta''."""
+        angle, rate = measured
+        return (acceleration + sin(angle) * (rate * rate)) / cos(angle)
+
+
+@parameters
+class PositionComputedForce(ComputedTorque):
+    """Computed force of a displacement, such as that of a mass in its capsule; the reference is the one wanted.
+
+    It cannot be the place of a body that rubs: its friction would be cancelled, at rest as well.
+    """
+
+    proportional_gain: NonNegative = STIFFNESS
+    derivative_gain: NonNegative = DAMPING
+    limit: Positive | None = LIMIT
+    measured: str = parameter(OWN, "z", "the state that is tracked; own: the first state of the machine")
+
+    name: ClassVar[str] = "position-computed-force"
+    reference: ClassVar = "displacement"
+
+    def own_measured(self, machine) -> str:
+        """The first state."""
+        return machine.states[0]
