@@ -252,6 +252,7 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 __all__ += ["Actuator", "Environment"]
 # what controls it
 __all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
+__all__ += ["AngleComputedTorque", "PositionComputedForce", "StrokeComputedTorque"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines

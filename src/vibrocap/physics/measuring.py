@@ -4,9 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, listed, suggestion
+from vibrocap.physics.controllers.controller import SIDE
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.units import DRIVE_UNITS, state_units
+
+SAMPLE = 0.3  # every state, where it is tried what a command does
+CANCELLED = 1e-12  # response of a contact to its own friction, below which that is gone
 
 
 def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
@@ -28,6 +32,8 @@ def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
     if shared := taken.intersection(controller.states):
         raise ArgumentError("controller", f"has the state {min(shared)}, as the {machine.name} has")
     _check_measured(parts, placed.machine)
+    if controller.orders == "acceleration":
+        _check_accelerated(parts, placed)
 
 
 def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
@@ -36,7 +42,7 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
     wanted = "rad" if controller.reference == "number" else DRIVE_UNITS[controller.reference]
     units = state_units({**parts, "controller": None})
     own = [name for name in machine.states if name not in machine.switched]
-    names = controller.measures(behind)
+    names = [name for name in controller.measures(behind) if name != SIDE]
     for name in names:
         state = name.removesuffix("_rate")
         if name not in own and state not in own:
@@ -47,10 +53,39 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
         useful = [each for each in own if units[each] == wanted]
         what = f"should be a state in {wanted} with a {controller.name}, got {names[0]!r} in {units[names[0]]}"
         raise ArgumentError("controller.measured", f"{what}; there is {listed(useful, ' or ')}" if useful else what)
-    still, at = (0.0,) * len(machine.contact_states), (0.0, (0.3,) * len(behind.states))
+    still, at = (0.0,) * len(machine.contact_states), (0.0, (SAMPLE,) * len(behind.states))
     low, high = (behind.rates(*at, u, still) for u in (0.0, 1.0))
     for name in (name for name in names if name not in own):
         place = behind.states.index(name.removesuffix("_rate"))
         if low[place] != high[place]:
             what = f"should not be a state whose rate the command decides, got {name.removesuffix('_rate')!r}"
             raise ArgumentError("controller.measured", f"{what}; leave out derivative_gain, or measure a place")
+
+
+def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
+    """ArgumentError for a controller that orders an acceleration which the command cannot give by itself."""
+    machine, controller, drive, behind = parts["machine"], parts["controller"], parts["drive"], placed.machine
+    if type(drive).curvature is Drive.curvature:
+        what = f"does not say its curvature, which the {controller.name} asks for"
+        raise ArgumentError("drive", f"the waveform {drive.name} {what}")
+    if parts.get("actuator") is not None:
+        what = f"with a {controller.name}, whose command has to act on the acceleration at once"
+        raise ArgumentError("actuator", f"should be left out {what}")
+    state, still = controller.accelerated(behind), (0.0,) * len(machine.contact_states)
+    if state not in machine.states:
+        what = f"the {machine.name} has no state {state!r} that the command accelerates"
+        raise ArgumentError("controller.measured", f"should have a rate that is a state: {what}")
+    if any({state, state.removesuffix("_rate")} & {*names} for names in machine.locked.values()):
+        what = f"a stop of the {machine.name} holds it against any command"
+        raise ArgumentError("controller.measured", f"should not be {state.removesuffix('_rate')!r}: {what}")
+    y = (SAMPLE,) * len(behind.states)
+    if len({behind.outer_force(0.0, y, u) for u in (0.0, 1.0)}) > 1:
+        what = f"the command of a {controller.name} has to act within the machine, not on it from outside"
+        raise ArgumentError("controller", f"{what}, as the drive of this {machine.name} does")
+    place = machine.states.index(state)
+    if len({behind.rates(0.0, y, u, still)[place] for u in (0.0, 1.0)}) == 1:
+        raise ArgumentError("controller.measured", f"the command does not accelerate {state.removesuffix('_rate')!r}")
+    given = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
+    if any(abs(each.response[i]) <= CANCELLED for i, each in enumerate(given)):
+        what = "the command would cancel the friction on its own body, at rest as well"
+        raise ArgumentError("controller.measured", f"should not be the place of a body that rubs: {what}")
