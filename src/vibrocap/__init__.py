@@ -100,6 +100,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         PositionComputedForce,
         StrokeComputedTorque,
     )
+    from vibrocap.physics.controllers.friction_observer import FrictionObserver
     from vibrocap.physics.controllers.pid import (
         AnglePID,
         PositionPID,
@@ -252,7 +253,7 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 __all__ += ["Actuator", "Environment"]
 # what controls it
 __all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
-__all__ += ["AngleComputedTorque", "PositionComputedForce", "StrokeComputedTorque"]
+__all__ += ["AngleComputedTorque", "FrictionObserver", "PositionComputedForce", "StrokeComputedTorque"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines

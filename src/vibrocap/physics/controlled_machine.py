@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.physics.controllers.controller import SATURATED, SIDE
+from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
 from vibrocap.physics.inverse_dynamics import Effort, contacts_under, effort_for
 from vibrocap.physics.limits import HELD_AFTER, limit_guards
 
@@ -33,7 +33,7 @@ class ControlledMachine:
     def measured_states(self) -> tuple[str, ...]:
         """The states on which the command depends by what is measured."""
         names, states = self.controller_part.measures(self.machine), self.machine.states
-        return tuple(name if name in states else name.removesuffix("_rate") for name in names if name != SIDE)
+        return tuple(name if name in states else name.removesuffix("_rate") for name in names if name not in (SIDE, CURVATURE))
 
     def sliding(self, sides: tuple) -> "ControlledMachine":
         """The same while its contacts slide to these sides."""
@@ -72,6 +72,8 @@ class ControlledMachine:
         for name in self.controller_part.measures(self.machine):
             if name == SIDE:
                 found.append(self.sides[0])
+            elif name == CURVATURE:
+                found.append(self.reference_part.curvature(t))
             elif name in self.machine.states:
                 found.append(mechanical[self.machine.states.index(name)])
             else:
@@ -88,12 +90,10 @@ class ControlledMachine:
     def _effort(self, t, y, reference) -> tuple[tuple, Effort, Effort]:
         """(states of the machine, u before its limit, u), of a controller that orders an acceleration."""
         part, (mechanical, own) = self.controller_part, self._parted(y)
-        given = self._given(t, y, reference)
         place = self.machine.states.index(part.accelerated(self.machine))
-        wanted = part.rate_for(given[1], self.reference_part.curvature(t) + part.command(*given))
         raw = effort_for(
             lambda u, frictions: self.machine.rates(t, mechanical, u, frictions)[place],
-            wanted,
+            part.command(*self._given(t, y, reference)),
             len(self.machine.contact_states),
         )
         held = dict(zip(part.states, own, strict=True)).get(SATURATED)

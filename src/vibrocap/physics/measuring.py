@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, listed, suggestion
-from vibrocap.physics.controllers.controller import SIDE
+from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.units import DRIVE_UNITS, state_units
@@ -22,9 +22,10 @@ def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
     if isinstance(machine, Imposed):
         what = f"imposes a motion on the {machine.name}, whatever force that takes"
         raise ArgumentError("controller", f"should be left out: the drive {what}")
-    if controller.uses_slope and type(drive).slope is Drive.slope:
-        what = f"does not say its slope, which the {controller.name} asks for"
-        raise ArgumentError("drive", f"the waveform {drive.name} {what}")
+    for asked, name in ((controller.uses_slope, "slope"), (CURVATURE in controller.measures(placed.machine), "curvature")):
+        if asked and getattr(type(drive), name) is getattr(Drive, name):
+            what = f"does not say its {name}, which the {controller.name} asks for"
+            raise ArgumentError("drive", f"the waveform {drive.name} {what}")
     if "controller" in machine.channels:
         raise ArgumentError("controller", "is a channel of energy of the machine itself; give that another name")
     actuator = parts.get("actuator")
@@ -42,7 +43,7 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
     wanted = "rad" if controller.reference == "number" else DRIVE_UNITS[controller.reference]
     units = state_units({**parts, "controller": None})
     own = [name for name in machine.states if name not in machine.switched]
-    names = [name for name in controller.measures(behind) if name != SIDE]
+    names = [name for name in controller.measures(behind) if name not in (SIDE, CURVATURE)]
     for name in names:
         state = name.removesuffix("_rate")
         if name not in own and state not in own:
@@ -55,6 +56,10 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
         raise ArgumentError("controller.measured", f"{what}; there is {listed(useful, ' or ')}" if useful else what)
     still, at = (0.0,) * len(machine.contact_states), (0.0, (SAMPLE,) * len(behind.states))
     low, high = (behind.rates(*at, u, still) for u in (0.0, 1.0))
+    contact = behind.states.index(machine.contact_states[0])
+    if SIDE in controller.measures(behind) and (machine.effort != "force" or not low[contact] < high[contact]):
+        what = f"a {controller.name}, which compensates the friction there; got the {machine.name}"
+        raise ArgumentError("machine", f"should be one whose first contact is pushed by the command, with {what}")
     for name in (name for name in names if name not in own):
         place = behind.states.index(name.removesuffix("_rate"))
         if low[place] != high[place]:
@@ -64,10 +69,7 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
 
 def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
     """ArgumentError for a controller that orders an acceleration which the command cannot give by itself."""
-    machine, controller, drive, behind = parts["machine"], parts["controller"], parts["drive"], placed.machine
-    if type(drive).curvature is Drive.curvature:
-        what = f"does not say its curvature, which the {controller.name} asks for"
-        raise ArgumentError("drive", f"the waveform {drive.name} {what}")
+    machine, controller, behind = parts["machine"], parts["controller"], placed.machine
     if parts.get("actuator") is not None:
         what = f"with a {controller.name}, whose command has to act on the acceleration at once"
         raise ArgumentError("actuator", f"should be left out {what}")

@@ -3,7 +3,9 @@
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.controllers.controller import (
+    CURVATURE,
     LIMIT_EVENTS,
+    OWN,
     SATURATED,
     Controller,
     NonNegative,
@@ -14,8 +16,6 @@ from vibrocap.physics.controllers.controller import (
     parameters,
     sin,
 )
-
-OWN = "own"  # what is tracked where nothing else is said
 
 
 class ComputedTorque(Controller):
@@ -65,22 +65,20 @@ class ComputedTorque(Controller):
         raise NotImplementedError
 
     def measures(self, machine) -> tuple[str, ...]:
-        """The state and its rate."""
+        """The state and its rate, and r''."""
         name = self.own_measured(machine) if self.measured == OWN else self.measured
-        return name, f"{name}_rate"
+        return name, f"{name}_rate", CURVATURE
 
     def accelerated(self, machine) -> str:
         """The state that is its rate."""
         return self.measures(machine)[1]
 
-    def tracked(self, measured) -> tuple:
-        """(y, y')."""
-        return measured
-
     def command(self, t, measured, own, reference, slope):
-        """K_D (r' - y') + K_P (r - y)."""
-        place, rate = self.tracked(measured)
-        return self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
+        """r'' + K_D (r' - y') + K_P (r - y), the acceleration of the state."""
+        return self._ordered(*measured, reference, slope)
+
+    def _ordered(self, place, rate, curvature, reference, slope):
+        return curvature + self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
         """A limit is no quantity."""
@@ -134,15 +132,11 @@ class StrokeComputedTorque(ComputedTorque):
         """The angle."""
         return "angle"
 
-    def tracked(self, measured) -> tuple:
-        """(sin(theta) - s_0, cos(theta) theta')."""
-        angle, rate = measured
-        return sin(angle) - self.origin, cos(angle) * rate
-
-    def rate_for(self, measured, acceleration):
-        """theta''."""
-        angle, rate = measured
-        return (acceleration + sin(angle) * (rate * rate)) / cos(angle)
+    def command(self, t, measured, own, reference, slope):
+        """theta'', by which sin(theta) has the acceleration that is ordered."""
+        angle, rate, curvature = measured
+        ordered = self._ordered(sin(angle) - self.origin, cos(angle) * rate, curvature, reference, slope)
+        return (ordered + sin(angle) * (rate * rate)) / cos(angle)
 
 
 @parameters

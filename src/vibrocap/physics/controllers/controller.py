@@ -2,22 +2,32 @@
 
 from typing import Any, ClassVar, Literal
 
+from pydantic import model_validator
+
 from vibrocap.physics.elementary import cos, exp, sin, sqrt
+from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 
 __all__ = [
     "Controller",
+    "Linear",
     "NonNegative",
     "Number",
     "Positive",
     "cos",
     "exp",
+    "model_validator",
     "parameter",
     "parameters",
     "sin",
     "sqrt",
 ]
+
+INTEGRAL, SATURATED = "integral_command", "command_saturated"
+LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
+SIDE, CURVATURE = "side", "reference_curvature"  # what may be measured besides states and their rates
+OWN = "own"  # what is measured where nothing else is said
 
 
 class Controller(Part):
@@ -38,9 +48,8 @@ class Controller(Part):
     states is then whether a sample or an action came last, +1 or -1; `after_sample` and `after_action` say what the
     others are after each, and `command` is one of them.
     orders: "effort", or "acceleration" of one whose command is turned into a force or torque by the machine's own
-    equations and the friction forces that act at its contacts (`inverse_dynamics.py`). Its command then is what it adds
-    to the acceleration r'' of the reference; `accelerated` names the state whose rate is decided so, `rate_for` says
-    what that rate should be, and `limit` and the state `command_saturated` limit the force or torque, not the command.
+    equations and the friction forces that act at its contacts (`inverse_dynamics.py`). Its command then is the rate of
+    the state that `accelerated` names, and `limit` and the state `command_saturated` limit the force or torque.
     """
 
     name: ClassVar[str]
@@ -58,25 +67,17 @@ class Controller(Part):
     limit: Any
 
     def measures(self, machine: Any) -> tuple[str, ...]:
-        """What it measures of a machine: names of states ("position"), or of their rates ("position_rate"), or `SIDE`,
-        the side to which its first contact slides: 1 or -1, at rest 0.
+        """What it measures of a machine: names of states ("position"), or of their rates ("position_rate"), which must
+        not depend on the command.
 
-        A rate must not depend on the command.
+        Besides, `SIDE`: the side to which its first contact slides, 1 or -1, at rest 0 or, of a contact that cannot
+        rest, one of the two; and `CURVATURE`: the curvature r'' of the reference.
         """
         raise NotImplementedError
-
-    @property
-    def uses_curvature(self) -> bool:
-        """Whether it asks for the curvature of the reference as well."""
-        return self.orders == "acceleration"
 
     def accelerated(self, machine: Any) -> str:
         """Of one that orders an acceleration: the state of the machine whose rate it decides."""
         raise NotImplementedError
-
-    def rate_for(self, measured, acceleration):
-        """Of one that orders an acceleration: the rate of that state with which what is measured has it."""
-        return acceleration
 
     @property
     def uses_slope(self) -> bool:
@@ -112,5 +113,81 @@ class Controller(Part):
         raise NotImplementedError
 
 
-SATURATED, SIDE = "command_saturated", "side"
-LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
+
+
+class Linear(Controller):
+    """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
+
+        u_raw = K_P e + K_D (r' - y') + S,     u = u_raw cut off at +-u_max,     S' = K_I [e + a (u - u_raw)]
+
+    With a > 0 the integral does not wind up: the excess of the command is fed back to it, with the tracking time
+    1/(a K_I) (Astrom and Hagglund, Advanced PID Control, 2006, section 3.5). The limit is reached and left at located
+    events, so that no step crosses a corner of u. S starts at 0 unless the start says otherwise.
+    """
+
+    proportional_gain: Any
+    integral_gain: Any
+    anti_windup: Any
+    limit: Any
+    measured: str
+
+    source: ClassVar[str] = "astrom2006"
+    all_states: ClassVar = (INTEGRAL, SATURATED)
+    effort_states: ClassVar = (INTEGRAL,)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """S, then whether the limit holds where there is one."""
+        return INTEGRAL, *self.switched
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """1 or -1 while the limit holds, 0 while it does not."""
+        return () if self.limit is None else (SATURATED,)
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
+
+    def own_measured(self, machine) -> str:
+        """The state that is measured where nothing else is said."""
+        raise NotImplementedError
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state, and its rate where it is differentiated."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return (name, f"{name}_rate") if self.uses_slope else (name,)
+
+    @property
+    def uses_slope(self) -> bool:
+        """Whether there is a K_D."""
+        return getattr(self, "derivative_gain", None) is not None
+
+    def _raw(self, measured, own, reference, slope):
+        raw = self.proportional_gain * (reference - measured[0]) + own[0]
+        return raw + self.derivative_gain * (slope - measured[1]) if len(measured) > 1 else raw  # type: ignore[attr-defined]
+
+    def command(self, t, measured, own, reference, slope):
+        """u."""
+        raw = self._raw(measured, own, reference, slope)
+        return raw if self.limit is None else limited(own[1], raw, self.limit)
+
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """S' = K_I [e + a (u - u_raw)]."""
+        error = reference - measured[0]
+        if self.limit is None:
+            return (self.integral_gain * error,)
+        excess = own[1] * own[1] * (own[1] * self.limit - self._raw(measured, own, reference, slope))
+        return self.integral_gain * (error + self.anti_windup * excess), 0.0
+
+    def switches(self, t, measured, own, reference, slope) -> tuple:
+        """Those of the limit."""
+        if self.limit is None:
+            return ()
+        raw = self._raw(measured, own, reference, slope)
+        return limit_guards(own[1], raw, raw, self.limit)
+
+    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
+        """S as it was."""
+        return own[0], HELD_AFTER[which]
