@@ -14,7 +14,7 @@ from vibrocap.cli.main import main
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.motion.equations import equations
 from vibrocap.physics.catalogue import unregister
-from vibrocap.physics.controllers.pid import SATURATED
+from vibrocap.physics.controllers.controller import SATURATED
 from vibrocap.physics.part_files import load_parts
 
 GAINS = {"proportional_gain": 3.0, "integral_gain": 4.0, "derivative_gain": 6.0}

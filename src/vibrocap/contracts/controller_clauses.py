@@ -10,14 +10,22 @@ from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 20
-KINDS = {"displacement": "oscillator", "speed": "oscillator", "number": "pendulum-capsule"}  # what each is tried on
-TOLD = ("displacement", "acceleration")  # tried on a mass that rubs on nothing
+KINDS = ("displacement", "speed", "number")  # of references
+TRIED = ("oscillator", "two-mass-capsule", "pendulum-capsule")  # on the first that has what it measures
 
 
 def machine_for(controller: Any) -> Any:
     """A machine of the package that has what a controller measures."""
-    kind = "two-mass-capsule" if (controller.reference, controller.orders) == TOLD else KINDS[controller.reference]
-    return machines()[kind]()
+    tried = [machines()[kind]() for kind in TRIED]
+    return next((machine for machine in tried if not _unknown(controller, machine)), tried[0])
+
+
+def _unknown(controller: Any, machine: Any) -> list[str]:
+    """What it measures or accelerates that a machine has not."""
+    names = [name for name in controller.measures(machine) if name.removesuffix("_rate") not in (SIDE, CURVATURE)]
+    found = [name for name in names if name.removesuffix("_rate") not in machine.states]
+    told = [controller.accelerated(machine)] if controller.orders == "acceleration" else []
+    return [*found, *(name for name in told if name not in machine.states)]
 
 
 def declarations(controller: Any) -> str | None:
@@ -35,8 +43,7 @@ def declarations(controller: Any) -> str | None:
         return f"effort_states: should be named by states, got {missing[0]!r}"
     machine = machine_for(controller)
     names = controller.measures(machine)
-    known = (*machine.states, SIDE, CURVATURE)
-    unknown = [name for name in names if name.removesuffix("_rate") not in known]
+    unknown = _unknown(controller, machine)
     if unknown or not names:
         what = f"got {unknown[0]!r}" if unknown else "got none"
         return f"measures: should name states of the machine or their rates, {', '.join(machine.states)}, {what}"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
-from vibrocap.physics.inverse_dynamics import Effort, contacts_under, effort_for
+from vibrocap.physics.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
 from vibrocap.physics.limits import HELD_AFTER, limit_guards
 
 
@@ -32,8 +32,8 @@ class ControlledMachine:
     @property
     def measured_states(self) -> tuple[str, ...]:
         """The states on which the command depends by what is measured."""
-        names, states = self.controller_part.measures(self.machine), self.machine.states
-        return tuple(name if name in states else name.removesuffix("_rate") for name in names if name not in (SIDE, CURVATURE))
+        names = [name for name in self.controller_part.measures(self.machine) if name not in (SIDE, CURVATURE)]
+        return tuple(name if name in self.machine.states else name.removesuffix("_rate") for name in names)
 
     def sliding(self, sides: tuple) -> "ControlledMachine":
         """The same while its contacts slide to these sides."""
@@ -87,17 +87,14 @@ class ControlledMachine:
         slope = self.reference_part.slope(t) if self.controller_part.uses_slope else 0.0
         return t, self._measured(t, mechanical), own, reference, slope
 
-    def _effort(self, t, y, reference) -> tuple[tuple, Effort, Effort]:
+    def _effort(self, t, y, reference) -> tuple[tuple, Affine, Affine]:
         """(states of the machine, u before its limit, u), of a controller that orders an acceleration."""
         part, (mechanical, own) = self.controller_part, self._parted(y)
         place = self.machine.states.index(part.accelerated(self.machine))
-        raw = effort_for(
-            lambda u, frictions: self.machine.rates(t, mechanical, u, frictions)[place],
-            part.command(*self._given(t, y, reference)),
-            len(self.machine.contact_states),
-        )
+        rate = affine_rates(self.machine, t, mechanical)[place]
+        raw = effort_for(rate, part.command(*self._given(t, y, reference)))
         held = dict(zip(part.states, own, strict=True)).get(SATURATED)
-        return mechanical, raw, raw if held is None else raw.limited(held, part.limit)
+        return mechanical, raw, raw if held is None else raw.scaled(1.0 - held * held) + held * part.limit
 
     @property
     def _by_forces(self) -> bool:
@@ -164,8 +161,8 @@ class ControlledMachine:
         if self.controller_part.sampled:
             return *mechanical, *self._after_corner(t, y, drive)
         if self._by_forces:
-            after = {SATURATED: HELD_AFTER[which - guards]}
-            return *mechanical, *(after.get(name, value) for name, value in zip(self.controller_part.states, own, strict=True))
+            states = dict(zip(self.controller_part.states, own, strict=True))
+            return *mechanical, *(states | {SATURATED: HELD_AFTER[which - guards]}).values()
         return *mechanical, *self.controller_part.after_switch(which - guards, *self._given(t, y, drive))
 
     def _due(self, t, y) -> tuple:

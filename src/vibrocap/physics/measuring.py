@@ -6,6 +6,7 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, listed, suggestion
 from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.inverse_dynamics import affine_rates
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.units import DRIVE_UNITS, state_units
 
@@ -22,7 +23,8 @@ def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
     if isinstance(machine, Imposed):
         what = f"imposes a motion on the {machine.name}, whatever force that takes"
         raise ArgumentError("controller", f"should be left out: the drive {what}")
-    for asked, name in ((controller.uses_slope, "slope"), (CURVATURE in controller.measures(placed.machine), "curvature")):
+    bends = CURVATURE in controller.measures(placed.machine)
+    for asked, name in ((controller.uses_slope, "slope"), (bends, "curvature")):
         if asked and getattr(type(drive), name) is getattr(Drive, name):
             what = f"does not say its {name}, which the {controller.name} asks for"
             raise ArgumentError("drive", f"the waveform {drive.name} {what}")
@@ -52,13 +54,13 @@ def _check_measured(parts: Mapping[str, Any], behind: Any) -> None:
             raise ArgumentError("controller.measured", f"{what}; {suggestion(state, useful, cutoff=0.0)}")
     if getattr(controller, "measured", None) is not None and units[names[0]] not in (wanted, "1"):
         useful = [each for each in own if units[each] == wanted]
-        what = f"should be a state in {wanted} with a {controller.name}, got {names[0]!r} in {units[names[0]]}"
+        what = f"should be a state in {wanted} with {_named(controller)}, got {names[0]!r} in {units[names[0]]}"
         raise ArgumentError("controller.measured", f"{what}; there is {listed(useful, ' or ')}" if useful else what)
     still, at = (0.0,) * len(machine.contact_states), (0.0, (SAMPLE,) * len(behind.states))
     low, high = (behind.rates(*at, u, still) for u in (0.0, 1.0))
     contact = behind.states.index(machine.contact_states[0])
     if SIDE in controller.measures(behind) and (machine.effort != "force" or not low[contact] < high[contact]):
-        what = f"a {controller.name}, which compensates the friction there; got the {machine.name}"
+        what = f"{_named(controller)}, which compensates the friction there; got the {machine.name}"
         raise ArgumentError("machine", f"should be one whose first contact is pushed by the command, with {what}")
     for name in (name for name in names if name not in own):
         place = behind.states.index(name.removesuffix("_rate"))
@@ -71,9 +73,9 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
     """ArgumentError for a controller that orders an acceleration which the command cannot give by itself."""
     machine, controller, behind = parts["machine"], parts["controller"], placed.machine
     if parts.get("actuator") is not None:
-        what = f"with a {controller.name}, whose command has to act on the acceleration at once"
+        what = f"with {_named(controller)}, whose command has to act on the acceleration at once"
         raise ArgumentError("actuator", f"should be left out {what}")
-    state, still = controller.accelerated(behind), (0.0,) * len(machine.contact_states)
+    state = controller.accelerated(behind)
     if state not in machine.states:
         what = f"the {machine.name} has no state {state!r} that the command accelerates"
         raise ArgumentError("controller.measured", f"should have a rate that is a state: {what}")
@@ -82,12 +84,20 @@ def _check_accelerated(parts: Mapping[str, Any], placed: Any) -> None:
         raise ArgumentError("controller.measured", f"should not be {state.removesuffix('_rate')!r}: {what}")
     y = (SAMPLE,) * len(behind.states)
     if len({behind.outer_force(0.0, y, u) for u in (0.0, 1.0)}) > 1:
-        what = f"the command of a {controller.name} has to act within the machine, not on it from outside"
+        what = f"the command of {_named(controller)} has to act within the machine, not on it from outside"
         raise ArgumentError("controller", f"{what}, as the drive of this {machine.name} does")
-    place = machine.states.index(state)
-    if len({behind.rates(0.0, y, u, still)[place] for u in (0.0, 1.0)}) == 1:
+    try:
+        by_effort = affine_rates(behind, 0.0, y)[machine.states.index(state)].slopes[0]
+    except (TypeError, AttributeError) as error:
+        what = f"by {_named(controller)} should have rates that are affine in drive and friction forces: {error}"
+        raise ArgumentError("machine", f"told its motion {what}") from None
+    if by_effort == 0.0:
         raise ArgumentError("controller.measured", f"the command does not accelerate {state.removesuffix('_rate')!r}")
     given = placed.contacts(0.0, (*y, *(0.0 for _ in controller.states)), 0.0)
     if any(abs(each.response[i]) <= CANCELLED for i, each in enumerate(given)):
         what = "the command would cancel the friction on its own body, at rest as well"
         raise ArgumentError("controller.measured", f"should not be the place of a body that rubs: {what}")
+
+
+def _named(controller: Any) -> str:
+    return f"{'an' if controller.name[0] in 'aeiou' else 'a'} {controller.name}"

@@ -34,7 +34,6 @@ class ComputedTorque(Controller):
     proportional_gain: Any
     derivative_gain: Any
     limit: Any
-    measured: Any
 
     orders: ClassVar[Literal["effort", "acceleration"]] = "acceleration"
     source: ClassVar[str] = "spong2006; spong1994"
@@ -66,7 +65,8 @@ class ComputedTorque(Controller):
 
     def measures(self, machine) -> tuple[str, ...]:
         """The state and its rate, and r''."""
-        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        measured = self.measured  # type: ignore[attr-defined]
+        name = self.own_measured(machine) if measured == OWN else measured
         return name, f"{name}_rate", CURVATURE
 
     def accelerated(self, machine) -> str:
@@ -109,28 +109,32 @@ class AngleComputedTorque(ComputedTorque):
 
 @parameters
 class StrokeComputedTorque(ComputedTorque):
-    """Computed torque of a pendulum's stroke sin(theta) - s_0, the displacement of its bob along the line.
+    """Computed torque of a pendulum's stroke sin(theta) - s_0, the displacement of its bob along the line in lengths l.
 
     The reference is the stroke wanted, which moves the capsule as the displacement of an inner mass does (`crawler`):
 
         theta'' = [(sin theta)'' + sin(theta) theta'^2] / cos(theta)
 
-    Without a limit and on its reference the capsule is the pendulum crawler of that motion. sin(theta) is to stay within
-    1, where the pendulum lies.
+    Without a limit and on its reference the capsule is the pendulum crawler of that motion. sin(theta) is to stay
+    within 1, where the pendulum lies.
     """
 
     proportional_gain: NonNegative = STIFFNESS
     derivative_gain: NonNegative = DAMPING
     limit: Positive | None = LIMIT
-    origin: Number = parameter(0.0, "s_0", "sin(theta) from which the stroke counts")
-    measured: str = parameter(OWN, "theta", "the angle whose sine is tracked; own: the state angle of the machine")
+    origin: Number = parameter(0.0, "s_0", "displacement of the bob from which the stroke counts", unit="m")
 
     name: ClassVar[str] = "stroke-computed-torque"
-    reference: ClassVar = "number"
+    reference: ClassVar = "displacement"
 
-    def own_measured(self, machine) -> str:
-        """The angle."""
-        return "angle"
+    @property
+    def odd(self) -> bool:  # type: ignore[override]
+        """Whether the stroke counts from the middle."""
+        return self.origin == 0.0
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The angle and its rate, and r''."""
+        return "angle", "angle_rate", CURVATURE
 
     def command(self, t, measured, own, reference, slope):
         """theta'', by which sin(theta) has the acceleration that is ordered."""

@@ -113,8 +113,6 @@ class Controller(Part):
         raise NotImplementedError
 
 
-
-
 class Linear(Controller):
     """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
 
