@@ -48,9 +48,10 @@ class Event(Dimensional):
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
     another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
-    inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached" and "ambiguous_contacts" (the run
-    ends: no load is left, it no longer follows from the forces, a stop is reached that ends it, or which contacts rest
-    is no longer certain).
+    inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached", "ambiguous_contacts", "runaway"
+    and "singular_command" (the run ends: no load is left, it no longer follows from the forces, a stop is reached that
+    ends it, which contacts rest is no longer certain, what a controller measures runs away, or it orders what no
+    command gives).
     contact: its number, 1 for the first; 0 of what happens at none
     """
 

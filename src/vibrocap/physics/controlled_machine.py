@@ -7,9 +7,13 @@ from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
 from vibrocap.physics.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
 from vibrocap.physics.limits import HELD_AFTER, limit_guards
 
+FAR = 1e6  # times the natural size and the reference: from there on what is measured has run away
+
 
 class ControlledMachine:
     """A machine under a controller, as a machine whose drive is the reference. What is not said here is its own.
+
+    A run ends where what is measured first has grown to `FAR` natural sizes and references: the loop is unstable.
 
     machine: the machine, or what stands behind the actuator; drive: the reference, whose slope may be asked for;
     sides: to which its contacts slide, where that is known (`sliding`)
@@ -25,6 +29,7 @@ class ControlledMachine:
         self.switched = (*machine.switched, *controller.switched)
         self.switch_events = (*machine.switch_events, *controller.switch_events)
         self.channels = tuple("controller" if name == "drive" else name for name in machine.channels)
+        self.bound_kinds = ("runaway", *controller.bound_kinds, *machine.bound_kinds)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.machine, name)
@@ -181,8 +186,13 @@ class ControlledMachine:
         return {}
 
     def bounds(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.bounds(t, self._parted(y)[0])
+        """What is measured has not run away, the command exists, and what the machine says."""
+        mechanical, _ = self._parted(y)
+        state = self.machine.states.index(self.measured_states[0])
+        size = self.machine.scales(self.reference_part.period)[state]
+        wanted, found = self.reference_part.value(t) / size, mechanical[state] / (FAR * size)
+        own = self.controller_part.bounds(self._measured(t, mechanical))
+        return 1.0 + wanted * wanted - found * found, *own, *self.machine.bounds(t, mechanical)
 
     def energy(self, t, y):
         """Of the machine: a controller stores none."""

@@ -12,8 +12,8 @@ CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of 
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
-LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
+BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts", "runaway", "singular_command")
+LOCATED = (False, True, False, True, False, True, True)  # a located event, or looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)

@@ -21,7 +21,8 @@ class Affine:
     """free + slope_1 x_1 + slope_2 x_2 + ...: what the equations make of an effort and of forces given like this.
 
     So slopes are exact and depend on no more than they must. As differences of rates they would be rounded, and in
-    interval arithmetic so wide that steps could no longer be proved to see a sharp law (`resolution.py`). TypeError where two such numbers are multiplied, or one divides: that is not affine.
+    interval arithmetic so wide that steps could no longer be proved to see a sharp law (`resolution.py`). TypeError
+    where two such numbers are multiplied, or one divides: that is not affine.
     """
 
     free: Any

@@ -46,6 +46,8 @@ EVENTS = {
     "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
     "ambiguous_contacts": "which contacts rest is no longer certain",
+    "runaway": "an unstable controller lets what it measures run away, which ends the run",
+    "singular_command": "no command gives what the controller orders, which ends the run",
 }
 PART_EVENTS = {  # of an actuator and of a controller, counted where there is one
     "saturated": "the actuator reaches its limit",

@@ -17,6 +17,8 @@ from vibrocap.physics.controllers.controller import (
     sin,
 )
 
+LYING = 1e-3  # cosine of the angle at which a pendulum counts as lying
+
 
 class ComputedTorque(Controller):
     """The acceleration of what is tracked is that of the reference, and what the errors ask for besides.
@@ -115,8 +117,8 @@ class StrokeComputedTorque(ComputedTorque):
 
         theta'' = [(sin theta)'' + sin(theta) theta'^2] / cos(theta)
 
-    Without a limit and on its reference the capsule is the pendulum crawler of that motion. sin(theta) is to stay
-    within 1, where the pendulum lies.
+    Without a limit and on its reference the capsule is the pendulum crawler of that motion. A run ends with the status
+    "singular command" where the pendulum all but lies, which no torque brings further.
     """
 
     proportional_gain: NonNegative = STIFFNESS
@@ -126,6 +128,7 @@ class StrokeComputedTorque(ComputedTorque):
 
     name: ClassVar[str] = "stroke-computed-torque"
     reference: ClassVar = "displacement"
+    bound_kinds: ClassVar = ("singular_command",)
 
     @property
     def odd(self) -> bool:  # type: ignore[override]
@@ -135,6 +138,10 @@ class StrokeComputedTorque(ComputedTorque):
     def measures(self, machine) -> tuple[str, ...]:
         """The angle and its rate, and r''."""
         return "angle", "angle_rate", CURVATURE
+
+    def bounds(self, measured) -> tuple:
+        """cos(theta) is positive, and a little more."""
+        return (cos(measured[0]) - LYING,)
 
     def command(self, t, measured, own, reference, slope):
         """theta'', by which sin(theta) has the acceleration that is ordered."""

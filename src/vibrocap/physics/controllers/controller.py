@@ -62,6 +62,7 @@ class Controller(Part):
     odd: ClassVar[bool] = True
     sampled: ClassVar[bool] = False
     orders: ClassVar[Literal["effort", "acceleration"]] = "effort"
+    bound_kinds: ClassVar[tuple[str, ...]] = ()
     sample_time: Any
     delay: Any
     limit: Any
@@ -94,6 +95,10 @@ class Controller(Part):
 
     def rates(self, t, measured, own, reference, slope) -> tuple:
         """Rates of its own states."""
+        return ()
+
+    def bounds(self, measured) -> tuple:
+        """What is positive as long as its command exists, each of the kind "singular_command" in `bound_kinds`."""
         return ()
 
     def switches(self, t, measured, own, reference, slope) -> tuple:
