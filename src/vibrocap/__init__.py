@@ -109,6 +109,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         SampledVelocityPI,
         VelocityPI,
     )
+    from vibrocap.physics.controllers.sliding_mode import AngleSlidingMode, PositionSlidingMode
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.fourier_series import FourierSeries
@@ -254,6 +255,7 @@ __all__ += ["Actuator", "Environment"]
 # what controls it
 __all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
 __all__ += ["AngleComputedTorque", "FrictionObserver", "PositionComputedForce", "StrokeComputedTorque"]
+__all__ += ["AngleSlidingMode", "PositionSlidingMode"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines

@@ -24,8 +24,10 @@ def _unknown(controller: Any, machine: Any) -> list[str]:
     """What it measures or accelerates that a machine has not."""
     names = [name for name in controller.measures(machine) if name.removesuffix("_rate") not in (SIDE, CURVATURE)]
     found = [name for name in names if name.removesuffix("_rate") not in machine.states]
-    told = [controller.accelerated(machine)] if controller.orders == "acceleration" else []
-    return [*found, *(name for name in told if name not in machine.states)]
+    if controller.orders == "acceleration":  # not of a body that rubs, where rest would be cancelled
+        told, rub = controller.accelerated(machine), machine.contact_states
+        found += [told] if told not in machine.states or told in rub else []
+    return found
 
 
 def declarations(controller: Any) -> str | None:
@@ -56,7 +58,9 @@ def finite(controller: Any) -> str | None:
     if len(scales) != count or not all(scale > 0.0 for scale in scales):
         return f"scales: should be {count} positive numbers, got {scales}"
     for given in _samples(controller):
-        command, rates, guards = (getattr(controller, each)(*given) for each in ("command", "rates", "switches"))
+        command, rates = controller.command(*given), controller.rates(*given)
+        told = controller.orders == "acceleration"
+        guards = controller.effort_switches(0.7, *given) if told else controller.switches(*given)
         if controller.sampled:
             found = controller.after_sample(*given), controller.after_action(given[2])
             if wrong := [each for each in found if len(each) != count - 1]:

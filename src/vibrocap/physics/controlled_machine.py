@@ -5,7 +5,6 @@ from typing import Any
 
 from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
 from vibrocap.physics.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
-from vibrocap.physics.limits import HELD_AFTER, limit_guards
 
 FAR = 1e6  # times the natural size and the reference: from there on what is measured has run away
 
@@ -143,19 +142,11 @@ class ControlledMachine:
         if self.controller_part.sampled:
             own = self._due(t, y)
         elif self._by_forces:
-            own = self._limits(t, y, drive, frictions)
+            raw = self._effort(t, y, drive)[1].at(frictions)
+            own = self.controller_part.effort_switches(raw, *self._given(t, y, drive))
         else:
             own = self.controller_part.switches(*self._given(t, y, drive))
         return *self.machine.switches(t, *self._passed(t, y, drive, frictions), frictions), *own
-
-    def _limits(self, t, y, drive, frictions) -> tuple:
-        """Guards of the limit of an effort that depends on the forces at the contacts."""
-        part, (_, own) = self.controller_part, self._parted(y)
-        held = dict(zip(part.states, own, strict=True)).get(SATURATED)
-        if held is None:
-            return ()
-        raw = self._effort(t, y, drive)[1].at(frictions)
-        return limit_guards(held, raw, raw, part.limit)
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
         """All states after guard number `which`."""
@@ -165,9 +156,6 @@ class ControlledMachine:
             return *self.machine.after_switch(which, t, mechanical, command, frictions), *own
         if self.controller_part.sampled:
             return *mechanical, *self._after_corner(t, y, drive)
-        if self._by_forces:
-            states = dict(zip(self.controller_part.states, own, strict=True))
-            return *mechanical, *(states | {SATURATED: HELD_AFTER[which - guards]}).values()
         return *mechanical, *self.controller_part.after_switch(which - guards, *self._given(t, y, drive))
 
     def _due(self, t, y) -> tuple:
@@ -202,9 +190,9 @@ class ControlledMachine:
         """Of the machine."""
         return self.machine.momentum(t, self._parted(y)[0])
 
-    def outer_force(self, t, y, drive):
-        """Of the machine, under u; one that depends on the forces at the contacts acts within the machine."""
-        return self.machine.outer_force(t, *self._passed(t, y, drive, (0.0,) * len(self.machine.contact_states)))
+    def outer_force_under(self, t, y, drive, frictions):
+        """Of the machine, under u."""
+        return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
 
     def wall_force(self, t, y, drive, frictions):
         """Of the machine, under u."""

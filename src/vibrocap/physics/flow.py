@@ -135,7 +135,10 @@ def flow_of(system: Any, t, y, side) -> Flow:
         own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
         more, more_kinds = contacts.bounds([each.normal for each in further])
         ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
-    outer_force = machine.outer_force(t, mechanical, drive)
+    if system.controller is None:
+        outer_force = machine.outer_force(t, mechanical, drive)
+    else:
+        outer_force = machine.outer_force_under(t, mechanical, drive, frictions)
     for each in frictions[1:]:
         outer_force = outer_force - each
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)

@@ -1,13 +1,11 @@
 """Computed torque: a motion is tracked exactly, with the force or torque that the machine's own equations ask for."""
 
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from vibrocap.physics.controllers.controller import (
     CURVATURE,
-    LIMIT_EVENTS,
     OWN,
-    SATURATED,
-    Controller,
+    AccelerationController,
     NonNegative,
     Number,
     Positive,
@@ -20,7 +18,7 @@ from vibrocap.physics.controllers.controller import (
 LYING = 1e-3  # cosine of the angle at which a pendulum counts as lying
 
 
-class ComputedTorque(Controller):
+class ComputedTorque(AccelerationController):
     """The acceleration of what is tracked is that of the reference, and what the errors ask for besides.
 
         y'' = r'' + K_D (r' - y') + K_P (r - y)
@@ -35,45 +33,8 @@ class ComputedTorque(Controller):
 
     proportional_gain: Any
     derivative_gain: Any
-    limit: Any
 
-    orders: ClassVar[Literal["effort", "acceleration"]] = "acceleration"
     source: ClassVar[str] = "spong2006; spong1994"
-    all_states: ClassVar = (SATURATED,)
-
-    @property
-    def uses_slope(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Whether the limit holds, where there is one."""
-        return () if self.limit is None else (SATURATED,)
-
-    @property
-    def switched(self) -> tuple[str, ...]:
-        """The same."""
-        return self.states
-
-    @property
-    def switch_events(self) -> tuple[str, ...]:
-        """Of the limit."""
-        return () if self.limit is None else LIMIT_EVENTS
-
-    def own_measured(self, machine) -> str:
-        """The state that is tracked where nothing else is said."""
-        raise NotImplementedError
-
-    def measures(self, machine) -> tuple[str, ...]:
-        """The state and its rate, and r''."""
-        measured = self.measured  # type: ignore[attr-defined]
-        name = self.own_measured(machine) if measured == OWN else measured
-        return name, f"{name}_rate", CURVATURE
-
-    def accelerated(self, machine) -> str:
-        """The state that is its rate."""
-        return self.measures(machine)[1]
 
     def command(self, t, measured, own, reference, slope):
         """r'' + K_D (r' - y') + K_P (r - y), the acceleration of the state."""
@@ -81,10 +42,6 @@ class ComputedTorque(Controller):
 
     def _ordered(self, place, rate, curvature, reference, slope):
         return curvature + self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
-
-    def rates(self, t, measured, own, reference, slope) -> tuple:
-        """A limit is no quantity."""
-        return (0.0,) * len(own)
 
 
 STIFFNESS = parameter(1.0, "K_P", "acceleration per error, the square of its natural frequency", unit="1/s^2")
@@ -154,7 +111,7 @@ class StrokeComputedTorque(ComputedTorque):
 class PositionComputedForce(ComputedTorque):
     """Computed force of a displacement, such as that of a mass in its capsule; the reference is the one wanted.
 
-    It cannot be the place of a body that rubs: its friction would be cancelled, at rest as well.
+    It cannot be the place of a body that comes to rest: its friction would be cancelled, at rest as well.
     """
 
     proportional_gain: NonNegative = STIFFNESS

@@ -10,6 +10,7 @@ from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter
 from vibrocap.physics.part import Part
 
 __all__ = [
+    "AccelerationController",
     "Controller",
     "Linear",
     "NonNegative",
@@ -48,8 +49,7 @@ class Controller(Part):
     states is then whether a sample or an action came last, +1 or -1; `after_sample` and `after_action` say what the
     others are after each, and `command` is one of them.
     orders: "effort", or "acceleration" of one whose command is turned into a force or torque by the machine's own
-    equations and the friction forces that act at its contacts (`inverse_dynamics.py`). Its command then is the rate of
-    the state that `accelerated` names, and `limit` and the state `command_saturated` limit the force or torque.
+    equations and the friction forces that act at its contacts (`inverse_dynamics.py`): see `AccelerationController`.
     """
 
     name: ClassVar[str]
@@ -74,10 +74,6 @@ class Controller(Part):
         Besides, `SIDE`: the side to which its first contact slides, 1 or -1, at rest 0 or, of a contact that cannot
         rest, one of the two; and `CURVATURE`: the curvature r'' of the reference.
         """
-        raise NotImplementedError
-
-    def accelerated(self, machine: Any) -> str:
-        """Of one that orders an acceleration: the state of the machine whose rate it decides."""
         raise NotImplementedError
 
     @property
@@ -194,3 +190,64 @@ class Linear(Controller):
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
         """S as it was."""
         return own[0], HELD_AFTER[which]
+
+
+class AccelerationController(Controller):
+    """A controller whose command is the rate that a state of the machine is to have; its effort follows from that.
+
+    The effort is the force or torque that gives the state this rate, under the friction at the contacts as it is then,
+    or, while the state `command_saturated` is 1 or -1, the limit to that side.
+    """
+
+    limit: Any
+    measured: str
+
+    orders: ClassVar = "acceleration"
+    all_states: ClassVar = (SATURATED,)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Whether the limit holds, where there is one."""
+        return () if self.limit is None else (SATURATED,)
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """The same."""
+        return self.states
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
+
+    @property
+    def uses_slope(self) -> bool:
+        """Always."""
+        return True
+
+    def own_measured(self, machine) -> str:
+        """The state that is tracked where nothing else is said."""
+        raise NotImplementedError
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state and its rate, and r''."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return name, f"{name}_rate", CURVATURE
+
+    def accelerated(self, machine) -> str:
+        """The state that is the rate, or that moves one to one with it."""
+        rate = self.measures(machine)[1]
+        place = machine.place or machine.cyclic
+        return machine.contact_states[0] if rate not in machine.states and rate == f"{place}_rate" else rate
+
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """A limit is no quantity."""
+        return (0.0,) * len(own)
+
+    def effort_switches(self, effort, t, measured, own, reference, slope) -> tuple:
+        """Guards of the limit. effort: what would give the rate that is ordered."""
+        return () if self.limit is None else limit_guards(own[0], effort, effort, self.limit)
+
+    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
+        """Whether the limit holds."""
+        return (HELD_AFTER[which],)

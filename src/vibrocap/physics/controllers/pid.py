@@ -28,7 +28,7 @@ class PositionPID(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per length of error", "position gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per length of error", "position integral gain")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per length of error", "position integral gain")
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
     )
@@ -55,7 +55,7 @@ class AnglePID(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per rad of error", "effort")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per rad of error", "effort rate")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per rad of error", "effort rate")
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per rad/s of error; none where its rate is not measured", "angle rate gain"
     )
@@ -83,7 +83,7 @@ class VelocityPI(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per speed of error", "position rate gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per speed of error", "position gain")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per speed of error", "position gain")
     anti_windup: NonNegative = parameter(
         0.0, "a", "error that a unit of cut-off command counts as; 0: none", "velocity anti-windup"
     )
