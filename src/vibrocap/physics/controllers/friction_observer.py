@@ -35,7 +35,9 @@ class FrictionObserver(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force per length of error", "position gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per length of error", "position integral gain")
+    integral_gain: NonNegative = parameter(
+        0.0, "K_I", "rate of the command per length of error", "position integral gain"
+    )
     derivative_gain: NonNegative = parameter(2.0, "K_D", "force per speed of error", "position rate gain")
     mass: NonNegative = parameter(0.0, "m", "mass that is believed, by which r'' is fed forward", "mass")
     bristle_stiffness: Positive = parameter(100.0, "s_0", "stiffness of the bristles that is believed", "stiffness")

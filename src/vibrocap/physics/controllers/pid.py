@@ -28,7 +28,9 @@ class PositionPID(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per length of error", "position gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per length of error", "position integral gain")
+    integral_gain: NonNegative = parameter(
+        0.0, "K_I", "rate of the command per length of error", "position integral gain"
+    )
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
     )
