@@ -8,10 +8,11 @@ from vibrocap.physics.controllers.controller import (
     Positive,
     parameter,
     parameters,
+    sqrt,
 )
 
 NEAR = 1e-6  # of the line, as an error: where a motion counts as on it from its start
-HELD_AFTER = (1.0, 1.0, 0.0, -1.0, -1.0)  # which of its ends the command has after each guard; 0: it is between them
+ROUNDING = 1e-14  # of the line, as an error: what lies on it
 
 
 class SlidingMode(AccelerationController):
@@ -58,8 +59,15 @@ class SlidingMode(AccelerationController):
         )
 
     def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
-        """At which end the command is."""
-        return (HELD_AFTER[which],)
+        """At which end the command is; 0: between them, on the line.
+
+        What the command cannot keep on the line leaves it to the side to which it is pushed. But where the line was
+        located a little too early, the motion is still before it and the command has to bring it there first.
+        """
+        away = self._errors(measured, reference, slope)[0] / self.convergence_rate
+        before, behind = ROUNDING - away, ROUNDING + away  # negative while that is not so
+        forward, back = before / sqrt(before * before), -(behind / sqrt(behind * behind))
+        return ((forward, 1.0, 0.0, -1.0, back)[which],)
 
 
 RATE = parameter(1.0, "c", "rate at which errors decay on the line", unit="1/s")
