@@ -114,6 +114,7 @@ MECHANICAL = (
     "pending_command",
     "integral_command",
     "command_saturated",
+    "observed_bristle",
     "sampling",
 )
 QUANTITIES = {
