@@ -95,6 +95,12 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.orbits.maps.itinerary import ModeChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.controllers.computed_torque import (
+        AngleComputedTorque,
+        PositionComputedForce,
+        StrokeComputedTorque,
+    )
+    from vibrocap.physics.controllers.friction_observer import FrictionObserver
     from vibrocap.physics.controllers.pid import (
         AnglePID,
         PositionPID,
@@ -103,6 +109,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         SampledVelocityPI,
         VelocityPI,
     )
+    from vibrocap.physics.controllers.sliding_mode import AngleSlidingMode, PositionSlidingMode
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.fourier_series import FourierSeries
@@ -247,6 +254,8 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 __all__ += ["Actuator", "Environment"]
 # what controls it
 __all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
+__all__ += ["AngleComputedTorque", "FrictionObserver", "PositionComputedForce", "StrokeComputedTorque"]
+__all__ += ["AngleSlidingMode", "PositionSlidingMode"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines

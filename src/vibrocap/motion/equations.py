@@ -193,8 +193,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
         observables=expressed,
         base=len(flow.rates),
-        # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
-        balance=None if others or not _balances(balance, flow, len(paths)) else balance,
+        # Where several contacts rub, or the command knows the friction, the acceleration is but one of its terms.
+        balance=None if first.contact.given.response or others or not _balances(balance, flow, len(paths)) else balance,
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
         normal_height=None

@@ -195,6 +195,8 @@ class Contacts:
             return self._share(0)
         if not self.coupled:
             return self.given[0].holding_force
+        if not self.others and not self.all[0].sticks:
+            return 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
         own, *others = self.given[0].response
         held = self.given[0].acceleration - sum(a * r for a, r in zip(others, self._alpha, strict=True))
         return held / (own - sum(a * r for a, r in zip(others, self._beta, strict=True)))

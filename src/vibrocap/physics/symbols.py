@@ -70,6 +70,7 @@ STATES = {
     "sampling": ("s_s", "1 after a sample, -1 after its action, 0 before the first (sampled controllers)"),
     "integral_command": ("S", "part of the command of a controller that integrates its error"),
     "command_saturated": ("s_r", "1 or -1 while the command of a controller is at its limit"),
+    "observed_bristle": ("z", "deflection of the bristles that an observer of friction believes in"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -113,6 +114,7 @@ MECHANICAL = (
     "pending_command",
     "integral_command",
     "command_saturated",
+    "observed_bristle",
     "sampling",
 )
 QUANTITIES = {

@@ -104,7 +104,10 @@ class Expression(Recordable):
 
     def _binary(self, op: str, left: Any, right: Any) -> "Expression":
         graph = self.graph
-        a, b = graph.expression(left), graph.expression(right)
+        try:
+            a, b = graph.expression(left), graph.expression(right)
+        except TypeError:  # no number, which may know what to do with an expression
+            return NotImplemented
         x, y = a.value, b.value
         if x is not None and y is not None:
             return graph.constant({"add": x + y, "sub": x - y, "mul": x * y}[op] if op != "div" else x / y)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from vibrocap.physics.bristles import stribeck_curve
 from vibrocap.physics.elementary import exp, log, power, sqrt
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
@@ -201,6 +202,5 @@ def levels_in_order(law):
 
 def stribeck_level(law, speed, load):
     """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
-    drop = law.static_coefficient - law.coulomb_coefficient
-    shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
-    return load * (law.coulomb_coefficient + drop * shape)
+    levels = law.coulomb_coefficient, law.static_coefficient
+    return load * stribeck_curve(speed, *levels, law.stribeck_velocity, law.stribeck_exponent)
