@@ -1,6 +1,7 @@
 """A drive on a schedule: the same waves one phase after another, reversed, weaker or paused."""
 
 import functools
+import itertools
 import math
 from typing import Any, ClassVar
 
@@ -14,7 +15,6 @@ from vibrocap.physics.drives.drive import (
     inner_part,
     model_validator,
     parameter,
-    segment_in_time,
     segment_table,
     wrapped_class,
 )
@@ -114,7 +114,9 @@ def scheduled(drive: type[Drive]) -> Any:
                 found = []
                 for count, factor in self.phases:
                     scaled = [
-                        Segment(each.length / whole, tuple(factor * c * whole**k for k, c in enumerate(each.coefficients)))
+                        Segment(
+                            each.length / whole, tuple(factor * c * whole**k for k, c in enumerate(each.coefficients))
+                        )
                         for each in (self.wave.segments() if count else ())
                     ]
                     found += scaled * int(count)
@@ -142,9 +144,19 @@ def scheduled(drive: type[Drive]) -> Any:
                 present = vars(self).get("_present")
                 if present is None:
                     t = t - self.period * math.floor(t / self.period)
-                    present = segment_in_time(segment_table(self), t / self.period, self.period)
-                start, (factor,) = present
+                    present = self._phase_at(t)
+                start, factor = present[0], present[1][0]
                 return factor * getattr(self.wave, name)(t - start)
+
+            def _phase_at(self, t) -> tuple[float, tuple]:
+                """(start, (factor,)) of the phase that holds at a time within the first period of the schedule."""
+                length, start = self.wave.period, 0.0
+                phases = [phase for phase in self.phases if phase[0] > 0.0]
+                for count, factor in phases[:-1]:
+                    if t < (start + count) * length:
+                        return start * length, (factor,)
+                    start += count
+                return start * length, (phases[-1][1],)
 
             def value(self, t):
                 """The factor of the phase in which t lies times the drive; at a corner that of the next one."""
@@ -178,14 +190,14 @@ def scheduled(drive: type[Drive]) -> Any:
             def odd(self) -> bool:
                 """Whether the second half of the schedule is the first one with the other sign, to rounding."""
                 shares = sorted({0.0, 0.5, *((row[0] % 0.5) for row in segment_table(self))})
-                pairs = [(a, b) for a, b in zip(shares, shares[1:], strict=False) if b - a > ROUNDING]
-                points = [a + (b - a) * (i + 0.5) / COMPARED for a, b in pairs for i in range(COMPARED)]
-                values = [(self.value(x * self.period), self.value((x + 0.5) * self.period)) for x in points]
-                bound = ROUNDING * max(abs(value) for pair in values for value in pair) * max(1.0, self._waves())
-                return all(abs(one + other) <= bound for one, other in values)
-
-            def _waves(self) -> float:
-                """Periods of the drive in one of the schedule: so many times the rounding of the time counts."""
-                return self.period / self.wave.period
+                pairs = [(a, b) for a, b in itertools.pairwise(shares) if b - a > ROUNDING]
+                points = (a + (b - a) * (i + 0.5) / COMPARED for a, b in pairs for i in range(COMPARED))
+                wave, period, length = self.wave, self.period, self.wave.period
+                size = max(abs(wave.value(i * length / COMPARED)) for i in range(COMPARED))
+                size *= max(abs(factor) for count, factor in self.phases if count > 0.0)
+                bound = (
+                    ROUNDING * size * max(1.0, period / length)
+                )  # the rounding of the time counts once for each wave
+                return all(abs(self.value(x * period) + self.value((x + 0.5) * period)) <= bound for x in points)
 
     return wrapped_class(scheduled, Scheduled, drive)
