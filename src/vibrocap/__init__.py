@@ -166,6 +166,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.steering import draw_steering
     from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -288,7 +289,7 @@ __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidat
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front", "draw_steering"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

@@ -1,4 +1,4 @@
-"""The search for a schedule of one system to one target: tables of bursts, their sums, and runs of the best in whole."""
+"""The search for a schedule to one target: tables of bursts, their sums, and runs of the best in whole."""
 
 import dataclasses
 import math
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
 from vibrocap.design.search.uncertainty import Uncertain
 from vibrocap.design.steering.family import (
@@ -25,10 +26,10 @@ from vibrocap.measures.ensemble import ensemble
 from vibrocap.physics.system import System
 
 SETTLING = 300  # periods, within which a motion settles whose drift long bursts rely on
-TRAVELS = 1e-6  # of the largest drift, below which a motion does not travel
 REST = 0.02  # of the tolerance, by which a machine may still move after a pause
 KEPT = 16  # schedules of each sort that are run in whole
 SURE = 0.95  # of the tolerance, within which a sum of bursts counts as arriving
+LONGEST = 10_000  # periods of a burst: a motion that does not arrive in so many does not travel there
 CUTS = 8  # of a step between two factors, in each refinement
 REFINEMENTS = 5
 NEAR = 0.05  # of the way, within which a schedule counts as one to the target that misses it
@@ -144,6 +145,12 @@ class Search:
         )
         return np.nan_to_num(found["mean_velocity"] * self.system.drive.period), found["settled"]
 
+    @property
+    def travelling(self) -> np.ndarray:
+        """Numbers of the factors whose settled motions travel to the target."""
+        way = self.target - self.here
+        return np.flatnonzero(np.sign(way) * self.drift * LONGEST > abs(way))
+
     def _check_rest(self) -> None:
         """CaseError for a machine that goes on moving without its drive."""
         long, longer = (self.trials.ends(np.array([[(float(n), 0.0)]])) for n in (STILL, 2 * STILL))
@@ -151,7 +158,8 @@ class Search:
         if not moved <= REST * self.tolerance:
             by = "its run fails" if math.isinf(moved) else f"it still moves by {said_place(self.system, moved)}"
             what = f"should rest while its drive pauses, to be held at the target: without its drive {by}"
-            raise CaseError([f"system: {what} from {STILL} to {2 * STILL} drive periods"], "the question")
+            what += f" from {STILL} to {2 * STILL} drive periods"
+            raise CaseError([Complaint("system", what)], "the question")
 
     def _shortest_pause(self) -> float:
         """The shortest pause after which the machine moves no more, whatever the factor of the burst before it."""
@@ -168,15 +176,12 @@ class Search:
     def _long_bursts(self) -> np.ndarray:
         """Bursts [n, 2] of the fastest settled motions towards the target, about as long as they have to be."""
         distance = self.target - self.here
-        towards = self.drift * np.sign(distance)
-        fast = np.argsort(-towards, kind="stable")[:FASTEST]
-        fast = fast[towards[fast] > TRAVELS * np.max(np.abs(self.drift), initial=0.0)]
+        travelling = self.travelling
+        fast = travelling[np.argsort(-np.abs(self.drift[travelling]), kind="stable")[:FASTEST]]
         if not len(fast):
             return np.zeros((0, 2))
         factor, drift = self.family.factors[fast], self.drift[fast]
-        lengths = np.round(distance / drift)
-        near = lengths < 1e5
-        factor, drift, lengths = factor[near], drift[near], np.maximum(lengths[near], 1.0)
+        lengths = np.maximum(1.0, np.round(distance / drift))
         begun = self.ends(np.stack([lengths, factor], axis=-1)[:, None]).position[:, 0]
         lengths = np.round(lengths + np.nan_to_num(self.target - begun) / drift)[:, None] + WINDOW
         rows = np.stack([lengths, np.broadcast_to(factor[:, None], lengths.shape)], axis=-1).reshape(-1, 2)
@@ -218,6 +223,7 @@ class _Pick:
         self.arriving: list[tuple[float, tuple]] = []
         self.near: list[tuple[float, tuple]] = []
         self.between: list[tuple[float, tuple]] = []
+        self.wide: list[tuple[float, tuple]] = []  # those of which the samples lie too far apart
 
     def alone(self, first: np.ndarray, errors: np.ndarray, work: float) -> None:
         """A burst with nothing after it."""
@@ -238,16 +244,16 @@ class _Pick:
         own, width = spread(without)
         middle, half = np.insert(middle, at_zero, own, axis=1), np.insert(half, at_zero, width, axis=1)
         work = np.insert(work, at_zero, 0.0, axis=1)
-        crosses = (middle[:, :-1] * middle[:, 1:] < 0.0) & (
-            np.minimum(half[:, :-1], half[:, 1:]) <= SURE * search.tolerance
-        )
-        for i, j in np.argwhere(crosses):
-            length = float(second[i, 0, 0])
-            rows = np.array([first, (length, factors[j])])
+        width = np.minimum(half[:, :-1], half[:, 1:])
+        crosses = np.argwhere(middle[:, :-1] * middle[:, 1:] < 0.0)
+        sure = [width[i, j] <= SURE * search.tolerance for i, j in crosses]
+        for (i, j), narrow in zip(crosses, sure, strict=True):
+            rows = np.array([first, (second[i, 0, 0], factors[j])])
             time = float(periods_of(rows, search.pause)) * search.system.drive.period
             cost = time if search.least == "time" else float(0.5 * (work[i, j] + work[i, j + 1]))
             if time <= self.within:
-                self.between.append((cost, (rows, factors[j], factors[j + 1])))
+                found = rows, factors[j], factors[j + 1]
+                (self.between if narrow else self.wide).append((cost if narrow else float(width[i, j]), found))
 
     def _take(self, bursts: np.ndarray, worst: np.ndarray, work: np.ndarray) -> None:
         search = self.search
@@ -267,10 +273,11 @@ class _Pick:
             [each for _, each in sorted(some, key=lambda one: one[0])[:KEPT]] for some in (self.arriving, self.near)
         ]
         grid = np.array([*best[0], *best[1]]).reshape(-1, 2, 2)
-        between = sorted(self.between, key=lambda one: one[0])[: 2 * KEPT]
+        between = sorted(self.between or self.wide, key=lambda one: one[0])[: 2 * KEPT]
         rows = np.array([each[0] for _, each in between]).reshape(-1, 2, 2)
         low, high = (np.array([each[i] for _, each in between]) for i in (1, 2))
-        return grid, (rows, low, high, np.array([cost for cost, _ in between]))
+        costs = [cost if self.between else 0.0 for cost, _ in between]
+        return grid, (rows, low, high, np.array(costs))
 
 
 def _narrower(factors: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
+from vibrocap.arguments import Complaint, Complaints, check_one_of, check_whole, is_number, is_positive, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.uncertainty import sample_points, samples_of, uncertain_quantities
-from vibrocap.design.steering.search import NEAR, TRAVELS, Search, said_place, said_time
+from vibrocap.design.steering.search import NEAR, Search, said_place, said_time
 from vibrocap.design.steering.steering import Steering, steering_of
 from vibrocap.design.steering.trials import Trials, with_schedule
 from vibrocap.motion.simulate import initial_state
@@ -130,7 +130,7 @@ def _best(search: Search, within: float | None, tell: Callable[[float], None]) -
     if len(arrives):
         soonest = said_time(search.system, float(np.min(found.time[arrives])))
         what = f"should be at least {soonest}, which the soonest schedule takes"
-        raise CaseError([f"within: {what}, got {said_time(search.system, limit)}"], "the question")
+        raise CaseError([Complaint("within", f"{what}, got {said_time(search.system, limit)}")], "the question")
     if search.least == "work" and within is not None:
         search.least = "time"  # to say how long it takes, and whether it can be reached at all
         return _best(search, within, tell)
@@ -139,10 +139,12 @@ def _best(search: Search, within: float | None, tell: Callable[[float], None]) -
     own = np.min(np.nan_to_num(np.abs(found.own), nan=math.inf))
     if math.isfinite(found.worst[nearest]) and own <= max(search.tolerance, NEAR * way):
         return found.bursts[nearest]
-    places = found.own[np.isfinite(found.own)] + search.target
-    low, high = (said_place(search.system, float(each)) for each in (np.min(places), np.max(places)))
-    towards = np.sign(search.target - search.here) * search.drift
-    travels = np.any(towards > TRAVELS * np.max(np.abs(search.drift), initial=0.0))
-    who = "the schedules of the family" if travels else "no settled motion of this drive travels there, and bursts"
-    what = f"should be within reach: {who} lead from {low} to {high}, got {said_place(search.system, search.target)}"
-    raise CaseError([f"target: {what}"], "the question")
+    who = (
+        "the schedules of the family"
+        if len(search.travelling)
+        else "no settled motion of this drive travels there, and short bursts"
+    )
+    place = search.target + found.own[int(np.nanargmin(np.abs(found.own)))]
+    nearest, asked = (said_place(search.system, float(each)) for each in (place, search.target))
+    what = f"should be within reach: {who} come no nearer than {nearest}, got {asked}"
+    raise CaseError([Complaint("target", what)], "the question")

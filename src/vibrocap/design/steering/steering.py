@@ -30,7 +30,7 @@ class SteeringStatus(Advised):
     NOT_IN_ALL_SAMPLES = (
         "not in all samples",
         "The schedule arrives as the system is given, but not in every sample of what is uncertain: ask for the "
-        "tolerance that `worst_error` says, know the uncertain quantities better, or measure and steer again on the way.",
+        "tolerance that `worst_error` says, know what is uncertain better, or measure on the way and steer again.",
     )
     NOT_REACHED = (
         "not reached",
@@ -135,6 +135,8 @@ class Steering(Result):
             found["uncertain"] = f"{share}, worst error {self.said('worst_error', 4)}"
         if self.arrival is not None:
             found["arrives"] = f"after {self.said('arrival', 6)} of {self.said('duration', 6)}"
+        settled = "" if self.settled else ", which has not settled"
+        found["travels"] = f"{self.said('drift', 6)} per drive period, the motion of the longest burst{settled}"
         found["work"] = self.said("work", 6)
         found["creep"] = f"{self.said('creep', 3)} in ten times the hold"
         return found

@@ -106,6 +106,16 @@ def scheduled(drive: type[Drive]) -> Any:
             """That of the drive."""
             return self.wave.time_scale
 
+        @property
+        def continuous(self) -> bool:
+            """Whether the drive never jumps, nor where one phase ends and the next begins, to rounding."""
+            period, value = self.wave.period, self.wave.value
+            phases = [(count - math.floor(count) if cornered else count, f) for count, f in self.phases if count > 0.0]
+            ends = [(f * value(0.0), f * value(count * period)) for count, f in phases]
+            bound = ROUNDING * max(abs(each) for pair in ends for each in pair)
+            joined = all(abs(last - ends[i][0]) <= bound for i, (_, last) in enumerate(ends, 1 - len(ends)))
+            return self.wave.continuous and joined
+
         if cornered:
 
             def segments(self) -> tuple[Segment, ...]:
@@ -125,7 +135,18 @@ def scheduled(drive: type[Drive]) -> Any:
             @property
             def degree(self) -> int:
                 """Of the polynomials of the drive."""
-                return self.wave.degree  # type: ignore[attr-defined]
+                return self.wave.degree
+
+            @property
+            def odd(self) -> bool:
+                """Whether the second half of the schedule is the first one with the other sign."""
+                factors = [factor for count, factor in self.phases for _ in range(int(count))]
+                half, rest = divmod(len(factors), 2)
+                if self.wave.size() == 0.0 or not any(factors):
+                    return True
+                if rest:  # half a period of the schedule is some periods of the drive and a half
+                    return self.wave.odd and all(factor == factors[0] for factor in factors)
+                return all(one == -other for one, other in zip(factors[:half], factors[half:], strict=True))
 
         else:
 
@@ -173,18 +194,6 @@ def scheduled(drive: type[Drive]) -> Any:
                 def curvature(self, t):
                     """The factor times that of the drive."""
                     return self._in_phase(t, "curvature")
-
-            @property
-            def continuous(self) -> bool:
-                """Whether each phase ends with the value with which the next one begins, to rounding."""
-                ends = self._ends()
-                bound = ROUNDING * max(abs(value) for pair in ends for value in pair)
-                return all(abs(last - ends[i][0]) <= bound for i, (_, last) in enumerate(ends, 1 - len(ends)))
-
-            def _ends(self) -> list[tuple[float, float]]:
-                """(first, last) value of each phase that has a length."""
-                period, value = self.wave.period, self.wave.value
-                return [(f * value(0.0), f * value(count * period)) for count, f in self.phases if count > 0.0]
 
             @property
             def odd(self) -> bool:

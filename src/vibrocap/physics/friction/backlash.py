@@ -89,7 +89,11 @@ def backlash(law: type[Law]) -> Any:
                 return *unloaded, 0.5 * self.gap * engaged, 0.0
             if which == 1:
                 return *states, 0.5 * self.gap * side, 1.0 * side
-            return *inner_part(law, self).after_switch(which - 2, velocity, tuple(states), side, load), position, engaged
+            return (
+                *inner_part(law, self).after_switch(which - 2, velocity, tuple(states), side, load),
+                position,
+                engaged,
+            )
 
         def after_reversal(self, internal, side, load):
             """Internal states of the law; the joint is as it was."""
