@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrocap.design.steering.steering import Steering
+from vibrocap.physics.system import System
 from vibrocap.plotting.colours import BLUE, GREEN, GREY, SKY, VERMILION
 from vibrocap.plotting.labels import bracketed, parts_in_si, parts_title
 from vibrocap.plotting.own_lines import in_own_lines
@@ -16,7 +17,6 @@ from vibrocap.quantities.dimensional import computed
 WIDTH = 8.2  # inches
 SHOWN = 12  # samples whose motions are drawn, the worst two among them
 SHADES = {"travel": SKY, "approach": GREEN}  # of segments that drive
-WORDS = {"travel": "travel", "approach": "approach"}
 
 
 def steering_figure(found: Steering) -> Figure:
@@ -30,10 +30,9 @@ def steering_figure(found: Steering) -> Figure:
             axes[0, 0].set_xlabel("")
             _draw_samples(axes[1, 0], found)
         width = page().width_or(WIDTH)
-        system = found.system
-        setting(
-            fig, parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
-        )
+        parts = {**found.system.parts, "drive": found.system.drive.wave}  # type: ignore[attr-defined]
+        system = System.of_parts(parts, found.system.units)
+        setting(fig, parts_title([*parts.values()], width) if system.units is None else parts_in_si(system, width))
     return fig
 
 
