@@ -121,7 +121,8 @@ def test_a_motion_over_the_schedule_is_that_of_its_phases_one_after_another(driv
     system = system_of(vc.scheduled(type(drive))(**own, **phases))
     expected = phase_by_phase(drive, rows, {"angle": 0.4})
     motion = vc.simulate(system, periods=1, initial={"angle": 0.4}, tolerance=1e-12)
-    assert motion.status.ok and motion.certificate.ok
+    assert motion.status.ok
+    assert motion.certificate.ok
     ends = drive.period * np.cumsum([periods for periods, _ in rows])
     for end, state in zip(ends, expected, strict=True):
         for name, value in state.items():  # 1e-12 per step, over thousands of steps

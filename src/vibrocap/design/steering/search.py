@@ -32,6 +32,7 @@ SURE = 0.95  # of the tolerance, within which a sum of bursts counts as arriving
 LONGEST = 10_000  # periods of a burst: a motion that does not arrive in so many does not travel there
 CUTS = 8  # of a step between two factors, in each refinement
 REFINEMENTS = 5
+WIDE = 2  # of these, where no bracket can arrive: the samples lie too far apart
 NEAR = 0.05  # of the way, within which a schedule counts as one to the target that misses it
 
 
@@ -110,7 +111,7 @@ class Search:
         found = [self.run(np.concatenate([np.zeros((1, 2, 2)), grid]))]
         low, high, costs = brackets[1], brackets[2], brackets[3]
         bursts = brackets[0]
-        for k in range(REFINEMENTS):
+        for k in range(REFINEMENTS if np.any(costs > 0.0) else WIDE):
             known = Tried.joined(found)
             arrived = known.cost[(known.worst <= self.tolerance) & (known.time <= within)]
             going = costs < np.min(arrived, initial=math.inf)

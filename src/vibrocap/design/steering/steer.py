@@ -46,8 +46,9 @@ def steer(
     factor and up to 8 periods, or they are long: those of the six factors whose settled motions travel fastest towards
     the target, with each of ten whole numbers of periods about that which arrives. Second bursts have every factor and
     up to 4 periods. Lengths are multiples of a quarter of a period; of one, where the drive has corners of its own.
-    Where none arrives, the last factor is refined to 1/64 of its step. Bursts add up, as nothing depends on the place
-    and each pause ends at rest; by their sums the best are chosen, and these are run in whole.
+    The last factor may lie between two of these where the error changes its sign, and is refined five times, by 8 each.
+    The ways of bursts nearly add up, as nothing depends on the place and a pause ends at rest but for what an inner mass
+    still swings; by their sums the best are chosen, and these are run in whole.
 
     Found is a schedule that is feasible and the best of those that were run, not the best of all: a drive of another
     shape, or a feedback, may do better.
