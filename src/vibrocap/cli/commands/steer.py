@@ -10,11 +10,11 @@ from typing import Any
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import units_of
+from vibrocap.quantities.dimensional import in_si, units_of
 from vibrocap.records.reading.units import unit_named
 
 NUMBERS = ("target", "tolerance", "position", "error", "worst_error", "arrival", "duration", "work", "drift", "creep")
@@ -73,14 +73,13 @@ def steer(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap import steer as steered
+    from vibrocap.design.steering.steer import steer as steered
 
     given = read_source(case)
     complaints = Complaints()
     unsure = dict(pairs("uncertain", uncertain, complaints, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1"))
-    in_si = given.system.units is not None
-    numbers = {
-        option: None if text is None else _number(option, text, dimension, in_si, complaints)
+    numbers: dict[str, Any] = {
+        option: None if text is None else _number(option, text, dimension, given.system, complaints)
         for option, text, dimension in (
             ("to", to, "length"),
             ("tolerance", tolerance, "length"),
@@ -106,7 +105,7 @@ def steer(
             levels=levels,
             progress=report,
         )
-    record = steering_record(found)
+    record, shown = steering_record(found), in_si(found)
     if out is not None:
         write_text(made_folder(out) / "steering.json", json_text(record) + "\n")
         write_text(out / "schedule.csv", _csv(record["segments"]))
@@ -119,34 +118,34 @@ def steer(
     if json:
         print(json_text(record))
     else:
-        _print(found, record, out, plot)
+        _print(shown, record, out, plot)
     if found.status.value != "arrives":
-        worst = said(found.worst_error, found.unit_of("worst_error"), 6)
-        complain(f"The target is {found.status.value}: the worst error is {worst}. {found.status.advice}")
+        worst = shown.said("worst_error", 6)
+        complain(f"The schedule: {found.status.value}. The worst error is {worst}. {found.status.advice}")
         return INCOMPLETE
     return OK
 
 
-def _number(option: str, text: str, dimension: str, in_si: bool, complaints: Complaints) -> float | None:
-    """A number of an option, in SI with its unit or without; without units where the case is so."""
-    example = {"length": "0.05m or 50mm", "time": "20s"}[dimension]
+def _number(option: str, text: str, dimension: str, system: Any, complaints: Complaints) -> float | None:
+    """The number of an option without units; of a system that knows its scales it is given in SI, or with its unit."""
+    unit, example = {"length": ("m", "0.05m or 50mm"), "time": ("s", "20s")}[dimension]
     match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*)", text)
     try:
         value = float(match[1]) if match else math.nan
     except ValueError:
         value = math.nan
+    named = unit_named(match[2]) if match and match[2] else None
     if match is None or not math.isfinite(value):
-        complaints.add(f"--{option}", f"should be a number{f', such as {example}' if in_si else ''}, got {text!r}")
-        return None
-    if not match[2]:
-        return value
-    unit = unit_named(match[2])
-    if not in_si:
-        complaints.add(f"--{option}", f"should be a number, as the case is without units, got {text!r}")
-    elif unit is None or unit.dimension != dimension:
-        complaints.add(f"--{option}", f"should be a {dimension}, such as {example}, got {text!r}")
+        what = "a number" if system.units is None else f"a {dimension}, such as {example}"
+    elif system.units is None:
+        if not match[2]:
+            return value
+        what = "a number, as the case is without units"
     else:
-        return value * unit.factor
+        if not match[2] or (named is not None and named.dimension == dimension):
+            return value * (1.0 if named is None else named.factor) / system.si.factor_of(unit)
+        what = f"a {dimension}, such as {example}"
+    complaints.add(f"--{option}", f"should be {what}, got {text!r}")
     return None
 
 
@@ -157,11 +156,11 @@ def steering_record(found: Any) -> dict[str, Any]:
         known = {"status": each.status.value, **{name: getattr(each, name) for name in (*NUMBERS, *COUNTS)}}
         return known | {"segments": [_segment(one) for one in each.segments], "samples": _samples(each)}
 
-    plain = found.dimensionless
-    if plain is found:
+    shown = in_si(found)
+    if shown is found:
         return record(found)
-    own = units_of(found, *NUMBERS) | {"segments": units_of(found.segments[0])}
-    return in_both(record(found), own, record(plain))
+    own = units_of(shown, *NUMBERS) | {"segments": units_of(shown.segments[0])}
+    return in_both(record(shown), own, record(found))
 
 
 def _segment(each: Any) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -221,10 +222,10 @@ class _Pick:
 
     def __init__(self, search: Search, within: float):
         self.search, self.within = search, within
-        self.arriving: list[tuple[float, tuple]] = []
-        self.near: list[tuple[float, tuple]] = []
-        self.between: list[tuple[float, tuple]] = []
-        self.wide: list[tuple[float, tuple]] = []  # those of which the samples lie too far apart
+        self.arriving: list[tuple[float, Any]] = []
+        self.near: list[tuple[float, Any]] = []
+        self.between: list[tuple[float, Any]] = []
+        self.wide: list[tuple[float, Any]] = []  # those of which the samples lie too far apart
 
     def alone(self, first: np.ndarray, errors: np.ndarray, work: float) -> None:
         """A burst with nothing after it."""

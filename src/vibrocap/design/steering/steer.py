@@ -47,8 +47,8 @@ def steer(
     the target, with each of ten whole numbers of periods about that which arrives. Second bursts have every factor and
     up to 4 periods. Lengths are multiples of a quarter of a period; of one, where the drive has corners of its own.
     The last factor may lie between two of these where the error changes its sign, and is refined five times, by 8 each.
-    The ways of bursts nearly add up, as nothing depends on the place and a pause ends at rest but for what an inner mass
-    still swings; by their sums the best are chosen, and these are run in whole.
+    The ways of bursts nearly add up, as nothing depends on the place and a pause ends at rest but for what an inner
+    mass still swings; by their sums the best are chosen, and these are run in whole.
 
     Found is a schedule that is feasible and the best of those that were run, not the best of all: a drive of another
     shape, or a feedback, may do better.
@@ -57,7 +57,7 @@ def steer(
     target: the place where it is to be, in the position's own units, and in SI for a system in SI; tolerance: how far
         from there is near enough
     uncertain: {path: distribution}, as `robustness` takes it: every sample has to arrive, the corners of a box included
-    within: the time in which the schedule may arrive; None: any
+    within: the time that the schedule may take until its last pause has ended; None: any
     least: what is made small, "time" or "work" of the drive
     initial: where it starts, by state; by default that of the case, else at rest at 0
     hold: drive periods of the last pause that are there to hold it
@@ -74,9 +74,11 @@ def steer(
     _check_system(system, complaints)
     if not is_number(target) or not math.isfinite(target):
         complaints.add("target", f"should be a finite number, got {shown(target)}")
-    for name, value in (("tolerance", tolerance), ("within", 1.0 if within is None else within)):
-        if not is_positive(value):
-            complaints.add(name, f"should be positive, got {shown(value)}")
+    for name, value, said in (("tolerance", tolerance, said_place), ("within", within, said_time)):
+        if not (value is None and name == "within") and not is_positive(value):
+            known = value is not None and is_number(value) and system.cyclic is not None
+            got = said(system, float(value)) if known else shown(value)  # type: ignore[arg-type]
+            complaints.add(name, f"should be positive, got {got}")
     for name, value, low, high in (("hold", hold, 1, 10_000), ("samples", samples, 1, 4096), ("levels", levels, 1, 64)):
         with complaints.collected():
             check_whole(name, value, low, high)

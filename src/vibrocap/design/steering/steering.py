@@ -213,4 +213,5 @@ def _arrival(motion: Trajectory, name: str, target: float, tolerance: float) -> 
     def beyond(t: float) -> float:
         return float(abs(motion.at([t], name)[0] - target) - tolerance)
 
-    return float(brentq(beyond, times[k], times[k + 1], xtol=1e-12 * motion.end))
+    found: Any = brentq(beyond, times[k], times[k + 1], xtol=1e-12 * motion.end)
+    return float(found)

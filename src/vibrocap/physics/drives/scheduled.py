@@ -24,6 +24,130 @@ MOST_SEGMENTS = 100_000  # of a schedule, of a drive that has corners itself
 COMPARED = 16  # points between any two corners at which the halves of a period are compared
 
 
+class _Schedule(Piecewise):
+    """What scheduled drives have in common."""
+
+    @property
+    def phases(self) -> tuple:
+        """(periods of the drive, factor) of each of the seven phases."""
+        return tuple((getattr(self, f"periods_{k}"), getattr(self, f"factor_{k}")) for k in PHASES)
+
+    @property
+    def wave(self) -> Any:
+        """The drive that is scheduled."""
+        return inner_part(self.wrapped, self)
+
+    @property
+    def period(self) -> float:
+        """Of the whole schedule, T (n_1 + ... + n_7)."""
+        return self.wave.period * sum(count for count, _ in self.phases)
+
+    @property
+    def time_scale(self) -> float:
+        """That of the drive."""
+        return self.wave.time_scale
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the drive never jumps, nor where one phase ends and the next begins, to rounding."""
+        wave = self.wave
+        last = [0.0 if isinstance(wave, Piecewise) else count * wave.period for count, _ in self.phases]
+        phases = zip(self.phases, last, strict=True)
+        ends = [(f * wave.value(0.0), f * wave.value(end)) for (count, f), end in phases if count > 0.0]
+        bound = ROUNDING * max(abs(each) for pair in ends for each in pair)
+        joined = all(abs(last - ends[i][0]) <= bound for i, (_, last) in enumerate(ends, 1 - len(ends)))
+        return wave.continuous and joined
+
+
+class _OfCorners(_Schedule):
+    """A schedule of a drive that has corners or jumps of its own."""
+
+    def segments(self) -> tuple[Segment, ...]:
+        """Those of the drive, once for each of its periods."""
+        whole = sum(count for count, _ in self.phases)
+        found = []
+        for count, factor in self.phases:
+            scaled = [
+                Segment(each.length / whole, tuple(factor * c * whole**k for k, c in enumerate(each.coefficients)))
+                for each in (self.wave.segments() if count else ())
+            ]
+            found += scaled * int(count)
+        return tuple(found)
+
+    @property
+    def degree(self) -> int:
+        """Of the polynomials of the drive."""
+        return self.wave.degree
+
+    @property
+    def odd(self) -> bool:
+        """Whether the second half of the schedule is the first one with the other sign."""
+        factors = [factor for count, factor in self.phases for _ in range(int(count))]
+        half, rest = divmod(len(factors), 2)
+        if self.wave.size() == 0.0 or not any(factors):
+            return True
+        if rest:  # half a period of the schedule is some periods of the drive and a half
+            return self.wave.odd and all(factor == factors[0] for factor in factors)
+        return all(one == -other for one, other in zip(factors[:half], factors[half:], strict=True))
+
+
+class _OfWaves(_Schedule):
+    """A schedule of a drive that is smooth: the numbers of a segment are no polynomial but the factor alone."""
+
+    def segments(self) -> tuple[Segment, ...]:
+        """One for each phase, with its factor."""
+        whole = sum(count for count, _ in self.phases)
+        return tuple(Segment(count / whole, (factor,)) for count, factor in self.phases)
+
+    @property
+    def degree(self) -> int:
+        """One number, the factor."""
+        return 0
+
+    def _in_phase(self, t, name: str):
+        """The drive's value, slope or curvature at time t, by the factor of the phase."""
+        present = vars(self).get("_present")
+        if present is None:
+            t = t - self.period * math.floor(t / self.period)
+            present = self._phase_at(t)
+        start, factor = present[0], present[1][0]
+        return factor * getattr(self.wave, name)(t - start)
+
+    def _phase_at(self, t) -> tuple[float, tuple]:
+        """(start, (factor,)) of the phase that holds at a time within the first period of the schedule."""
+        length, start = self.wave.period, 0.0
+        phases = [phase for phase in self.phases if phase[0] > 0.0]
+        for count, factor in phases[:-1]:
+            if t < (start + count) * length:
+                return start * length, (factor,)
+            start += count
+        return start * length, (phases[-1][1],)
+
+    def value(self, t):
+        """The factor of the phase in which t lies times the drive; at a corner that of the next one."""
+        return self._in_phase(t, "value")
+
+    def slope(self, t):
+        """The factor times that of the drive."""
+        return self._in_phase(t, "slope")
+
+    def curvature(self, t):
+        """The factor times that of the drive."""
+        return self._in_phase(t, "curvature")
+
+    @property
+    def odd(self) -> bool:
+        """Whether the second half of the schedule is the first one with the other sign, to rounding."""
+        shares = sorted({0.0, 0.5, *((row[0] % 0.5) for row in segment_table(self))})
+        pairs = [(a, b) for a, b in itertools.pairwise(shares) if b - a > ROUNDING]
+        points = (a + (b - a) * (i + 0.5) / COMPARED for a, b in pairs for i in range(COMPARED))
+        wave, period, length = self.wave, self.period, self.wave.period
+        size = max(abs(wave.value(i * length / COMPARED)) for i in range(COMPARED))
+        size *= max(abs(factor) for count, factor in self.phases if count > 0.0)
+        bound = ROUNDING * size * max(1.0, period / length)  # the rounding of the time counts once for each wave
+        return all(abs(self.value(x * period) + self.value((x + 0.5) * period)) <= bound for x in points)
+
+
 @functools.cache
 def scheduled(drive: type[Drive]) -> Any:
     """The class of a drive on a schedule: its fields, and of up to seven phases how long each lasts and by what factor.
@@ -44,12 +168,13 @@ def scheduled(drive: type[Drive]) -> Any:
     """
     if scheduled in drive.wrappers:
         raise ValueError(f"the {drive.name} drive is scheduled already")
-    if "rate" in drive.__dataclass_fields__:
+    if "rate" in getattr(drive, "__dataclass_fields__", ()):
         raise ValueError(f"only a drive that is a function of time alone can be scheduled, got the {drive.name} drive")
     cornered = issubclass(drive, Piecewise)
-    bases: tuple[Any, ...] = (drive,) if cornered else (Piecewise, drive)
+    kind: Any = _OfCorners if cornered else _OfWaves
+    base: Any = drive
 
-    class Scheduled(*bases):  # type: ignore[misc]
+    class Scheduled(kind, base):
         periods_1: NonNegative = parameter(10.0, "n1", "length of phase 1 in periods of the drive", "convention")
         factor_1: Number = parameter(1.0, "f1", "what the drive is multiplied with in phase 1", "convention")
         periods_2: NonNegative = parameter(5.0, "n2", "length of phase 2 in periods of the drive", "convention")
@@ -86,127 +211,6 @@ def scheduled(drive: type[Drive]) -> Any:
                     raise ValueError(f"periods_1 should leave the schedule {most}, got {sum(phases):g}")
             return self
 
-        @property
-        def phases(self) -> tuple:
-            """(periods of the drive, factor) of each of the seven phases."""
-            return tuple((getattr(self, f"periods_{k}"), getattr(self, f"factor_{k}")) for k in PHASES)
-
-        @property
-        def wave(self) -> Drive:
-            """The drive that is scheduled."""
-            return inner_part(drive, self)
-
-        @property
-        def period(self) -> float:
-            """Of the whole schedule, T (n_1 + ... + n_7)."""
-            return self.wave.period * sum(count for count, _ in self.phases)
-
-        @property
-        def time_scale(self) -> float:
-            """That of the drive."""
-            return self.wave.time_scale
-
-        @property
-        def continuous(self) -> bool:
-            """Whether the drive never jumps, nor where one phase ends and the next begins, to rounding."""
-            period, value = self.wave.period, self.wave.value
-            phases = [(count - math.floor(count) if cornered else count, f) for count, f in self.phases if count > 0.0]
-            ends = [(f * value(0.0), f * value(count * period)) for count, f in phases]
-            bound = ROUNDING * max(abs(each) for pair in ends for each in pair)
-            joined = all(abs(last - ends[i][0]) <= bound for i, (_, last) in enumerate(ends, 1 - len(ends)))
-            return self.wave.continuous and joined
-
-        if cornered:
-
-            def segments(self) -> tuple[Segment, ...]:
-                """Those of the drive, once for each of its periods."""
-                whole = sum(count for count, _ in self.phases)
-                found = []
-                for count, factor in self.phases:
-                    scaled = [
-                        Segment(
-                            each.length / whole, tuple(factor * c * whole**k for k, c in enumerate(each.coefficients))
-                        )
-                        for each in (self.wave.segments() if count else ())
-                    ]
-                    found += scaled * int(count)
-                return tuple(found)
-
-            @property
-            def degree(self) -> int:
-                """Of the polynomials of the drive."""
-                return self.wave.degree
-
-            @property
-            def odd(self) -> bool:
-                """Whether the second half of the schedule is the first one with the other sign."""
-                factors = [factor for count, factor in self.phases for _ in range(int(count))]
-                half, rest = divmod(len(factors), 2)
-                if self.wave.size() == 0.0 or not any(factors):
-                    return True
-                if rest:  # half a period of the schedule is some periods of the drive and a half
-                    return self.wave.odd and all(factor == factors[0] for factor in factors)
-                return all(one == -other for one, other in zip(factors[:half], factors[half:], strict=True))
-
-        else:
-
-            def segments(self) -> tuple[Segment, ...]:
-                """One for each phase, with its factor."""
-                whole = sum(count for count, _ in self.phases)
-                return tuple(Segment(count / whole, (factor,)) for count, factor in self.phases)
-
-            @property
-            def degree(self) -> int:
-                """One number, the factor."""
-                return 0
-
-            def _in_phase(self, t, name: str):
-                """The drive's value, slope or curvature at time t, by the factor of the phase."""
-                present = vars(self).get("_present")
-                if present is None:
-                    t = t - self.period * math.floor(t / self.period)
-                    present = self._phase_at(t)
-                start, factor = present[0], present[1][0]
-                return factor * getattr(self.wave, name)(t - start)
-
-            def _phase_at(self, t) -> tuple[float, tuple]:
-                """(start, (factor,)) of the phase that holds at a time within the first period of the schedule."""
-                length, start = self.wave.period, 0.0
-                phases = [phase for phase in self.phases if phase[0] > 0.0]
-                for count, factor in phases[:-1]:
-                    if t < (start + count) * length:
-                        return start * length, (factor,)
-                    start += count
-                return start * length, (phases[-1][1],)
-
-            def value(self, t):
-                """The factor of the phase in which t lies times the drive; at a corner that of the next one."""
-                return self._in_phase(t, "value")
-
-            slope, curvature = Drive.slope, Drive.curvature  # type: ignore[assignment]
-
-            if drive.slope is not Drive.slope:
-
-                def slope(self, t):
-                    """The factor times that of the drive."""
-                    return self._in_phase(t, "slope")
-
-                def curvature(self, t):
-                    """The factor times that of the drive."""
-                    return self._in_phase(t, "curvature")
-
-            @property
-            def odd(self) -> bool:
-                """Whether the second half of the schedule is the first one with the other sign, to rounding."""
-                shares = sorted({0.0, 0.5, *((row[0] % 0.5) for row in segment_table(self))})
-                pairs = [(a, b) for a, b in itertools.pairwise(shares) if b - a > ROUNDING]
-                points = (a + (b - a) * (i + 0.5) / COMPARED for a, b in pairs for i in range(COMPARED))
-                wave, period, length = self.wave, self.period, self.wave.period
-                size = max(abs(wave.value(i * length / COMPARED)) for i in range(COMPARED))
-                size *= max(abs(factor) for count, factor in self.phases if count > 0.0)
-                bound = (
-                    ROUNDING * size * max(1.0, period / length)
-                )  # the rounding of the time counts once for each wave
-                return all(abs(self.value(x * period) + self.value((x + 0.5) * period)) <= bound for x in points)
-
+    if drive.slope is Drive.slope:
+        Scheduled.slope, Scheduled.curvature = Drive.slope, Drive.curvature
     return wrapped_class(scheduled, Scheduled, drive)
