@@ -149,6 +149,10 @@ def test_a_schedule_arrives_and_holds_by_an_independent_run(target, tolerance, i
     assert np.max(np.abs(later - target)) <= tolerance * (1.0 + 1e-9)
     assert abs(motion.at([found.arrival - 1e-3], "position")[0] - target) > tolerance
     assert [each.start for each in found.segments[1:]] == [each.end for each in found.segments[:-1]]
+    longest = max((each for each in found.segments if each.factor), key=lambda each: each.periods)
+    orbit = vc.orbit(vc.System(MACHINE, FRICTION, vc.Harmonic(amplitude=1.8 * abs(longest.factor))))
+    if abs(orbit.drift) > 1e-3:  # of either twin
+        assert abs(found.drift) == pytest.approx(abs(orbit.drift), rel=1e-5)
 
 
 @pytest.mark.slow

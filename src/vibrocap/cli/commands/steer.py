@@ -1,7 +1,6 @@
 """`vibrocap steer`: a schedule of a case's drive that brings the machine to a place and holds it there."""
 
 import csv
-import dataclasses
 import io
 import math
 import re
@@ -154,18 +153,13 @@ def steering_record(found: Any) -> dict[str, Any]:
 
     def record(each: Any) -> dict[str, Any]:
         known = {"status": each.status.value, **{name: getattr(each, name) for name in (*NUMBERS, *COUNTS)}}
-        return known | {"segments": [_segment(one) for one in each.segments], "samples": _samples(each)}
+        return known | {"segments": each.table(), "samples": _samples(each)}
 
     shown = in_si(found)
     if shown is found:
         return record(found)
     own = units_of(shown, *NUMBERS) | {"segments": units_of(shown.segments[0])}
     return in_both(record(shown), own, record(found))
-
-
-def _segment(each: Any) -> dict[str, Any]:
-    """A segment of a schedule, in the units that it is in."""
-    return {field.name: getattr(each, field.name) for field in dataclasses.fields(each)}
 
 
 def _samples(found: Any) -> list[dict[str, float]]:

@@ -33,6 +33,7 @@ SURE = 0.95  # of the tolerance, within which a sum of bursts counts as arriving
 LONGEST = 10_000  # periods of a burst: a motion that does not arrive in so many does not travel there
 CUTS = 8  # of a step between two factors, in each refinement
 REFINEMENTS = 5
+BATCH = 8  # brackets that are refined at a time, the soonest first
 WIDE = 2  # of these, where no bracket can arrive: the samples lie too far apart
 NEAR = 0.05  # of the way, within which a schedule counts as one to the target that misses it
 
@@ -62,6 +63,24 @@ class Tried:
         """All of them."""
         names = [field.name for field in dataclasses.fields(cls)]
         return cls(*(np.concatenate([getattr(each, name) for each in parts]) for name in names))
+
+
+@dataclasses.dataclass(frozen=True)
+class Brackets:
+    """Schedules [n, 2, 2] of which the middle error changes its sign while the last factor goes from low to high [n].
+
+    cost: [n] in order; narrow: whether the samples lie near enough together for one of them to arrive
+    """
+
+    bursts: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    cost: np.ndarray
+    narrow: bool
+
+    def some(self, chosen: Any) -> "Brackets":
+        """Those that are chosen."""
+        return Brackets(self.bursts[chosen], self.low[chosen], self.high[chosen], self.cost[chosen], self.narrow)
 
 
 class Search:
@@ -107,31 +126,37 @@ class Search:
         self._check_rest()
         self.pause = self._shortest_pause()
         tell(0.2)
-        grid, brackets = self._candidates(within)
+        arriving, near, between = self._candidates(within)
         tell(0.5)
-        found = [self.run(np.concatenate([np.zeros((1, 2, 2)), grid]))]
-        low, high, costs = brackets[1], brackets[2], brackets[3]
-        bursts = brackets[0]
-        for k in range(REFINEMENTS if np.any(costs > 0.0) else WIDE):
-            known = Tried.joined(found)
-            arrived = known.cost[(known.worst <= self.tolerance) & (known.time <= within)]
-            going = costs < np.min(arrived, initial=math.inf)
-            bursts, low, high, costs = bursts[going], low[going], high[going], costs[going]
-            if not len(bursts):
-                break
-            found.append(self._refine(bursts, low, high))
-            last = found[-1]
-            shape = len(bursts), CUTS + 1
-            low, high = _narrower(last.bursts[:, -1, 1].reshape(shape), last.middle.reshape(shape))
-            costs = np.where(np.any((last.worst <= self.tolerance).reshape(shape), axis=1), math.inf, costs)
-            tell(0.5 + 0.1 * (k + 1))
+        found = [self.run(np.concatenate([np.zeros((1, 2, 2)), arriving]))]
+        for begin in range(0, len(between.cost), BATCH):
+            found += self._between(between.some(slice(begin, begin + BATCH)), found, within)
+            tell(0.5 + 0.4 * begin / len(between.cost))
+        if not np.any(Tried.joined(found).worst <= self.tolerance):
+            found.append(self.run(near))
         return Tried.joined(found)
 
-    def _refine(self, bursts: np.ndarray, low: np.ndarray, high: np.ndarray) -> Tried:
-        """Schedules in whole with the last factor from one value to another, in steps."""
-        fine = np.repeat(bursts, CUTS + 1, axis=0)
-        fine[:, -1, 1] = np.linspace(low, high, CUTS + 1, axis=1).ravel()
-        return self.run(fine)
+    def _between(self, some: "Brackets", found: list[Tried], within: float) -> list[Tried]:
+        """Schedules with the last factor between two others, in ever finer steps until each of them arrives.
+
+        Those that would cost more than one that has arrived already are left out.
+        """
+        made: list[Tried] = []
+        for _ in range(REFINEMENTS if some.narrow else WIDE):
+            known = Tried.joined([*found, *made])
+            arrived = known.cost[(known.worst <= self.tolerance) & (known.time <= within)]
+            some = some.some(some.cost < np.min(arrived, initial=math.inf))
+            if not len(some.cost):
+                break
+            shape = len(some.cost), CUTS + 1
+            fine = np.repeat(some.bursts, CUTS + 1, axis=0)
+            fine[:, -1, 1] = np.linspace(some.low, some.high, CUTS + 1, axis=1).ravel()
+            last = self.run(fine)
+            made.append(last)
+            low, high = _narrower(fine[:, -1, 1].reshape(shape), last.middle.reshape(shape))
+            done = np.any((last.worst <= self.tolerance).reshape(shape), axis=1)
+            some = dataclasses.replace(some, low=low, high=high).some(~done)
+        return made
 
     def settled_drift(self, factors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(drift per drive period of the settled motion with each factor [factors], whether it settled)."""
@@ -189,8 +214,8 @@ class Search:
         rows = np.stack([lengths, np.broadcast_to(factor[:, None], lengths.shape)], axis=-1).reshape(-1, 2)
         return rows[rows[:, 0] > SHORT]
 
-    def _candidates(self, within: float) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """(bursts [n, 2, 2] that arrive or come near, (bursts, low, high, cost) of those that do between two factors).
+    def _candidates(self, within: float) -> tuple[np.ndarray, np.ndarray, Brackets]:
+        """(bursts [n, 2, 2] that arrive, that come near, those that do between two factors).
 
         By the sums of what each burst does, in every sample.
         """
@@ -198,7 +223,7 @@ class Search:
         firsts = np.concatenate([short.reshape(-1, 2), self._long_bursts()])
         after = self.ends(firsts[:, None])
         then = self.ends(second.reshape(-1, 1, 2), at_rest=True)
-        away, count = after.position - self.target, away_count(after)
+        away, count = after.position - self.target, self.trials.count
         further = then.position.reshape(*second.shape[:2], count)
         work = then.work[:, 0].reshape(second.shape[:2])
         pick = _Pick(self, within)
@@ -210,11 +235,6 @@ class Search:
         own = after.work[: short.shape[0] * short.shape[1], 0].reshape(short.shape[:2])
         pick.row(none[0], short, begun, own, np.full(count, self.here - self.target))
         return pick.found()
-
-
-def away_count(ends: Ends) -> int:
-    """How many samples there are."""
-    return ends.position.shape[1]
 
 
 class _Pick:
@@ -269,17 +289,18 @@ class _Pick:
         if math.isfinite(worst[k]):
             self.near.append((float(worst[k]), bursts[k]))
 
-    def found(self) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    def found(self) -> tuple[np.ndarray, np.ndarray, Brackets]:
         """What `Search._candidates` returns."""
-        best = [
-            [each for _, each in sorted(some, key=lambda one: one[0])[:KEPT]] for some in (self.arriving, self.near)
-        ]
-        grid = np.array([*best[0], *best[1]]).reshape(-1, 2, 2)
-        between = sorted(self.between or self.wide, key=lambda one: one[0])[: 2 * KEPT]
+        arriving, near = (
+            np.array([bursts for _, bursts in sorted(some, key=lambda one: one[0])[:KEPT]]).reshape(-1, 2, 2)
+            for some in (self.arriving, self.near)
+        )
+        narrow = bool(self.between)
+        between = sorted(self.between or self.wide, key=lambda one: one[0])[: 2 * KEPT if narrow else BATCH]
         rows = np.array([each[0] for _, each in between]).reshape(-1, 2, 2)
         low, high = (np.array([each[i] for _, each in between]) for i in (1, 2))
-        costs = [cost if self.between else 0.0 for cost, _ in between]
-        return grid, (rows, low, high, np.array(costs))
+        costs = np.array([cost if narrow else 0.0 for cost, _ in between])
+        return arriving, near, Brackets(rows, low, high, costs, narrow)
 
 
 def _narrower(factors: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

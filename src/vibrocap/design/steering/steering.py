@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.case.case import Case
 from vibrocap.design.steering.family import schedules_of
 from vibrocap.design.steering.search import Search
-from vibrocap.design.steering.trials import Trials, with_schedule
+from vibrocap.design.steering.trials import Trials, most_events, with_schedule
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.system import System
@@ -103,11 +103,11 @@ class Steering(Result):
         system = self.system
         if sample is not None:
             system = system.with_parameters({path: float(x[sample]) for path, x in self.samples.items()})
-        return simulate(system, periods=1, initial=self.initial, tolerance=CHECK)
+        return simulate(system, initial=self.initial, **_run(self.system))
 
     def case(self) -> Case:
         """The case that runs the schedule once."""
-        return Case(self.system, self.initial, periods=1, tolerance=CHECK)
+        return Case(self.system, self.initial, **_run(self.system))
 
     def save(self, path: str | Path) -> Path:
         """Write a case file, which `vibrocap simulate` runs over the schedule."""
@@ -135,8 +135,9 @@ class Steering(Result):
             found["uncertain"] = f"{share}, worst error {self.said('worst_error', 4)}"
         if self.arrival is not None:
             found["arrives"] = f"after {self.said('arrival', 6)} of {self.said('duration', 6)}"
-        settled = "" if self.settled else ", which has not settled"
-        found["travels"] = f"{self.said('drift', 6)} per drive period, the motion of the longest burst{settled}"
+        if any(each.factor for each in self.segments):
+            what = "settled" if self.settled else "not settled"
+            found["travels"] = f"{self.said('drift', 6)} per drive period, {what}, by the factor of the longest burst"
         found["work"] = self.said("work", 6)
         found["creep"] = f"{self.said('creep', 3)} in ten times the hold"
         return found
@@ -147,7 +148,7 @@ def steering_of(search: Search, bursts: np.ndarray, hold: int, fresh: Trials) ->
     rows = [tuple(map(float, row)) for row in schedules_of(bursts[None], search.pause)[0] if row[0] > 0.0]
     rows = [*rows[:-1], (rows[-1][0] + hold, 0.0)] if rows else [(float(hold), 0.0)]
     scheduled = with_schedule(search.system, rows)
-    motion = simulate(scheduled, periods=1, initial=search.start, tolerance=CHECK)
+    motion = simulate(scheduled, initial=search.start, **_run(scheduled))
     trials = [search.trials, *([fresh] if search.trials.samples else [])]
     longer = [*rows[:-1], (rows[-1][0] + (HOLDS - 1) * hold, 0.0)]
     ends, later = ([each.ends(np.array([way])) for each in trials] for way in (rows, longer))
@@ -182,6 +183,11 @@ def steering_of(search: Search, bursts: np.ndarray, hold: int, fresh: Trials) ->
         tried=search.tried,
         status=status,
     )
+
+
+def _run(system: Any) -> dict[str, Any]:
+    """How the motion over the schedule of a system is run."""
+    return {"periods": 1, "tolerance": CHECK, "max_events_per_period": most_events(system.drive.phases)}
 
 
 def _segments(rows: list[tuple[float, float]], bursts: np.ndarray, motion: Trajectory) -> tuple[ScheduleSegment, ...]:

@@ -1,6 +1,7 @@
 """Schedules tried side by side: where each of them leaves a machine, for every sample of what is uncertain."""
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from vibrocap.physics.drives.scheduled import PHASES, scheduled
 from vibrocap.physics.system import System
 
 RUN = 1e-9  # tolerance of the runs
+MOST_EVENTS = 10_000  # in a period of the drive, of which a schedule has many
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,6 +62,7 @@ class Trials:
             window=1,
             tolerance=RUN,
             threads=self.threads,
+            max_events_per_period=most_events(schedules),
             final_states=True,
         )
         shape = runs, self.count
@@ -71,6 +74,11 @@ class Trials:
             np.max(speeds, axis=0).reshape(shape),
             found["drive_work"].reshape(shape),
         )
+
+
+def most_events(schedules: Any) -> int:
+    """How many events a run over one of these schedules [..., phases, 2] may have."""
+    return MOST_EVENTS * math.ceil(np.max(np.sum(np.asarray(schedules)[..., 0], axis=-1)))
 
 
 def with_schedule(system: System, rows: Sequence[tuple[float, float]]) -> System:
