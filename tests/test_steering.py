@@ -180,7 +180,7 @@ def test_the_least_work_is_no_more_than_that_of_the_soonest_and_the_soonest_no_l
 
 @pytest.mark.slow
 def test_every_sample_arrives_by_a_run_of_its_own_or_what_is_attainable_is_said():
-    found = vc.steer(CAPSULE, 3.0, tolerance=0.1, uncertain=UNSURE, samples=8, **FEW)
+    found = vc.steer(CAPSULE, 3.0, tolerance=0.1, uncertain=UNSURE, samples=8)
     assert found.status is vc.SteeringStatus.ARRIVES
     assert found.share_within == 1.0
     assert len(found.positions) == 4 + 8 + found.checked  # the corners of the box, the samples seen, the others
@@ -189,11 +189,11 @@ def test_every_sample_arrives_by_a_run_of_its_own_or_what_is_attainable_is_said(
         state = independent_end(found, CAPSULE, k)
         assert state["position"] == pytest.approx(found.positions[k], abs=1e-6)
         assert abs(state["position"] - 3.0) <= 0.1
-    tight = vc.steer(CAPSULE, 3.0, tolerance=1e-3, uncertain=UNSURE, samples=8, **FEW)
+    tight = vc.steer(CAPSULE, 3.0, tolerance=1e-3, uncertain=UNSURE, samples=8)
     assert tight.status is not vc.SteeringStatus.ARRIVES
     assert tight.worst_error > 1e-3
     assert tight.worst_error == pytest.approx(np.max(np.abs(tight.positions - 3.0)))
-    again = vc.steer(CAPSULE, 3.0, tolerance=1.05 * tight.worst_error, uncertain=UNSURE, samples=8, **FEW)
+    again = vc.steer(CAPSULE, 3.0, tolerance=1.05 * tight.worst_error, uncertain=UNSURE, samples=8)
     assert again.status is vc.SteeringStatus.ARRIVES
 
 

@@ -28,13 +28,15 @@ from vibrocap.physics.system import System
 
 SETTLING = 300  # periods, within which a motion settles whose drift long bursts rely on
 REST = 0.02  # of the tolerance, by which a machine may still move after a pause
-KEPT = 16  # schedules of each sort that are run in whole
+KEPT = 16  # schedules that arrive by the sums of their bursts, which are run in whole
+CLOSE = 256  # of those that come nearest, where none arrives
+EACH = 4  # of these with the same first burst
 SURE = 0.95  # of the tolerance, within which a sum of bursts counts as arriving
 LONGEST = 10_000  # periods of a burst: a motion that does not arrive in so many does not travel there
 CUTS = 8  # of a step between two factors, in each refinement
 REFINEMENTS = 5
 BATCH = 8  # brackets that are refined at a time, the soonest first
-WIDE = 2  # of these, where no bracket can arrive: the samples lie too far apart
+NEARER = 3  # refinements of those that come nearest, where none arrives
 NEAR = 0.05  # of the way, within which a schedule counts as one to the target that misses it
 
 
@@ -69,18 +71,17 @@ class Tried:
 class Brackets:
     """Schedules [n, 2, 2] of which the middle error changes its sign while the last factor goes from low to high [n].
 
-    cost: [n] in order; narrow: whether the samples lie near enough together for one of them to arrive
+    cost: [n] in order
     """
 
     bursts: np.ndarray
     low: np.ndarray
     high: np.ndarray
     cost: np.ndarray
-    narrow: bool
 
     def some(self, chosen: Any) -> "Brackets":
         """Those that are chosen."""
-        return Brackets(self.bursts[chosen], self.low[chosen], self.high[chosen], self.cost[chosen], self.narrow)
+        return Brackets(self.bursts[chosen], self.low[chosen], self.high[chosen], self.cost[chosen])
 
 
 class Search:
@@ -134,7 +135,22 @@ class Search:
             tell(0.5 + 0.4 * begin / len(between.cost))
         if not np.any(Tried.joined(found).worst <= self.tolerance):
             found.append(self.run(near))
+            found += self._nearer(Tried.joined(found))
         return Tried.joined(found)
+
+    def _nearer(self, known: Tried) -> list[Tried]:
+        """The schedules that come nearest with the last factor to both sides, in ever finer steps."""
+        made = [known]
+        step = float(self.family.factors[-1] / len(self.family.factors))
+        for _ in range(NEARER):
+            known = Tried.joined(made)
+            best = known.bursts[np.argsort(known.worst, kind="stable")[:BATCH]]
+            fine = np.repeat(best, CUTS + 1, axis=0)
+            fine[:, -1, 1] += np.tile(np.linspace(-step, step, CUTS + 1), len(best))
+            fine[:, -1, 1] = np.clip(fine[:, -1, 1], -1.0, 1.0)
+            made.append(self.run(fine))
+            step /= 0.5 * CUTS
+        return made[1:]
 
     def _between(self, some: "Brackets", found: list[Tried], within: float) -> list[Tried]:
         """Schedules with the last factor between two others, in ever finer steps until each of them arrives.
@@ -142,7 +158,7 @@ class Search:
         Those that would cost more than one that has arrived already are left out.
         """
         made: list[Tried] = []
-        for _ in range(REFINEMENTS if some.narrow else WIDE):
+        for _ in range(REFINEMENTS):
             known = Tried.joined([*found, *made])
             arrived = known.cost[(known.worst <= self.tolerance) & (known.time <= within)]
             some = some.some(some.cost < np.min(arrived, initial=math.inf))
@@ -245,7 +261,6 @@ class _Pick:
         self.arriving: list[tuple[float, Any]] = []
         self.near: list[tuple[float, Any]] = []
         self.between: list[tuple[float, Any]] = []
-        self.wide: list[tuple[float, Any]] = []  # those of which the samples lie too far apart
 
     def alone(self, first: np.ndarray, errors: np.ndarray, work: float) -> None:
         """A burst with nothing after it."""
@@ -267,15 +282,13 @@ class _Pick:
         middle, half = np.insert(middle, at_zero, own, axis=1), np.insert(half, at_zero, width, axis=1)
         work = np.insert(work, at_zero, 0.0, axis=1)
         width = np.minimum(half[:, :-1], half[:, 1:])
-        crosses = np.argwhere(middle[:, :-1] * middle[:, 1:] < 0.0)
-        sure = [width[i, j] <= SURE * search.tolerance for i, j in crosses]
-        for (i, j), narrow in zip(crosses, sure, strict=True):
+        crosses = (middle[:, :-1] * middle[:, 1:] < 0.0) & (width <= SURE * search.tolerance)
+        for i, j in np.argwhere(crosses):
             rows = np.array([first, (second[i, 0, 0], factors[j])])
             time = float(periods_of(rows, search.pause)) * search.system.drive.period
-            cost = time if search.least == "time" else float(0.5 * (work[i, j] + work[i, j + 1]))
             if time <= self.within:
-                found = rows, factors[j], factors[j + 1]
-                (self.between if narrow else self.wide).append((cost if narrow else float(width[i, j]), found))
+                cost = time if search.least == "time" else float(0.5 * (work[i, j] + work[i, j + 1]))
+                self.between.append((cost, (rows, factors[j], factors[j + 1])))
 
     def _take(self, bursts: np.ndarray, worst: np.ndarray, work: np.ndarray) -> None:
         search = self.search
@@ -285,22 +298,20 @@ class _Pick:
         fits = np.flatnonzero(worst <= SURE * search.tolerance)
         for k in fits[np.argsort(cost[fits], kind="stable")[:KEPT]]:
             self.arriving.append((float(cost[k]), bursts[k]))
-        k = int(np.argmin(worst))
-        if math.isfinite(worst[k]):
-            self.near.append((float(worst[k]), bursts[k]))
+        for k in np.argsort(worst, kind="stable")[:EACH]:
+            if math.isfinite(worst[k]):
+                self.near.append((float(worst[k]), bursts[k]))
 
     def found(self) -> tuple[np.ndarray, np.ndarray, Brackets]:
         """What `Search._candidates` returns."""
         arriving, near = (
-            np.array([bursts for _, bursts in sorted(some, key=lambda one: one[0])[:KEPT]]).reshape(-1, 2, 2)
-            for some in (self.arriving, self.near)
+            np.array([bursts for _, bursts in sorted(some, key=lambda one: one[0])[:most]]).reshape(-1, 2, 2)
+            for some, most in ((self.arriving, KEPT), (self.near, CLOSE))
         )
-        narrow = bool(self.between)
-        between = sorted(self.between or self.wide, key=lambda one: one[0])[: 2 * KEPT if narrow else BATCH]
+        between = sorted(self.between, key=lambda one: one[0])[: 2 * KEPT]
         rows = np.array([each[0] for _, each in between]).reshape(-1, 2, 2)
         low, high = (np.array([each[i] for _, each in between]) for i in (1, 2))
-        costs = np.array([cost if narrow else 0.0 for cost, _ in between])
-        return arriving, near, Brackets(rows, low, high, costs, narrow)
+        return arriving, near, Brackets(rows, low, high, np.array([cost for cost, _ in between]))
 
 
 def _narrower(factors: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

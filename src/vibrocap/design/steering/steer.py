@@ -10,7 +10,7 @@ from vibrocap.arguments import Complaint, Complaints, check_one_of, check_whole,
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.uncertainty import sample_points, samples_of, uncertain_quantities
 from vibrocap.design.steering.search import NEAR, Search, said_place, said_time
-from vibrocap.design.steering.steering import Steering, steering_of
+from vibrocap.design.steering.steering import Steering, SteeringStatus, steering_of
 from vibrocap.design.steering.trials import Trials, with_schedule
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -19,6 +19,8 @@ from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Length, Time
 
 FRESH = 4  # times as many samples as the search has seen check what it found
+CHECKS = 3  # searches, each with the samples added that the last one's schedule misses by more than it foresaw
+FORESEEN = 1.1  # times the worst error in the samples that it has seen
 OBJECTIVES = ("time", "work")
 
 
@@ -61,7 +63,8 @@ def steer(
     least: what is made small, "time" or "work" of the drive
     initial: where it starts, by state; by default that of the case, else at rest at 0
     hold: drive periods of the last pause that are there to hold it
-    samples: of what is uncertain, that the search sees; four times as many others check what it found
+    samples: of what is uncertain, that the search sees; four times as many others check what it found. Those that it
+        misses by more than it foresaw are added, and it is searched again and checked in others still, twice at most
     threads: at most so many
 
     Returns a `Steering`, whose status says whether it arrives in every sample, and how near it comes if not. Raises
@@ -92,14 +95,27 @@ def steer(
         start = initial_state(system, case.initial if initial is None else initial)
     if complaints:
         raise CaseError(complaints, "the question")
-    seen = fresh = np.zeros((0, 0))
-    if quantities:
-        seen = samples_of(quantities, samples, "worst").points
-        fresh = sample_points(len(quantities), FRESH * samples, 1)
-    uncertain_samples = quantities, seen
-    search = Search(system, start, float(target), float(tolerance), least, uncertain_samples, levels, threads)
-    bursts = _best(search, within, told(progress) or (lambda share: None))
-    return steering_of(search, bursts, hold, Trials(system, start, quantities, fresh, threads))
+    seen = samples_of(quantities, samples, "worst").points if quantities else np.zeros((0, 0))
+    tell = told(progress) or (lambda share: None)
+
+    def searched(points: np.ndarray, seed: int) -> Steering:
+        """What is found with these samples, checked in others."""
+        search = Search(system, start, float(target), float(tolerance), least, (quantities, points), levels, threads)
+        others = sample_points(len(quantities), FRESH * samples, seed) if quantities else points
+        bursts = _best(search, within, tell)
+        return steering_of(search, bursts, hold, Trials(system, start, quantities, others, threads))
+
+    found: list[Steering] = []
+    for seed in range(1, CHECKS + 1):
+        found.append(searched(seen, seed))
+        errors = np.nan_to_num(np.abs(found[-1].positions - found[-1].target), nan=math.inf)
+        foreseen = max(found[-1].tolerance, FORESEEN * np.max(errors[: len(seen)], initial=0.0))
+        missed = errors[len(seen) :] > foreseen
+        if not np.any(missed):
+            break
+        others = sample_points(len(quantities), FRESH * samples, seed)
+        seen = np.concatenate([seen, others[missed]])  # and again, with those that it did not foresee
+    return min(found, key=lambda each: (each.status is not SteeringStatus.ARRIVES, each.worst_error))
 
 
 def _check_system(system: System, complaints: Complaints) -> None:
