@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.design.steering.steer import steer
+    from vibrocap.design.steering.steering import ScheduleSegment, Steering, SteeringStatus
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
     from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -119,6 +121,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.drives.phases import Phases
     from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.drives.scheduled import scheduled
     from vibrocap.physics.drives.seven_phase import SevenPhase
     from vibrocap.physics.drives.square import Square
     from vibrocap.physics.drives.table import DriveTable
@@ -170,6 +173,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.steering import draw_steering
     from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -273,7 +277,7 @@ __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
-__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table"]
+__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table", "scheduled"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
@@ -285,6 +289,7 @@ __all__ += ["SpecialKind", "ModeChange", "branch_dataset"]
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
+__all__ += ["steer", "Steering", "SteeringStatus", "ScheduleSegment"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
@@ -293,7 +298,7 @@ __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidat
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front", "draw_steering"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

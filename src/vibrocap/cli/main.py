@@ -36,6 +36,7 @@ from vibrocap.cli.commands.records import datasets, stick_slip
 from vibrocap.cli.commands.robust import robust
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
+from vibrocap.cli.commands.steer import steer
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
 from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
@@ -151,7 +152,7 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, fit, stick_slip)
+WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, steer, fit, stick_slip)
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 OWN_OFFERS = {
@@ -161,8 +162,8 @@ OWN_OFFERS = {
 }
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
-    completion,
+    equilibria, optimise, robust, bound, calibrate, steer, lab, export, friction, fit, check, stick_slip, datasets,
+    cite, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

@@ -19,6 +19,7 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.drives.scheduled import scheduled
 from vibrocap.physics.friction.anisotropic import anisotropic
 from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
@@ -48,32 +49,33 @@ Part = TypeVar("Part", bound=type)
 _registered: dict[str, type] = {}  # by contract and name, such as "law hyperbolic"
 
 
-class Laws(Mapping[str, type[Law]]):
-    """The plain laws, in alphabetical order; asked for by name, it answers for wrapped ones too.
+class Known(Mapping[str, Any]):
+    """Parts by name: the plain ones, in alphabetical order; asked for by name, it answers for the endless others too.
 
-    So "lugre" is listed, and "backlash-anisotropic-lugre" is found though there is no end of such names.
+    So "lugre" is listed, and "backlash-anisotropic-lugre" is found; so are rows of more bodies, and scheduled drives.
     """
 
-    def __init__(self, plain: Mapping[str, type[Law]]):
-        self._plain = plain
+    def __init__(self, listed: Mapping[str, Any], other: Callable[[str], Any]):
+        """other: the part of a name that is not listed; KeyError or ValueError where there is none"""
+        self._listed, self._other = listed, other
 
-    def __getitem__(self, name: str) -> type[Law]:
+    def __getitem__(self, name: str) -> Any:
         try:
-            return self._plain[name] if name in self._plain else law(name)
+            return self._listed[name] if name in self._listed else self._other(name)
         except ValueError:
             raise KeyError(name) from None
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._plain)
+        return iter(self._listed)
 
     def __len__(self) -> int:
-        return len(self._plain)
+        return len(self._listed)
 
 
 @functools.cache
 def laws() -> Mapping[str, type[Law]]:
     """Friction laws by name."""
-    return Laws(_all(Law))
+    return Known(_all(Law), law)
 
 
 @functools.cache
@@ -98,34 +100,24 @@ def law(name: str) -> Any:
     )
 
 
-class Machines(Mapping[str, type[Machine]]):
-    """The machines, in alphabetical order; asked for by name, it answers for rows of more bodies too."""
-
-    def __init__(self, listed: Mapping[str, type[Machine]]):
-        self._listed = listed
-
-    def __getitem__(self, name: str) -> type[Machine]:
-        if name in self._listed:
-            return self._listed[name]
-        return row_called(name, ROWS)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._listed)
-
-    def __len__(self) -> int:
-        return len(self._listed)
-
-
 @functools.cache
 def machines() -> Mapping[str, type[Machine]]:
     """Machines by name."""
-    return Machines(_all(Machine))
+    return Known(_all(Machine), lambda name: row_called(name, ROWS))
 
 
 @functools.cache
 def drives() -> Mapping[str, type[Drive]]:
-    """Drives by name."""
-    return _all(Drive)
+    """Drives by name, scheduled ones such as "scheduled-harmonic" besides."""
+    return Known(_all(Drive), _scheduled)
+
+
+def _scheduled(name: str) -> Any:
+    """The scheduled drive of a name; KeyError where it is none, ValueError for a drive that has no schedule."""
+    prefix, _, rest = str(name).partition("-")
+    if prefix != scheduled.__name__:
+        raise KeyError(name)
+    return scheduled(drives()[rest])
 
 
 @functools.cache

@@ -290,7 +290,7 @@ class System:
         """Natural size of each state, over which its error is measured."""
         loads = self.law_loads
         internal = (size for i, law in laws_by_state(self.parts) for size in law.internal_scales(loads[i - 1]))
-        return (*self.placed.scales(self.drive.period), *internal)
+        return (*self.placed.scales(self.drive.time_scale), *internal)
 
     @property
     def mirrored(self) -> bool:
