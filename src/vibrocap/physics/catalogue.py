@@ -7,6 +7,7 @@ packages, which announce them under the entry points `vibrocap.parts`, and those
 import functools
 import importlib
 import importlib.metadata
+import importlib.util
 import inspect
 import pkgutil
 import re
@@ -19,19 +20,11 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.friction.anisotropic import anisotropic
-from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.physics.friction.viscous import viscous
-from vibrocap.physics.machines.block_row import BlockRow
-from vibrocap.physics.machines.crawler import Crawler
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.machines.row import row_called
-from vibrocap.physics.machines.worm import Worm
 
 GROUP = "vibrocap.parts"  # of entry points
-ROWS = (Crawler, Worm, BlockRow)  # machines of any number of bodies
+PART_NAME = r"[a-z0-9]+(-[a-z0-9]+)*"
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
 CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Law: ("law", "vibrocap.physics.friction", ("kind",), ("force", "steady_force", "passive")),
@@ -48,37 +41,65 @@ Part = TypeVar("Part", bound=type)
 _registered: dict[str, type] = {}  # by contract and name, such as "law hyperbolic"
 
 
-class Laws(Mapping[str, type[Law]]):
-    """The plain laws, in alphabetical order; asked for by name, it answers for wrapped ones too.
+class Parts(Mapping[str, Any]):
+    """The parts that keep a contract, in alphabetical order of their names.
+
+    All of them are imported where they are listed. One that is asked for by name is found in the file of that name, if
+    there is one: a command on a case needs one machine, one law and one drive.
+    """
+
+    def __init__(self, contract: type):
+        self._contract = contract
+
+    @functools.cached_property
+    def _listed(self) -> dict[str, type]:
+        return dict(sorted(_known(self._contract).items()))
+
+    def __getitem__(self, name: str) -> Any:
+        found = None if "_listed" in vars(self) else _in_file_of_its_name(self._contract, name)
+        return self._listed[name] if found is None else found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._listed)
+
+    def __len__(self) -> int:
+        return len(self._listed)
+
+
+class Laws(Parts):
+    """The plain laws; asked for by name, it answers for wrapped ones too.
 
     So "lugre" is listed, and "backlash-anisotropic-lugre" is found though there is no end of such names.
     """
 
-    def __init__(self, plain: Mapping[str, type[Law]]):
-        self._plain = plain
-
-    def __getitem__(self, name: str) -> type[Law]:
+    def __getitem__(self, name: str) -> Any:
         try:
-            return self._plain[name] if name in self._plain else law(name)
+            return law(name)
         except ValueError:
             raise KeyError(name) from None
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._plain)
-
-    def __len__(self) -> int:
-        return len(self._plain)
+    def plain(self, name: str) -> type[Law] | None:
+        """The law of a name that has no wrapper; None where there is none."""
+        try:
+            return super().__getitem__(name)
+        except KeyError:
+            return None
 
 
 @functools.cache
-def laws() -> Mapping[str, type[Law]]:
+def laws() -> Laws:
     """Friction laws by name."""
-    return Laws(_all(Law))
+    return Laws(Law)
 
 
 @functools.cache
 def wrappers() -> Mapping[str, Callable[[type[Law]], type[Law]]]:
     """What can be put around a law, by the word before its name: a function from the class to the new class."""
+    from vibrocap.physics.friction.anisotropic import anisotropic
+    from vibrocap.physics.friction.backlash import backlash
+    from vibrocap.physics.friction.smoothed import smoothed
+    from vibrocap.physics.friction.viscous import viscous
+
     return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed, viscous)})
 
 
@@ -87,8 +108,8 @@ def law(name: str) -> Any:
 
     Raises KeyError for a name that is none, ValueError for a wrapper around a law that it does not fit.
     """
-    if name in tuple(laws()):
-        return laws()[name]
+    if (plain := laws().plain(name)) is not None:
+        return plain
     prefix, _, rest = str(name).partition("-")
     if prefix in wrappers():
         return wrappers()[prefix](law(rest))
@@ -98,40 +119,38 @@ def law(name: str) -> Any:
     )
 
 
-class Machines(Mapping[str, type[Machine]]):
-    """The machines, in alphabetical order; asked for by name, it answers for rows of more bodies too."""
+class Machines(Parts):
+    """The machines; asked for by name, it answers for rows of more bodies too."""
 
-    def __init__(self, listed: Mapping[str, type[Machine]]):
-        self._listed = listed
+    def __getitem__(self, name: str) -> Any:
+        try:
+            return super().__getitem__(name)
+        except KeyError:
+            pass
+        from vibrocap.physics.machines.block_row import BlockRow
+        from vibrocap.physics.machines.crawler import Crawler
+        from vibrocap.physics.machines.row import row_called
+        from vibrocap.physics.machines.worm import Worm
 
-    def __getitem__(self, name: str) -> type[Machine]:
-        if name in self._listed:
-            return self._listed[name]
-        return row_called(name, ROWS)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._listed)
-
-    def __len__(self) -> int:
-        return len(self._listed)
+        return row_called(name, (Crawler, Worm, BlockRow))
 
 
 @functools.cache
 def machines() -> Mapping[str, type[Machine]]:
     """Machines by name."""
-    return Machines(_all(Machine))
+    return Machines(Machine)
 
 
 @functools.cache
 def drives() -> Mapping[str, type[Drive]]:
     """Drives by name."""
-    return _all(Drive)
+    return Parts(Drive)
 
 
 @functools.cache
 def controllers() -> Mapping[str, type[Controller]]:
     """Controllers by name."""
-    return _all(Controller)
+    return Parts(Controller)
 
 
 # --- parts of one's own -----------------------------------------------------------------------------------------------
@@ -184,7 +203,7 @@ def complaints(part: type) -> list[str]:
     what, _, constants, functions = CONTRACTS[contract]
     found = []
     name = getattr(part, "name", None)
-    if not isinstance(name, str) or not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name):
+    if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
         wanted = f'a ClassVar of small letters, digits and hyphens, such as "my-{what}"'
         found.append(f"name: should be {wanted}, got {name!r}")
     if not is_pydantic_dataclass(part):
@@ -219,9 +238,15 @@ def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
     ]
 
 
-def _all(contract: type) -> Mapping[str, type]:
-    """Parts of the package, of installed packages and registered ones, in alphabetical order."""
-    return MappingProxyType(dict(sorted(_known(contract).items())))
+def _in_file_of_its_name(contract: type, name: Any) -> type | None:
+    """The part of the package of a name like "pendulum-capsule", if it stands in "pendulum_capsule.py"."""
+    if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
+        return None
+    module = f"{CONTRACTS[contract][1]}.{name.replace('-', '_')}"
+    if importlib.util.find_spec(module) is None:
+        return None
+    parts = parts_in(importlib.import_module(module), contract)
+    return next((part for part in parts if part.name == name), None)  # type: ignore[attr-defined]
 
 
 def _known(contract: type) -> dict[str, type]:

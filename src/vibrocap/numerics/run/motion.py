@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.kernel.stepper.take_step import NO_SPEED_AT_START, NOT_TOLD
+from vibrocap.numerics.linker.known import kernel_key, known_kernel, note_kernel
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
 from vibrocap.numerics.run.results import PieceSeries
@@ -161,19 +161,34 @@ def _kept_rates(equations: Any) -> tuple[int, ...]:
     return tuple(found)
 
 
+def motion_layout(equations: Any, order: int) -> Layout:
+    """The memory of one motion of these equations."""
+    states = len(equations.rates)
+    return Layout(1, states, states, order, len(equations.parameter_paths), **sizes(equations))
+
+
 def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
-    states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
-    layout = Layout(1, states, states, order, parameters, **sizes(equations))
-    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners is not None, equations.several)
+    from vibrocap.numerics.codegen.source import generated_source  # only here: most kernels are on the disk
+
+    layout, corners = motion_layout(equations, order), equations.corners is not None
+    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners, equations.several)
     return layout, linked_source(generated_source(equations, layout), recipe)
 
 
 @functools.lru_cache(maxsize=64)
 def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
-    layout, text = linked_motion(equations, order)
-    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
+    if plain:
+        layout, text = linked_motion(equations, order)
+        return layout, plain_kernel(text)["advance"]
+    layout = motion_layout(equations, order)
+    key = kernel_key(equations, layout, literal)
+    if (found := known_kernel(key)) is None:
+        _, text = linked_motion(equations, order)
+        found = compiled_kernel(text, literal)
+        note_kernel(key, text, literal)
+    return layout, found
 
 
 def recorded_run(
