@@ -112,7 +112,7 @@ def compiled(text: str, entry: str, short: bool = False, literal: bool = False) 
 
 
 def note(key: str, text: str, entry: str, short: bool = False, literal: bool = False) -> None:
-    """Note on the disk under which name the machine code of a kernel is kept, for a process that knows the key alone."""
+    """Note on the disk under which name a kernel is kept, for a process that knows the key alone."""
     cache.keep(key, _name(text, entry, short, literal).encode())
 
 
