@@ -165,10 +165,6 @@ OWN_OFFERS = {
     "check": {"names": part_names},
     "optimise": {"against": measure_names},
 }
-    "examples": {"names": example_names},
-    "check": {"names": part_names},
-    "optimise": {"against": measure_names},
-}
 
 
 @functools.cache
