@@ -29,6 +29,9 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     row_size = (layout.order + 1) * layout.lanes
     constants = {
         **layout.constants(),
+        "RATE_ROWS": layout.rates or (-1,) * layout.rows,
+        "WHOLE_ROWS": layout.whole_rows,
+        "WHOLE_COUNT": len(layout.whole_rows),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
         "MAYBE_STIFF": equations.maybe_stiff,

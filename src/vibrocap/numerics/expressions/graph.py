@@ -102,6 +102,12 @@ class Expression(Recordable):
         op, *operands = self.graph.nodes[self.index]
         return operands[0] if op == "constant" else None
 
+    @property
+    def state(self) -> int:
+        """Number of the state that this expression is, -1 if it is none."""
+        op, *operands = self.graph.nodes[self.index]
+        return operands[0] if op == "state" else -1
+
     def _binary(self, op: str, left: Any, right: Any) -> "Expression":
         graph = self.graph
         try:

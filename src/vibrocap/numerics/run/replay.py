@@ -32,7 +32,7 @@ def replayed(
     motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
     switch_times: when each guard of the machine fell to zero
     """
-    layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
+    layout, kernel = _hooks(equations, motion.series.order, integrands)
     floats, ints = layout.allocated()
     tables = drive_tables(equations, np.array([parameters]))
     trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
@@ -63,7 +63,7 @@ def replayed(
     methods = motion.piece_implicit.astype(int).tolist()
     jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
     lengths, sides = motion.piece_length.tolist(), motion.piece_sides
-    pieces = enumerate(zip(lengths, sides, methods, jumps, motion.coefficients, strict=True))
+    pieces = enumerate(zip(lengths, sides, methods, jumps, motion.series[:], strict=True))
     doubtful = _near_lift_off(motion) if layout.watched else ()
     count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
     while ints[count] < ints[budget]:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.events import STICK
 from vibrocap.physics.system import System
 
 STOPS = 4  # the last ones, that have to go on alike
@@ -22,7 +23,7 @@ def comes_to_rest(motion: Trajectory) -> bool:
     system = motion.system
     if not _rubs_as_it_holds(system):
         return False
-    kinds = {f"{CONTACT_EVENTS[0]}{number}" for number in ("", *(f"_{i}" for i in range(2, 1 + len(system.laws))))}
+    kinds = {f"{STICK}{number}" for number in ("", *(f"_{i}" for i in range(2, 1 + len(system.laws))))}
     stops = [event for event in motion.events if event.kind in kinds]
     at_rest = [not motion.piece_sides[motion.piece_at(np.array([stop.time]))[0]].any() for stop in stops]
     stops = [stop for stop, rests in zip(stops, at_rest, strict=True) if rests][-1 - STOPS :]
