@@ -239,7 +239,7 @@ def test_a_rotor_that_has_stopped_comes_to_rest():
     stopping = rotor(drive=vc.Constant(force=0.3), damping=0.2)
     for start in ({"angle": 0.1}, {"angle": 0.1, "angle_rate": 5.0}):
         found = vc.orbit(stopping, initial=start, settle_periods=400)
-        assert found.status is vc.OrbitStatus.AT_REST
+        assert found.status is vc.OrbitStatus.COMES_TO_REST
         assert not found.closes
         assert "stability" not in str(found) or "not known" in str(found)
     again = vc.orbit(rotor(drive=vc.Constant(force=0.6), damping=0.2), initial=START, settle_periods=100)

@@ -15,7 +15,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
 
 SETTLE = 1e-6
-RESPONSE = ("period", "outcome", "word", "stick_fraction")
+RESPONSE = ("period", "outcome", "mode_sequence", "stick_fraction")
 BELT = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), vc.Constant(duration=6.0))
 # Two blocks on a belt, by `orbit` and by the reference of issue 27: periods.
 TWO_BLOCKS = {0.15: 12.3929518, 0.2: 11.8962162, 0.3: 10.0706235}
@@ -54,7 +54,7 @@ def test_thousands_of_cycles_are_measured_over_whole_turns():
     assert sticking.sum() > 1000
     assert found["period"][sticking] == pytest.approx(period[sticking], rel=1e-8)
     assert found["stick_fraction"][sticking] == pytest.approx((stuck / period)[sticking], rel=1e-7)
-    assert set(found["word"][sticking]) == {"BS"}
+    assert set(found["mode_sequence"][sticking]) == {"BS"}
     smooth = cycles & ~sticking  # harmonic motion about steady sliding
     assert found["period"][smooth] == pytest.approx(math.sqrt(2.0) * math.pi, rel=1e-7)
 

@@ -1,6 +1,6 @@
 """What a kernel gathers over the window of a run: names and sizes, in the order in which they stand in a result."""
 
-from vibrocap.numerics.kernel.codes import WORD_PLACES
+from vibrocap.numerics.kernel.codes import MODE_PLACES
 
 
 def gathered_entries(
@@ -30,7 +30,7 @@ def gathered_entries(
         ("LETTER_SIDE", 1),  # of the present phase of the last period
         ("LETTER_LENGTH", 1),
         ("LETTER_COUNT", 1),
-        ("LETTERS", WORD_PLACES),
+        ("LETTERS", MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
         ("HOLD_SHARE", 1),

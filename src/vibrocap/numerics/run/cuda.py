@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.run.ensemble import (
@@ -52,7 +53,7 @@ ENTRY = "run_all"
 
 
 def cuda_text(
-    equations: Any, order: int, integrands: Integrands | None = None, returns: bool = False
+    equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
 ) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
     layout, text = ensemble_source(equations, order, 1, integrands, loop="card", returns=returns)
@@ -62,7 +63,7 @@ def cuda_text(
 
 @functools.lru_cache(maxsize=64)
 def cuda_code(
-    equations: Any, order: int, integrands: Integrands | None = None, returns: bool = False
+    equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
 ) -> tuple[Layout, str]:
     """(layout, PTX) for all cards."""
     from vibrocap.numerics.compiler.card import ptx
@@ -162,7 +163,7 @@ def cuda_problem() -> str | None:
 
 
 def cuda_ensemble_run(
-    equations: Any,
+    equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,

@@ -9,6 +9,7 @@ from vibrocap.motion.equations import equations
 from vibrocap.motion.section import brought_back, section_states, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
@@ -44,7 +45,8 @@ def autonomous_orbit(
     modulo travel and whole turns. The guess comes from a simulation: the motion returns to a section, and the cycle is
     as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
     slips, reversals of each contact), and that is taken at which the motion comes back best. The multiplier 1 of the
-    direction along the motion is left out. Where the motion comes to rest instead of cycling, the status is AT_REST.
+    direction along the motion is left out. Where the motion comes to rest instead of cycling, also in the limit by ever
+    smaller stops, the status is COMES_TO_REST.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -115,7 +117,7 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
     if not motion.run_status.ok:
         return OrbitStatus.RUN_FAILED
     if _stands_still(motion):
-        return OrbitStatus.AT_REST
+        return OrbitStatus.COMES_TO_REST
     sections = default_sections(motion) if section is None else [section]
     found = []
     for each in sections:
@@ -129,7 +131,7 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
         return OrbitStatus.NOT_SETTLED if section is None else OrbitStatus.SECTION_NOT_MET
     away, count, times = min(found, key=lambda each: each[0])
     if away > RECURRENT:
-        return OrbitStatus.MORE_RETURNS
+        return OrbitStatus.COMES_TO_REST if comes_to_rest(motion) else OrbitStatus.MORE_RETURNS
     return *_within(motion, times[-1 - count], times[-1]), count
 
 

@@ -38,11 +38,6 @@ class OrbitStatus(Advised):
         "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
         "period and a start; the motion may be quasi-periodic or chaotic.",
     )
-    AT_REST = (
-        "comes to rest",
-        "The motion ends at rest, or slides steadily: `equilibria` tells where. Start elsewhere for a cycle, such as "
-        "one that turns or sticks and slips beside it.",
-    )
     SECTION_NOT_MET = (
         "section not met",
         "The motion does not pass the section twice. Name an event or a value that it meets (simulate to see its "
@@ -53,11 +48,19 @@ class OrbitStatus(Advised):
         "The motion does not come back after so many returns to the section as were asked for. Raise `returns` or "
         "`settle_periods`; the motion may be quasi-periodic or chaotic.",
     )
+    COMES_TO_REST = (
+        "comes to rest",
+        "There is no cycle: the motion ends at rest, slides steadily, or comes to rest in the limit, by stops of which "
+        "each is smaller and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+    )
     CONTRADICTED = (
         "multipliers contradicted",
         "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
         "Shoot it again at another `tolerance`; simulate from its state to see its certificate.",
     )
+
+
+FAILED = (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.COMES_TO_REST)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -134,8 +137,7 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        nothing = OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.AT_REST
-        return self.status in nothing
+        return self.status in FAILED
 
     @property
     def closes(self) -> bool:

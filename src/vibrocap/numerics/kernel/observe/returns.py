@@ -46,7 +46,7 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response
-from vibrocap.numerics.kernel.observe.stick_statistics import begin_word, end_phases
+from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
 from vibrocap.numerics.kernel.observe.window import begin_window
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -187,7 +187,7 @@ def count_return(floats, ints, lane):
     length = now - floats[RETURN_TIMES + (count - response) % MARK_COUNT * LANES + lane]
     ints[WHOLE_PERIODS + lane] += 1 + int(2.0 * length / floats[PERIOD + lane])
     begin_window(floats, ints, lane)
-    begin_word(floats, lane)
+    begin_sequence(floats, lane)
 
 
 def tell_returns(floats, ints, lane):
