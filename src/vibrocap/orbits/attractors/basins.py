@@ -160,7 +160,8 @@ def border_cells(inside: np.ndarray) -> int:
     """Cells [x, y] of a basin beside one of another: the border of a basin cuts about so many."""
     from scipy.ndimage import binary_erosion
 
-    return int(np.sum(inside & ~binary_erosion(inside, border_value=1)))
+    within = np.asarray(binary_erosion(inside, border_value=1), dtype=bool)
+    return int(np.sum(inside & ~within))
 
 
 def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:
