@@ -44,6 +44,7 @@ def in_room(modules, room):
     return {name.rpartition(".")[2] for name in modules if name.rpartition(".")[0] == f"vibrocap.{room}"}
 
 
+@pytest.mark.slow
 def test_a_second_call_writes_no_kernel_and_imports_what_its_case_needs(tmp_path):
     (tmp_path / "case.toml").write_text(CASE)
     first, before = call(tmp_path)
