@@ -72,8 +72,8 @@ def _followed_by_sections(
             return Followed(points, special, way.end)
         turned = _set_anew(closure, points[-1], touches)
         if turned is None:
-            if stuck:
-                return Followed(points, special, way.end)
+            if stuck or len(way.points) == 1:
+                return Followed(points, special, way.end if stuck else BranchEnd.NEWTON_FAILED)
             here, sign = points[-1], 1.0
             continue
         closure, here = turned
