@@ -101,7 +101,7 @@ def test_without_the_turning_section_a_false_turn_comes_back(monkeypatch):
     """The planted fault: a section that stands still makes the branch turn where the cycles touch it."""
     monkeypatch.setattr(cycle_following, "_crossing", lambda closure, way: way)
     monkeypatch.setattr(cycle_following, "hopf_at_end", lambda closure, last: None)
-    monkeypatch.setattr(cycle_following, "_set_anew", lambda closure, last: None)
+    monkeypatch.setattr(cycle_following, "_set_anew", lambda *given: None)
     found = vc.branch(belt(), OVER, (1.0, 2.5), initial={"position": 2.0}, settle_periods=400, points=400)
     assert BranchEnd.HOPF not in found.ends
     assert SpecialKind.FOLD not in {each.kind for each in found.special_points}  # even then no multiplier is 1
