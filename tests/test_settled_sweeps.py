@@ -93,6 +93,18 @@ def test_what_did_not_settle_is_said_by_name():
     assert (still["period"][0], still["response_period"].tolist()) == (0.0, [1, 0])
 
 
+def test_half_the_time_of_an_idle_drive_makes_no_cycle_asymmetric():
+    """A hunting cycle is its own mirror image, over half its own period: of that the measure says nothing."""
+    loop = vc.System(
+        vc.Oscillator(damping=0.0, stiffness=0.0, belt_speed=0.0), vc.Coulomb(1.0, 1.5),
+        vc.Constant(force=0.0, duration=10.0), controller=vc.PositionPID(3.0, 4.0, 6.0),
+    )  # fmt: skip
+    measures = ["symmetric", "outcome"]
+    found = vc.ensemble(loop, {"initial.position": [-1.0]}, measures=measures, periods=100, settle=SETTLE)
+    assert found["outcome"].tolist() == ["cycle"]
+    assert np.isnan(found["symmetric"]).all()
+
+
 def test_a_stored_motion_is_not_settled_by_an_idle_drive():
     motion = vc.simulate(BELT, periods=20, initial={"position": 2.0})
     with pytest.raises(ArgumentError, match="settle should be None, as nothing drives the system in time"):

@@ -43,7 +43,7 @@ def undefined_measures(system: System) -> frozenset[str]:
         "stick_fraction": kind != "set-valued",
         "stick_phases": kind != "set-valued",
         "mode_sequence": kind == "smooth",
-        "symmetric": not system.mirrored,
+        "symmetric": not (system.mirrored and equations(system).timed),
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
         **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
@@ -180,6 +180,8 @@ def _stick_fraction(number: int) -> Measure:
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
+    if runs.results.layout.returns:
+        return runs.nowhere  # half the drive's period says nothing of a cycle
     mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
     return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
 
@@ -218,8 +220,8 @@ RESPONSE = (
     ),
     Measure(
         "symmetric",
-        "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or the "
-        "drive is not odd)",
+        "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or no "
+        "drive that is odd and changes in time)",
         Standard(_symmetric, codes.ASK_SYMMETRY),
     ),
 )
