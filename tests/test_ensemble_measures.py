@@ -82,7 +82,8 @@ def test_during_the_run_is_from_the_stored_motion(law):
         motion = stored_motion(system_with(LAWS[law], ratio), periods)
         stored = vc.measured(motion, names, window=2)
         assert found["mode_sequence"][i] == stored["mode_sequence"] == vc.mode_sequence(motion)
-        for name in set(names) - {"mode_sequence"}:
+        assert found["outcome"][i] == stored["outcome"]
+        for name in set(names) - {"mode_sequence", "outcome"}:
             size = max(abs(stored[name]), 1e-3 if "bristle" in name else 1.0)
             assert found[name][i] == pytest.approx(stored[name], abs=1e-9 * size, nan_ok=True), name
 

@@ -69,6 +69,11 @@ class Measure:
         if not self.name.isidentifier() or keyword.iskeyword(self.name):
             raise ValueError(f"name of a measure should be a Python name such as 'peak_power', got {self.name!r}")
 
+    @property
+    def is_text(self) -> bool:
+        """Whether its values are texts, no numbers."""
+        return isinstance(self.how, Standard) and self.how.text
+
     @classmethod
     def mean(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
         """The mean over time of a function of the instant (`Instant`), over the window."""

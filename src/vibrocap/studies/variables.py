@@ -149,7 +149,7 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
         if scale is not None:
             attributes["dimensionless_unit"] = scale
-        if getattr(measure.how, "text", False):
+        if measure.is_text:
             found.append(Variable(measure.name, TEXT, "", attributes))
         else:
             found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
