@@ -41,8 +41,15 @@ INT_ENTRIES = (
     "WINDOW_START",  # period at which measuring began; -1: not yet
     "RESPONSE",  # drive periods after which the settled motion repeats; 0: not settled
     "SINCE",  # period from which on it was settled
+    "MODES",  # a number for the sides at the start of the period and its events
+    "LAST_MODES",  # the same of the period before
+    "STEADY_MARK",  # for which STEADY has been extrapolated
+    "NEXT_TRIAL",  # first mark at which the limit may be tried
+    "ON_TRIAL",  # 1: the lane has gone on from that limit
+    "REFUSED_TRIALS",
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
+    "EXTRAPOLATE",  # 1: runs go on from the extrapolated limit of their marks
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
     "RESULT_START",  # place of the first result on the trace
     "NEXT_RUN",  # first run of the trace that no lane has begun
@@ -121,6 +128,8 @@ FLOAT_ENTRIES = (
     "SHOWN_SIDE",  # [contacts] side at the clock
     "LAST_TIME",  # of the last event
     "WAITING_TIME",  # [waiting] of events that are later than the clock
+    "STEADY",  # [states] extrapolated limit of the marks, over natural sizes
+    "KEPT",  # [entries] all of the lane above, and of `ints`, while a limit is tried
     "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
@@ -134,7 +143,8 @@ OF_STEPPER = (
 )
 NOT_OF_STEPPER = (
     *("PENDING", "PIECES", "PIECE_LIMIT", "PIECE_START", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT"),
-    *("RECORDED_EVENT_START", "RUN", "WINDOW", "WINDOW_START", "RESPONSE", "SINCE", "PERIOD_BUDGET"),
+    *("RECORDED_EVENT_START", "RUN", "WINDOW", "WINDOW_START", "RESPONSE", "SINCE", "PERIOD_BUDGET", "EXTRAPOLATE"),
+    *("MODES", "LAST_MODES", "STEADY_MARK", "NEXT_TRIAL", "ON_TRIAL", "REFUSED_TRIALS"),
     *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
@@ -151,6 +161,7 @@ RESULT_HEAD = (
     "taylor_steps",
     "implicit_steps",
     "contact_residual",
+    "refused_trials",  # periods from extrapolated limits that were refused
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
@@ -210,6 +221,7 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     table: int = 0  # numbers of the table of its drive
+    extrapolates: bool = False  # whether runs can go on from extrapolated limits of their marks
     slow: tuple[int, ...] = ()  # of each contact the state that may be on a slow manifold, else -1; (): none is
 
     @property
@@ -238,7 +250,15 @@ class Layout:
 
     @functools.cached_property
     def sizes(self) -> dict[str, int]:
-        """Items per entry of `floats` that have more than one."""
+        """Items per entry that does not have one."""
+        found = self._own_sizes()
+        if self.extrapolates:
+            before = FLOAT_ENTRIES[: FLOAT_ENTRIES.index("KEPT")]
+            found["KEPT"] = sum(found.get(name, 1) for name in (*INT_ENTRIES, *before))
+        return found
+
+    def _own_sizes(self) -> dict[str, int]:
+        """All but the size of KEPT, which follows from the others."""
         return {
             "STATE": self.rows,
             "PARAMETER": self.parameters,
@@ -249,6 +269,8 @@ class Layout:
             "UNTIL": 1 if self.coefficients else 0,
             **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY"), len(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
+            "STEADY": self.states if self.extrapolates else 0,
+            "KEPT": 0,
             "MARKS": self.marks * (self.states + self.turns),
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
@@ -286,9 +308,10 @@ class Layout:
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
+        extrapolating = 9 * self.states + 30 if self.extrapolates else 0
         search = self.order + 1 + 38 * (self.order + 2)
         shown = self.states + max(self.observed, self.table)
-        return max(search, points, tangents, gathering, deciding, shown)
+        return max(search, points, tangents, extrapolating, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:

@@ -37,6 +37,8 @@ class Budget:
     asked: groups of measures, a sum of powers of two
     evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
         `kernel/observe/evidence.py`; 0: of no run
+    extrapolate: whether runs go on from the limit of their marks where it holds, see
+        `kernel/observe/extrapolation.py`; never those of a rotor or with a tangent
     """
 
     periods: int
@@ -47,6 +49,7 @@ class Budget:
     max_steps: int
     asked: int = 0
     evidence: int = 0
+    extrapolate: bool = False
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -83,11 +86,14 @@ def ensemble_source(
     stiff = equations.maybe_stiff and not tangent
     slow = slow_states(equations) if loop == "simd" and stiff and equations.several else ()
     slow = slow if any(each >= 0 for each in slow) else ()
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, slow=slow, **sizes(equations))
+    own_sizes = sizes(equations)
+    extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0
+    own_sizes |= {"slow": slow, "extrapolates": extrapolates}
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, **own_sizes)
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    more = equations.several, tangent, watched
+    more = equations.several, tangent, watched, extrapolates
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
@@ -172,6 +178,7 @@ def prepared_lanes(
     for name, value in (
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
+        ("EXTRAPOLATE", budget.extrapolate),
         ("EVIDENCE_PERIODS", budget.evidence),
         ("RESULT_START", count * layout.run_size),
         ("TABLE_START", count * (layout.run_size + layout.result_size)),

@@ -42,6 +42,7 @@ from vibrocap.numerics.kernel.interface import (
     begin_branch,
     decide_together,
     leave_piece,
+    note_event,
     on_event,
     stay_in_piece,
     turned,
@@ -211,6 +212,7 @@ def cross(floats, ints, trace, lane, event, c, h):
     if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
         ints[STATUS + lane] = TOO_MANY_EVENTS
         return
+    note_event(floats, ints, lane, event, c)
     leave_piece(floats, ints, lane, event, c, h)
     if event == 1:
         if SEVERAL:
