@@ -30,5 +30,6 @@ ASK_PEAK = 4  # largest |R|, own extremes
 ASK_EXTREMES = 8  # of the states
 ASK_WORD = 16  # sticking, and the word of the last period
 ASK_SYMMETRY = 32
+ASK_TRANSIENT = 64  # how a run comes to its steady motion, for which it has to wait
 WORD_PLACES = 4  # numbers that hold a word
 LETTERS_PER_PLACE = 26  # of two bits each

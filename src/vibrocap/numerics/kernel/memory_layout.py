@@ -45,7 +45,7 @@ INT_ENTRIES = (
     "LAST_MODES",  # the same of the period before
     "STEADY_MARK",  # for which STEADY has been extrapolated
     "NEXT_TRIAL",  # first mark at which the limit may be tried
-    "ON_TRIAL",  # 1: the lane has gone on from that limit
+    "ON_TRIAL",  # 1: the lane has gone on from that limit; 2: which holds
     "REFUSED_TRIALS",
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
@@ -162,6 +162,7 @@ RESULT_HEAD = (
     "implicit_steps",
     "contact_residual",
     "refused_trials",  # periods from extrapolated limits that were refused
+    "extrapolated",  # 1: the window began at such a limit
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact

@@ -11,6 +11,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     MEASURED,
     MORE,
     NEXT_RUN,
+    ON_TRIAL,
     PAUSE,
     PERIOD_BUDGET,
     REFUSED_TRIALS,
@@ -167,6 +168,7 @@ def end_run(floats, ints, trace, lane):
     trace[place + 8] = ints[IMPLICIT_STEPS + lane]
     trace[place + 9] = floats[CONTACT_RESIDUAL + lane]
     trace[place + 10] = ints[REFUSED_TRIALS + lane]
+    trace[place + 11] = ints[ON_TRIAL + lane] // 2
     place += RESULT_HEAD_SIZE
     for i in range(STATES):
         trace[place + i] = floats[START_STATE + i * LANES + lane]

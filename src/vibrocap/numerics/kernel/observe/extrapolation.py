@@ -114,7 +114,7 @@ def starts_trial(floats, ints, lane):
 
 def trial_fails(floats, ints, lane):
     """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
-    if ints[ON_TRIAL + lane] == 0:
+    if ints[ON_TRIAL + lane] != 1:
         return False
     mark = ints[PERIOD_COUNT + lane] - 1
     away = 0.0
@@ -126,7 +126,7 @@ def trial_fails(floats, ints, lane):
     if away <= floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
         rank = weights_of(floats, lane, mark)
         if multipliers_within(floats, rank, left / (away + left)):
-            ints[ON_TRIAL + lane] = 0
+            ints[ON_TRIAL + lane] = 2
             return False
     put_back(floats, ints, lane)
     return True
@@ -134,7 +134,7 @@ def trial_fails(floats, ints, lane):
 
 def ends_trial(floats, ints, lane):
     """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
-    if ints[ON_TRIAL + lane] == 0:
+    if ints[ON_TRIAL + lane] != 1:
         return False
     put_back(floats, ints, lane)
     return True
