@@ -21,6 +21,7 @@ SETTINGS = {
     "periods": 60,
     "window": 10,
     "settle": None,
+    "extrapolate": False,
     "tolerance": 1e-8,
     "max_events_per_period": 10_000,
     "max_steps": 50_000_000,

@@ -19,9 +19,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_set,
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.events.contact import JUMP, SLIGHT, cross, pin
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
     LIFTED,
@@ -30,7 +30,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -152,8 +152,6 @@ def step_simd(floats, ints, trace, running):
     for c in range(CONTACTS):
         plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, ARRIVING + c * LANES, 0)
     plain = tangents_wait(ints, plain)
-    for i in range(BRANCHES):
-        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
             row = SWITCH + i * (ORDER + 1) * LANES
@@ -166,7 +164,7 @@ def step_simd(floats, ints, trace, running):
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     event = plain & ~plain
-    which = 0.0 * h  # number of the contact of the event
+    which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
     for c in range(CONTACTS):
@@ -207,13 +205,29 @@ def step_simd(floats, ints, trace, running):
                         event = (event & ~found) | (found & ~early)
                     else:
                         event = found & ~early
+    for i in range(BRANCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES
+        clear = ~plain | within_piece(floats, row, h)
+        if bits(~clear) != 0:
+            first, following = load(floats, row), load(floats, row + LANES) * h
+            one = (abs(first) <= SLIGHT) & (following > SLIGHT)  # as behind an impact
+            sure = first > SLIGHT
+            if i >= LAW_BRANCHES:
+                sure = sure | one
+            leading, last, changes = switch_simd(floats, row, one, h)
+            found = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
+            plain = plain & (clear | found | (sure & (leading > 0.0) & (changes == 0.0)))
+            if bits(found) != 0:
+                h = where(found, h * root_simd(floats, leading, last, found), h)
+                event = event | found
+                which = where(found, 1.0 * (CONTACTS + i), which)
     end = series_values(floats, VELOCITY, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
         follow_manifolds(floats, slow, settled, near, far, plain, h)
     move_simd(floats, ints, trace, plain, h, end)
-    if SEVERAL:
+    if SEVERAL or BRANCHES > 0:
         store(floats, EVENT_CONTACT, which)
     if SHARED:
         moved = bits(plain)
@@ -339,8 +353,11 @@ def finish_simd(floats, ints, trace, events, turns):
         if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
             if (events >> lane) & 1:
                 event = 1
-                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL else 0
-                if floats[SIDE + c * LANES + lane] == 0.0:
+                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL or BRANCHES > 0 else 0
+                if c >= CONTACTS:
+                    event = FIRST_SWITCH + c - CONTACTS
+                    c = 0
+                elif floats[SIDE + c * LANES + lane] == 0.0:
                     event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
             if (turns >> lane) & 1:
