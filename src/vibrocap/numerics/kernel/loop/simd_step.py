@@ -79,7 +79,14 @@ from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settle
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
-from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
+from vibrocap.numerics.kernel.step.taylor_simd import (
+    greater,
+    least_of_cubic,
+    least_of_four,
+    lesser,
+    series_values,
+    taylor_steps,
+)
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -273,11 +280,27 @@ def hold_simd(floats, c, stuck, two, longest, h):
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
+    held = abs(hold) < (1.0 - 1e-12) * limit
+    sure = held & (limit + push * hold > growth * h)
+    if bits(stuck & held & ~sure) != 0:
+        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
     steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+
+
+def least_of_guard(floats, c, push, h):
+    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
+    hold, limit = HOLD_OF[c], LIMIT_OF[c]
+    others = 0.0 * h
+    for k in range(ORDER - 1, 3, -1):
+        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
+    first = load(floats, limit) + push * load(floats, hold)
+    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
+    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
+    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
+    return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
 
 
 def root_simd(floats, first, last, wanted):
