@@ -85,7 +85,7 @@ def sweep(
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
     measures: names from `measure_table(system)`, or measures of one's own
     initial: where all runs start; what is not named starts at zero
-    periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
+    periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
     resume: go on with what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
         and what is damaged is computed again, with a DamageWarning that names it

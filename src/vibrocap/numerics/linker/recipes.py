@@ -123,7 +123,9 @@ def stepper_recipe(
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*before, *NO_WATCH, *NO_EXTRAPOLATION, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
+    return Recipe(
+        "take_step", (*before, *NO_WATCH, *NO_EXTRAPOLATION, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED
+    )
 
 
 def ensemble_recipe(

@@ -27,7 +27,7 @@ class Study:
     case: the system on which the plan's values are put, where its runs start, and how they are run
     plan: the runs
     measures: names of what is measured, or measures of one's own
-    window, settle, extrapolate, device: how, as `ensemble` takes them; a graphics card gives other bits than a processor
+    window, settle, device, extrapolate: how, as `ensemble` takes them; a card gives other bits than a processor
     code: with what the results are made, by name, see `code_version`; as it is here unless given
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
@@ -49,7 +49,13 @@ class Study:
     @property
     def settings(self) -> dict[str, Any]:
         """How the runs are made, as `ensemble` takes it."""
-        return {**self.case.run, "window": self.window, "settle": self.settle, **self._extrapolates, "device": self.device}
+        return {
+            **self.case.run,
+            "window": self.window,
+            "settle": self.settle,
+            **self._extrapolates,
+            "device": self.device,
+        }
 
     @property
     def _extrapolates(self) -> dict[str, bool]:
@@ -89,7 +95,13 @@ class Study:
             raise CaseError(complaints, "the study")
         plan = PLANS[record["plan"]["kind"]].from_record(record["plan"])
         case = case_from_text(record["case"], "the case of the study")
-        how = record["window"], record["settle"], dict(record["code"]), record["device"], record.get("extrapolate", False)
+        how = (
+            record["window"],
+            record["settle"],
+            dict(record["code"]),
+            record["device"],
+            record.get("extrapolate", False),
+        )
         return cls(case, plan, tuple(known), *how)
 
     @functools.cached_property

@@ -17,7 +17,7 @@ def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) ->
 
 
 def switch_simd(floats, row, one, h) -> tuple:
-    """The same of the guard of a branch, whose series begins at row, without its first coefficient in the lanes `one`."""
+    """The same of the guard of a branch with its series at row; without its first coefficient in the lanes `one`."""
     raise NotImplementedError
 
 

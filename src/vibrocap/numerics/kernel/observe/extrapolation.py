@@ -7,9 +7,9 @@ takes the weights of sum 1 for which |sum g_j u_j| is least; the limit is the sa
     s = sum g_j x_{j+1},     j = 0 ... 3
 
 A limit is tried where the last two agree to within the threshold, the motion has taken the same events in the same
-modes for two periods, the polynomial p(z) = sum g_j z^j, whose roots are the multipliers that the marks show, has all of
-them within a circle of radius SLOWEST (a saddle that a run passes has one outside), and what is left of |sum g_j u_j|
-would go no farther than the threshold if it were as slow.
+modes for two periods, the polynomial p(z) = sum g_j z^j, whose roots are the multipliers that the marks show, has all
+of them within a circle of radius SLOWEST (a saddle that a run passes has one outside), and what is left of
+|sum g_j u_j| would go no farther than the threshold if it were as slow.
 
 The run stands at s for one period, and is measured over it. It has settled if that period has the events of the one
 before, returns to s within the threshold, and if what is left, d r/(1 - r) for the largest multiplier r, is at most
@@ -23,14 +23,14 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     EXTRAPOLATE,
     KEPT,
     LAST_MODES,
-    STEADY,
-    STEADY_MARK,
     MARKS,
     MODES,
     NEXT_TRIAL,
     ON_TRIAL,
     PERIOD_BUDGET,
     REFUSED_TRIALS,
+    STEADY,
+    STEADY_MARK,
     THRESHOLD,
 )
 from vibrocap.numerics.kernel.generated.equations import contact_velocity
@@ -221,7 +221,7 @@ def takes_column(floats, m):
 
 
 def next_limit(floats, lane, mark):
-    """Write the limit of the marks up to this one: (rank, distance from the limit written before, what is left of u_3)."""
+    """Write the limit of the marks up to this one: (rank, distance from the limit before, what is left of u_3)."""
     rank = weights_of(floats, lane, mark)
     apart, unexplained = 0.0, 0.0
     for i in range(MARK_SIZE):
