@@ -1,8 +1,8 @@
 """Runs that do not wait: the limit of the period marks, extrapolated and tried for one period.
 
 Near a steady motion the marks x_j, stroboscopic states over their natural sizes, follow a linear map with a few
-multipliers. Of the last five, with the steps u_j = x_{j+1} - x_j, reduced-rank extrapolation (Eddy 1979; Mesina 1977)
-takes the weights of sum 1 for which |sum g_j u_j| is least; the limit is the same mean of the marks behind the steps,
+multipliers. Of the last five, with the steps u_j = x_{j+1} - x_j, reduced-rank extrapolation (Sidi 2017) takes the
+weights of sum 1 for which |sum g_j u_j| is least; the limit is the same mean of the marks behind the steps,
 
     s = sum g_j x_{j+1},     j = 0 ... 3
 
