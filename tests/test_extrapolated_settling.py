@@ -112,7 +112,7 @@ def faulty(given, *faults):
 
 
 CHECK = "if multipliers_within(floats, rank, left / (away + left)):"
-RETURNS = "if away <= floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:"
+RETURNS = "if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:"
 CONVERGES = "if difference(floats, lane, mark, mark - 1) > difference(floats, lane, mark - RANK, mark - RANK - 1):"
 UNSTABLE = "or not multipliers_within(floats, rank, SLOWEST):"
 

@@ -12,7 +12,7 @@ of them within a circle of radius SLOWEST (a saddle that a run passes has one ou
 |sum g_j u_j| would go no farther than the threshold if it were as slow.
 
 The run stands at s for one period, and is measured over it. It has settled if that period has the events of the one
-before, returns to s within the threshold, and if what is left, d r/(1 - r) for the largest multiplier r, is at most
+before, returns to s within RETURN of the threshold, and if what is left, d r/(1 - r) for the largest multiplier r, is at most
 LEFT_TO_GO of the threshold. Otherwise all that the lane carries is put back, and the run goes on as if nothing had been
 tried, for at least 1, 2, 4 ... periods before the next trial.
 """
@@ -52,6 +52,7 @@ from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_COUNT
 from vibrocap.numerics.kernel.observe.settle import SLOWEST, difference
 from vibrocap.numerics.kernel.step.resolved import forget
 
+RETURN = 0.5  # of the threshold: how far a trial may end from its start, as what is measured over it is off by as much
 RANK = 3  # most multipliers that are looked for
 LEFT_TO_GO = 0.25  # of the threshold: what may be left to go from the end of a trial, by the multipliers of the marks
 FARTHEST_LIMIT = 0.1  # natural sizes from the last mark
@@ -123,7 +124,7 @@ def trial_fails(floats, ints, lane):
             now = floats[STATE + i * LANES + lane] / floats[SCALE + i * LANES + lane]
             away = max(away, abs(now - floats[STEADY + i * LANES + lane]))
     left = LEFT_TO_GO * floats[THRESHOLD + lane]
-    if away <= floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
+    if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
         rank = weights_of(floats, lane, mark)
         if multipliers_within(floats, rank, left / (away + left)):
             ints[ON_TRIAL + lane] = 2
