@@ -67,6 +67,17 @@ CHANGES = {
 }
 
 
+def test_extrapolation_is_part_of_a_study_whose_runs_settle():
+    """Where they do not it means nothing; a record from before has none, and its runs waited."""
+    waiting, other = study(settle=1e-6), study(settle=1e-6, extrapolate=True)
+    assert waiting.identity != other.identity
+    assert differences(waiting.record(), other.record()) == ["extrapolate: stored False, asked True"]
+    assert study(extrapolate=True).identity == study().identity
+    old = other.record()
+    del old["extrapolate"]
+    assert not Study.from_record(old).extrapolate
+
+
 @pytest.mark.parametrize("what", CHANGES)
 def test_whatever_changes_a_result_changes_the_identity_and_is_said(what):
     designed = "design" in CHANGES[what]

@@ -12,9 +12,9 @@ of them within a circle of radius SLOWEST (a saddle that a run passes has one ou
 |sum g_j u_j| would go no farther than the threshold if it were as slow.
 
 The run stands at s for one period, and is measured over it. It has settled if that period has the events of the one
-before, returns to s within RETURN of the threshold, and if what is left, d r/(1 - r) for the largest multiplier r, is at most
-LEFT_TO_GO of the threshold. Otherwise all that the lane carries is put back, and the run goes on as if nothing had been
-tried, for at least 1, 2, 4 ... periods before the next trial.
+before, returns to s within RETURN of the threshold, and if what is left, d r/(1 - r) for the return d and the largest
+multiplier r, is at most LEFT_TO_GO of the threshold. Otherwise all that the lane carries is put back, and the run goes
+on as if nothing had been tried, for at least 1, 2, 4 ... periods before the next trial.
 """
 
 import math
