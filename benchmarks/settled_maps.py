@@ -6,6 +6,7 @@
 import math
 import statistics
 import time
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ PERIODS, THRESHOLD, TOLERANCE = 60, 1e-6, 1e-8
 TURNS = 5
 
 
-def problem(law: Law) -> tuple:
+def problem(law: Law) -> tuple[Any, np.ndarray, np.ndarray]:
     """(equations, parameters, initial) of the map of a law."""
     system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
     recorded = equations(system)
