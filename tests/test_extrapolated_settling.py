@@ -94,7 +94,7 @@ def problem(system, over):
 
 def settled(given, extrapolate, periods=60, tolerance=1e-8, **further):
     """Results of runs that settle."""
-    asked = numerics.codes.ASK_WORD | numerics.codes.ASK_INTEGRALS
+    asked = numerics.codes.ASK_MODES | numerics.codes.ASK_INTEGRALS
     budget = numerics.Budget(periods, 10, THRESHOLD, tolerance, 10_000, 10**9, asked, 1, extrapolate)
     return numerics.ensemble_run(*given, budget, threads=1, **further)
 
@@ -168,7 +168,7 @@ def test_a_map_settles_in_fewer_periods_to_the_same_motions(system):
     assert np.all(found.response_period[taken] == 1)
     assert not np.any(waited.finished & ~found.finished)
     some = tuple(each[taken] if isinstance(each, np.ndarray) else each for each in given)
-    budget = numerics.Budget(600, 1, 0.0, 1e-8, 10_000, 10**9, numerics.codes.ASK_WORD)
+    budget = numerics.Budget(600, 1, 0.0, 1e-8, 10_000, 10**9, numerics.codes.ASK_MODES)
     long = numerics.ensemble_run(*some, budget, threads=1)
     assert np.max(distances(system, some, found[taken], long)) <= THRESHOLD
     for name in ("LETTERS", "LETTER_COUNT"):
