@@ -35,7 +35,7 @@ class SweepRequest(Execution):
     periods: float | None
     window: int | None
     settle: float | None
-    extrapolate: bool
+    no_extrapolate: bool
     tolerance: float | None
 
     @property
@@ -145,7 +145,7 @@ class SweepRequest(Execution):
             settings["periods"] = int(periods)
         settings["window"] = self.window
         settings["settle"] = self.settle or None
-        settings["extrapolate"] = self.extrapolate
+        settings["extrapolate"] = not self.no_extrapolate
         if self.settle is None:
             tolerance = settings["tolerance"]
             settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
