@@ -21,6 +21,7 @@ def ensemble(
     periods=60,
     window=10,
     settle=None,
+    extrapolate=True,
     tolerance=1e-8,
     max_events_per_period=10_000,
     max_steps=50_000_000,
@@ -34,7 +35,7 @@ def ensemble(
     every = {path: [system.parameter(path)] * runs for path in system.parameter_paths}
     every |= {f"initial.{name}": [(initial or {}).get(name, 0.0)] * runs for name in system.state_names}
     every |= over
-    settings = (periods, window, settle, tolerance, max_events_per_period, max_steps, system.friction.name)
+    settings = (periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps, system.friction.name)
     found = {
         "status": np.zeros(runs, np.int8),
         "settled": np.zeros(runs, bool),

@@ -123,6 +123,7 @@ def test_adaptive_map_goes_to_a_file(case, capsys):
         (("--periods", "30", "--window", "3"), {"periods": 30, "window": 3}),
         (("--settle", "0"), {"settle": None}),
         (("--settle", "1e-4"), {"settle": 1e-4}),
+        (("--no-extrapolate",), {"extrapolate": False}),
     ],
 )
 def test_case_gives_the_settings_unless_options_do(options, expected, case, cheap):

@@ -28,6 +28,7 @@ SETTINGS = {
     "max_steps": 1000,
     "window": 1,
     "settle": None,
+    "extrapolate": True,
 }
 
 

@@ -103,7 +103,7 @@ def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, mo
     monkeypatch.setattr("time.perf_counter", lambda: seconds * sum(len(over["machine.mass_ratio"]) for over in cheap))
     study = planned_study(
         SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
-        settings={**RUN_DEFAULTS, "window": None, "settle": None},
+        settings={**RUN_DEFAULTS, "window": None, "settle": None, "extrapolate": True},
     )  # fmt: skip
     assert tile_runs_by_time(study, tmp_path / "new") == runs
     ratios = [x for over in cheap[1:] for x in over["machine.mass_ratio"]]
@@ -207,7 +207,7 @@ def test_files_are_those_that_zarr_writes(over):
         cases=None if over else cases,
         design=None,
         initial=None,
-        settings={"window": 10, "settle": None, **RUN_DEFAULTS},
+        settings={"window": 10, "settle": None, "extrapolate": True, **RUN_DEFAULTS},
     )
     shape = study.plan.shape
     tile = tile_shape(shape, 9 if over else 3)

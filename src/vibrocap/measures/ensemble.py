@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, check_whole, is_number, suggestion
+from vibrocap.arguments import (
+    ArgumentError,
+    check_choice,
+    check_one_of,
+    check_threshold,
+    check_whole,
+    is_number,
+    suggestion,
+)
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
@@ -53,6 +61,7 @@ def ensemble(
     periods: int = 60,
     window: int | None = None,
     settle: float | None = None,
+    extrapolate: bool = True,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
@@ -76,6 +85,10 @@ def ensemble(
         which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 62), and is
         measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
         then per turn
+    extrapolate: whether a run that settles may go on from the extrapolated limit of its stroboscopic states instead of
+        waiting for it, where that limit returns to itself within the threshold, with the run's own mode sequence (see
+        docs/numerics.md); never where `time_to_settle` is measured, of a rotor, of a response of several periods, or
+        where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
     device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
@@ -113,6 +126,7 @@ def ensemble(
     else:
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
     check_threshold("settle", settle)
+    check_choice("extrapolate", extrapolate)
     _check_values(system, columns)
     _check_room(system, columns, start)
     budget = numerics.Budget(
@@ -124,6 +138,7 @@ def ensemble(
         max_steps=int(max_steps),
         asked=asked_groups(needed),
         evidence=1,
+        extrapolate=extrapolate and not asked_groups(needed) & numerics.codes.ASK_TRANSIENT,
     )
     runs = len(next(iter(columns.values())))
     finals = [FINAL + name for name in system.state_names] if final_states else []

@@ -203,8 +203,13 @@ RESPONSE = (
     Measure(
         "time_to_settle",
         "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
-        Standard(lambda runs: np.where(runs.settled, runs.time_to_settle, np.nan)),
+        Standard(lambda runs: np.where(runs.settled, runs.time_to_settle, np.nan), codes.ASK_TRANSIENT),
         si_unit="s",
+    ),
+    Measure(
+        "extrapolated",
+        "1: measured from the extrapolated limit of its stroboscopic states, 0: the run came there by itself",
+        Standard(lambda runs: runs.results.head("extrapolated")),
     ),
     Measure(
         "period",

@@ -278,7 +278,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     from vibrocap.studies.variables import study_attributes, variables
 
     defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}
-    known = ("initial", *RUN_DEFAULTS, "window", "settle", "threads")
+    known = ("initial", *RUN_DEFAULTS, "window", "settle", "extrapolate", "threads")
     if unknown := [name for name in settings if name not in known]:
         raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
     used = {name: defaults[name] for name in known} | settings
@@ -290,7 +290,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     names = tuple(measure.name for measure in resolved(listed, system)[0])
     grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
     names = with_load_watch(system, grid, names)
-    study = Study(case, grid, names, used["window"], used["settle"])
+    study = Study(case, grid, names, used["window"], used["settle"], extrapolate=used["extrapolate"])
 
     def evaluate(x: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
         return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)

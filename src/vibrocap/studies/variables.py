@@ -134,7 +134,8 @@ def as_stored(values: np.ndarray) -> np.ndarray:
 def study_attributes(study: Study) -> dict[str, Any]:
     """What the whole dataset says of itself; what is not set is left out."""
     found = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
-    found |= {name: value for name, value in study.settings.items() if value is not None}
+    settings = {name: value for name, value in study.settings.items() if value is not None}
+    found |= {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}  # as NetCDF
     return found | {"case": case_text(study.case)}
 
 

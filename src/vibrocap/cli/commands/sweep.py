@@ -41,6 +41,7 @@ def sweep(
     periods: float | None = None,
     window: int | None = None,
     settle: float | None = None,
+    no_extrapolate: bool = False,
     tolerance: float | None = None,
     threads: int | None = None,
     workers: int | None = None,
@@ -93,6 +94,8 @@ def sweep(
         drive periods at the end of a run that are measured if it does not settle [default: 10, or all]
     settle
         end a run once it is this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]
+    no_extrapolate
+        let each run wait until it has settled; else it goes on from the extrapolated limit of its states if that holds
     tolerance
         error per step, relative to the states' natural size [default: the case's]
     threads

@@ -35,6 +35,7 @@ class SweepRequest(Execution):
     periods: float | None
     window: int | None
     settle: float | None
+    no_extrapolate: bool
     tolerance: float | None
 
     @property
@@ -144,6 +145,7 @@ class SweepRequest(Execution):
             settings["periods"] = int(periods)
         settings["window"] = self.window
         settings["settle"] = self.settle or None
+        settings["extrapolate"] = not self.no_extrapolate
         if self.settle is None:
             tolerance = settings["tolerance"]
             settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD

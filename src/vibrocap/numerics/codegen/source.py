@@ -173,7 +173,7 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     body = code.lines
     if simd:
         sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(order, sticks, _limits_are_constant(equations))
+        guard = guard_source(order, sticks, _limits_are_constant(equations), bool(equations.switches))
         return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
     return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 

@@ -213,6 +213,34 @@ def tell_returns(floats, ints, lane) -> None:
     raise NotImplementedError
 
 
+# How a run comes to its steady motion without waiting.
+
+
+def begin_marks(ints, lane) -> None:
+    """A run begins."""
+    raise NotImplementedError
+
+
+def note_event(floats, ints, lane, event, c) -> None:
+    """An event of contact c begins to change the mode of the lane."""
+    raise NotImplementedError
+
+
+def starts_trial(floats, ints, lane) -> bool:
+    """At a mark that is remembered, of a run that has not settled: whether it goes on from an extrapolated limit."""
+    raise NotImplementedError
+
+
+def trial_fails(floats, ints, lane) -> bool:
+    """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
+    raise NotImplementedError
+
+
+def ends_trial(floats, ints, lane) -> bool:
+    """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
+    raise NotImplementedError
+
+
 # How a stepper passes to the instant that is asked for.
 
 

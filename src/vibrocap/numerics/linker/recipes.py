@@ -50,6 +50,11 @@ RETURNS = Slot(
     ("begin_returns", "quiet_since", "response_sought", "place_passed", "on_place", "on_return", "tell_returns"),
     ("observe.no_returns", "observe.returns"),
 )
+EXTRAPOLATION = Slot(
+    "extrapolation",
+    ("begin_marks", "note_event", "starts_trial", "trial_fails", "ends_trial"),
+    ("observe.extrapolation", "observe.no_extrapolation"),
+)
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 PASSAGE = Slot(
@@ -57,7 +62,7 @@ PASSAGE = Slot(
     ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
     ("stepper.own_drive", "stepper.held_input"),
 )
-MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, RETURNS, LOAD_WATCH, LOOP)
+MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, RETURNS, EXTRAPOLATION, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
 MEASURED = (*SHOWN, EVIDENCE)
 STEPPED = (*SHOWN, PASSAGE)
@@ -80,6 +85,8 @@ class Recipe:
 GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
 NO_WATCH, NO_RETURNS = ("observe.no_load_watch",), ("observe.no_returns",)
+NO_EXTRAPOLATION = ("observe.no_extrapolation",)
+UNSETTLED = (*NO_RETURNS, *NO_EXTRAPOLATION, *NO_WATCH)  # of a single motion
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
@@ -102,7 +109,7 @@ def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, seve
     several: contacts
     """
     before = _before(RECORDING, maybe_stiff, branches, corners, several, False)
-    return Recipe("advance", (*before, *NO_RETURNS, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
+    return Recipe("advance", (*before, *UNSETTLED, *ALONE, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False, several: bool = False) -> Recipe:
@@ -123,7 +130,7 @@ def stepper_recipe(
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*before, *NO_RETURNS, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
+    return Recipe("take_step", (*before, *UNSETTLED, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 
 def ensemble_recipe(
@@ -135,11 +142,12 @@ def ensemble_recipe(
     tangent: bool = False,
     watched: bool = False,
     returns: bool = False,
+    extrapolates: bool = False,
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
 
     returns: whether returns tell that a motion has settled
-
+    extrapolates: whether runs may go on from extrapolated limits of their marks
     loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
@@ -153,6 +161,7 @@ def ensemble_recipe(
         point,
         evidence,
         *watch,
+        *(("observe.extrapolation",) if extrapolates else NO_EXTRAPOLATION),
     )
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")

@@ -40,6 +40,8 @@ class Budget:
     evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
         `kernel/observe/evidence.py`; 0: of no run
     returns: whether runs settle by their returns, as motions do that nothing drives in time, see `observe/returns.py`
+    extrapolate: whether runs go on from the limit of their marks where it holds, see
+        `kernel/observe/extrapolation.py`; never those of a rotor or with a tangent
     """
 
     periods: int
@@ -51,6 +53,7 @@ class Budget:
     asked: int = 0
     evidence: int = 0
     returns: bool = False
+    extrapolate: bool = False
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -98,12 +101,15 @@ def ensemble_source(
     stiff = equations.maybe_stiff and not tangent
     slow = slow_states(equations) if loop == "simd" and stiff and equations.several else ()
     slow = slow if any(each >= 0 for each in slow) else ()
+    own_sizes = sizes(equations)
+    extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
+    own_sizes |= {"slow": slow, "extrapolates": extrapolates}
     marks = RETURN_MARKS if returns else MARKS
-    layout = Layout(lanes, states, states, order, parameters, marks, entries, slow=slow, **sizes(equations))
+    layout = Layout(lanes, states, states, order, parameters, marks, entries, **own_sizes)
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    more = equations.several, tangent, watched, returns
+    more = equations.several, tangent, watched, returns, extrapolates
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
@@ -188,6 +194,7 @@ def prepared_lanes(
     for name, value in (
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
+        ("EXTRAPOLATE", budget.extrapolate),
         ("EVIDENCE_PERIODS", budget.evidence),
         ("RESULT_START", count * layout.run_size),
         ("TABLE_START", count * (layout.run_size + layout.result_size)),

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
+from vibrocap.arguments import Complaint, Complaints, check_choice, check_threshold, is_whole, shown
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
 from vibrocap.measures.during_run import resolved
@@ -63,7 +63,8 @@ def planned_study(
     measures = with_load_watch(system, plan, measures)
     if settle and not equations(system).timed and OUTCOME not in measures:
         measures = (*measures, OUTCOME)
-    return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
+    settle = None if settle is None else float(settle)
+    return Study(Case(system, start, **run), plan, measures, window, settle, extrapolate=bool(settings["extrapolate"]))
 
 
 def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure]) -> tuple[str | Measure, ...]:
@@ -92,6 +93,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():
         check_threshold("settle", settings["settle"])
+        check_choice("extrapolate", settings["extrapolate"])
     return found
 
 

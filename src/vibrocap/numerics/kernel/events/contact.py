@@ -42,6 +42,7 @@ from vibrocap.numerics.kernel.interface import (
     begin_branch,
     decide_together,
     leave_piece,
+    note_event,
     on_event,
     on_return,
     stay_in_piece,
@@ -53,7 +54,7 @@ from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 NO_MOTION = 16.0 * EPSILON  # of the natural speed: rounding, where other contacts move the body as well
-SLIGHT = 64.0 * EPSILON  # of the terms of a velocity, or of a force
+SLIGHT = 64.0 * EPSILON  # of the terms of a velocity or of a force; of a guard, whose natural size is one
 BEYOND = 1e-9  # of its limit: by so much the force on a contact at rest exceeds it only where something has jumped
 
 
@@ -212,6 +213,7 @@ def cross(floats, ints, trace, lane, event, c, h):
     if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
         ints[STATUS + lane] = TOO_MANY_EVENTS
         return
+    note_event(floats, ints, lane, event, c)
     leave_piece(floats, ints, lane, event, c, h)
     if event == 1:
         if SEVERAL:

@@ -8,7 +8,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.ensemble import RUN
 from vibrocap.numerics.kernel.generated.lane import STATUS, WORK
-from vibrocap.numerics.kernel.interface import advance
+from vibrocap.numerics.kernel.interface import advance, ends_trial
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 
 # Places of `queue`.
@@ -29,7 +29,7 @@ def run_thread(
         ints[i] = start_ints[i] if fresh != 0 else kept_ints[i * threads + thread]
     running = True
     for _ in range(rounds):
-        if ints[STATUS] != RUNNING:
+        if ints[STATUS] != RUNNING and not ends_trial(floats, ints, 0):
             if ints[RUN] >= 0:
                 end_run(floats, ints, trace, 0)
             run = take(queue, NEXT, 1)

@@ -11,8 +11,10 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     MEASURED,
     MORE,
     NEXT_RUN,
+    ON_TRIAL,
     PAUSE,
     PERIOD_BUDGET,
+    REFUSED_TRIALS,
     REMAINING,
     RESPONSE,
     RESULT_START,
@@ -59,7 +61,15 @@ from vibrocap.numerics.kernel.generated.sizes import (
     RUN_SIZE,
     STATES,
 )
-from vibrocap.numerics.kernel.interface import advance, begin_drive, begin_returns, on_period, tell_returns
+from vibrocap.numerics.kernel.interface import (
+    advance,
+    begin_drive,
+    begin_marks,
+    begin_returns,
+    ends_trial,
+    on_period,
+    tell_returns,
+)
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate
@@ -75,7 +85,7 @@ def advance_ensemble(floats, ints, trace, turns):
     for _ in range(turns):
         busy = False
         for lane in range(LANES):
-            if ints[STATUS + lane] != RUNNING:
+            if ints[STATUS + lane] != RUNNING and not ends_trial(floats, ints, lane):
                 if ints[RUN + lane] >= 0:
                     end_run(floats, ints, trace, lane)
                 if ints[NEXT_RUN] < ints[LAST_RUN]:
@@ -144,6 +154,7 @@ def begin_run(floats, ints, trace, lane, run):
     ints[SINCE + lane] = 0
     ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
     ints[WINDOW_START + lane] = -1
+    begin_marks(ints, lane)
     for i in range(STATES):  # of the run before
         floats[START_STATE + i * LANES + lane] = floats[STATE + i * LANES + lane]
     for i in range(MEASURED_COUNT):
@@ -166,6 +177,8 @@ def end_run(floats, ints, trace, lane):
     trace[place + 7] = ints[TAYLOR_STEPS + lane]
     trace[place + 8] = ints[IMPLICIT_STEPS + lane]
     trace[place + 9] = floats[CONTACT_RESIDUAL + lane]
+    trace[place + 10] = ints[REFUSED_TRIALS + lane]
+    trace[place + 11] = ints[ON_TRIAL + lane] // 2
     place += RESULT_HEAD_SIZE
     for i in range(STATES):
         trace[place + i] = floats[START_STATE + i * LANES + lane]

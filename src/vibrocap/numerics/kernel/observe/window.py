@@ -38,7 +38,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import quiet_since, response_sought, take_evidence
+from vibrocap.numerics.kernel.interface import quiet_since, response_sought, starts_trial, take_evidence, trial_fails
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
@@ -88,6 +88,8 @@ def on_jump(floats, ints, lane, gained):
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
+    if trial_fails(floats, ints, lane):
+        return
     done = ints[PERIOD_COUNT + lane]
     threshold = floats[THRESHOLD + lane]
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
@@ -112,6 +114,13 @@ def on_period(floats, ints, trace, lane):
         begin_sequence(floats, lane)
     elif left == 0:
         end_phases(floats, lane)
+    if threshold > 0.0 and ints[RESPONSE + lane] == 0 and starts_trial(floats, ints, lane):
+        ints[RESPONSE + lane] = 1
+        ints[SINCE + lane] = done
+        floats[REMAINING + lane] = threshold
+        ints[WHOLE_PERIODS + lane] = done + 1
+        begin_window(floats, ints, lane)
+        begin_sequence(floats, lane)
 
 
 def begin_window(floats, ints, lane):
