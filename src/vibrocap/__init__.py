@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.design.shapes import drive_shape
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
     from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -274,7 +275,7 @@ __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "Branc
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
-__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
+__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]

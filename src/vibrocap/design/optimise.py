@@ -1,7 +1,7 @@
 """optimise(system, over=...): the design whose settled, stable motion is best, and what keeps it from being better."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +147,7 @@ def optimise(
     objective: str | Measure = "mean_velocity",
     *,
     sense: str | None = None,
+    through: Callable[..., Mapping[str, Any]] | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[ByName] | None = None,
     guesses: Sequence[Mapping[str, Any]] = (),
@@ -174,6 +175,8 @@ def optimise(
     over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
     objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
         maximised. Of a system with mirror twins the size of travel counts, not its sign
+    through: None, or a function of variables of one's own, as in `robustness`: `over` then names its arguments, it is
+        called with an array [n] of each and returns arrays by path, such as those of `drive_shape`
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
     guesses: designs with which the search begins, such as `Optimum.design` of a smaller problem; none is needed
@@ -198,6 +201,7 @@ def optimise(
         [sense],
         subject_to,
         starts,
+        through=through,
         periods=periods,
         settle=settle,
         tolerance=tolerance,
@@ -231,7 +235,7 @@ def _refined(
         if accepted == REFINED:
             break
         shares, cost = each.shares, each.cost
-        steady = settled_orbit(problem.of(problem.space.design(shares)), each.state)
+        steady = settled_orbit(problem.of(problem.space.parameters(shares)), each.state)
         near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
             rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")

@@ -1,7 +1,7 @@
 """A design problem: what may vary, what is wanted, and how designs are run. Wrong input is refused here."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
@@ -80,6 +80,7 @@ def stated_problem(
     subject_to: Any,
     starts: Any,
     *,
+    through: Callable[..., Mapping[str, Any]] | None = None,
     periods: int,
     settle: float,
     tolerance: float,
@@ -111,7 +112,7 @@ def stated_problem(
         complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
     if not is_positive(settle):
         complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
-    space = design_space(system, over, complaints)
+    space = design_space(system, over, complaints, through)
     several = len(objectives) > 1
     goals: list[Goal] = []
     measures: dict[str | Measure, None] = {}
