@@ -163,8 +163,12 @@ def _measured(
     period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED
-    gathered = Gathered(one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold)
-    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold)
+
+    def mirrored() -> np.ndarray:
+        return _mirrored(one, columns)[finished]
+
+    gathered = Gathered(one, results[finished], period[finished], mirrored, budget.threshold)
+    everything = Gathered(one, results, period, mirrored, budget.threshold)
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
     if budget.asked & numerics.codes.ASK_INTEGRALS:
@@ -239,7 +243,7 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     compares its fields is made for every combination that they take.
     """
     runs: dict[int, None] = {}
-    for column in columns.values():
+    for column in (each for path, each in columns.items() if not path.startswith(INITIAL)):
         kinds = np.unique(column.astype(str), return_index=True)[1] if column.dtype == object else ()
         runs |= dict.fromkeys((0, *map(int, kinds)))
         if column.dtype != object:

@@ -180,7 +180,7 @@ def _stick_fraction(number: int) -> Measure:
 
 def _symmetric(runs: Gathered) -> np.ndarray:
     mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
-    return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
+    return np.where(runs.settled & runs.mirrored(), mirrored, np.nan)
 
 
 RESPONSE = (
