@@ -66,6 +66,87 @@ def test_search_begins_with_the_guesses(biharmonic):
         optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[{"drive.frequency": 1.0}])
 
 
+def doubled(half, phase):
+    """Parameters of two variables of one's own, one of them not linear."""
+    return {"drive.frequency": 2.0 * half, "drive.second_phase": phase**2}
+
+
+OWN = {"half": (0.25, 1.5), "phase": (0.0, np.sqrt(2.0 * np.pi))}
+
+
+def test_variables_of_ones_own_are_other_words_for_the_same_designs(biharmonic):
+    """Slopes by the chain rule: dV/d(half) = 2 dV/d(frequency), dV/d(phase) = 2 phase dV/d(second_phase)."""
+    guess = {"drive.frequency": 0.92, "drive.second_phase": 2.25}
+    asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0}
+    plain = optimise(biharmonic, FREQUENCY_AND_PHASE, guesses=[guess], **asked)
+    own = {"half": 0.46, "phase": 1.5}
+    found = optimise(biharmonic, OWN, through=doubled, guesses=[own], **asked)
+    assert found.design == pytest.approx(own, rel=1e-12)
+    assert found.value == pytest.approx(plain.value, rel=1e-9)
+    for name, path, rate in (("half", "drive.frequency", 2.0), ("phase", "drive.second_phase", 3.0)):
+        assert found.slopes[name] == pytest.approx([rate * slope for slope in plain.slopes[path]], rel=1e-9)
+        assert abs(plain.slopes[path][0]) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("over", "through", "said"),
+    [
+        ({"half": (0.25, 1.5)}, doubled, "through: should take arrays of half and return arrays by path"),
+        (OWN, lambda half, phase: {"drive.frequenzy": half}, "drive.frequency"),
+        (OWN, lambda half, phase: half, "through"),
+        ({"drive.frequency": (0.5, 3.0)}, doubled, "drive.frequency: should be a name"),
+        (OWN | {"half": (1.5, 0.25)}, doubled, "reversed"),
+        (OWN | {"half": ["slow", "fast"]}, doubled, "half: should be numbers"),
+    ],
+)
+def test_bad_functions_of_ones_own_are_named(biharmonic, over, through, said):
+    with pytest.raises(CaseError, match=said):
+        optimise(biharmonic, over, through=through)
+
+
+def test_own_variables_may_be_uncertain_and_are_stored(biharmonic, tmp_path):
+    """What is uncertain is named by the parameters; the record of a search knows another function."""
+    asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0, "samples": 2, "store": tmp_path}
+    sure = {"drive.frequency": "factor:0.99:1.01"}
+    found = optimise(biharmonic, OWN, through=doubled, uncertain=sure, **asked)
+    assert found.under is not None
+    with pytest.raises(CaseError, match="is a design variable"):
+        optimise(biharmonic, OWN, through=doubled, uncertain={"drive.frequency": "0.9:1.1"})
+    with pytest.raises(ValueError, match="another search"):
+        other = {"uncertain": sure, "resume": True}
+        optimise(biharmonic, OWN, through=lambda half, phase: doubled(half, phase / 2.0), **asked, **other)
+
+
+def test_shape_has_its_peak_exactly():
+    """A third harmonic of -1/6 makes the largest part at omega of all shapes of one peak: 2/sqrt(3)."""
+    flat = vc.drive_shape(1.0, (1.0, 0.0, -1.0 / 6.0))
+    assert flat["drive.cosine_1"] == pytest.approx([2.0 / np.sqrt(3.0)], rel=1e-14)
+    assert flat["drive.cosine_3"] == pytest.approx([-1.0 / np.sqrt(27.0)], rel=1e-14)
+    generator = np.random.default_rng(0)
+    times = np.linspace(0.0, 2.0 * np.pi, 2_001)
+    for count in (1, 2, 3, 5, 7):
+        cosines, sines = generator.normal(size=(2, count, 5))
+        shape = vc.drive_shape(np.linspace(0.5, 2.0, 5), cosines, sines)
+        for k, peak in enumerate(np.linspace(0.5, 2.0, 5)):
+            drive = vc.FourierSeries(**{path.removeprefix("drive."): float(x[k]) for path, x in shape.items()})
+            size = np.max(np.abs([drive.value(t) for t in times[:: 20 if k else 1]]))
+            assert size <= peak * (1.0 + 1e-12)
+            assert k or size == pytest.approx(peak, rel=(7 * np.pi / 2_000) ** 2)
+    assert vc.drive_shape(1.0, (0.0, 0.0))["drive.cosine_1"] == 0.0
+    with pytest.raises(ValueError, match="one to 7 harmonics, got 8"):
+        vc.drive_shape(1.0, (1.0,) * 8)
+
+
+def test_designs_at_a_bound_are_reached(biharmonic):
+    """Over frequency and a friction that should be small, the best design is at a bound: the search evaluates it."""
+    over = {"drive.frequency": (0.5, 3.0), "friction.coulomb_coefficient": (0.02, 0.09)}
+    found = optimise(biharmonic, over, starts=START, evaluations=320, refinement=0, spread_starts=0)
+    shares = found.population.shares
+    assert np.all((shares >= 0.0) & (shares <= 1.0))
+    assert found.design["friction.coulomb_coefficient"] in over["friction.coulomb_coefficient"]
+    assert 3 <= np.sum(shares[:, 1] == np.round(shares[:, 1]))
+
+
 @pytest.mark.slow
 def test_constraint_that_no_design_fulfils(biharmonic):
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)

@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
 from vibrocap.case.case import Case, CaseError, case_text
 from vibrocap.design.search.goal import Goal, goal_of
@@ -166,7 +168,8 @@ def _samples(
         check_whole("samples", samples, 2, 2**16)
     if len(complaints) > begun:
         return None
-    varied_too = {quantity(path, system).plain: path for path in space.paths}
+    middle = space.parameters(np.full(len(space.variables), 0.5))
+    varied_too = {quantity(path, system).plain: path for path in middle}
     for each in quantities:
         for path in each.paths:
             given = varied_too.get(quantity(path, system).plain)
