@@ -21,8 +21,8 @@ HARMONICS = (1, 2, 3, 5)
 HEADING = "load,law,harmonics,speed,exact_speed,design,designs,limits"
 LAWS = {"exponential": vc.Exponential(), "LuGre": vc.LuGre(), "tanh": vc.SmoothedTanh(smoothing_velocity=0.01)}
 LOADS = {"constant load": 1.0, "dynamic load": "dynamic"}
-DESIGNS = {"exponential": 50_000, "LuGre": 30_000, "tanh": 20_000}
-CLOSINGS = 300  # of the refinement of each candidate
+DESIGNS = {"exponential": 15_000, "LuGre": 6_000, "tanh": 6_000}  # for each harmonic
+CLOSINGS = 60  # of the refinement of each candidate
 
 
 def bounds(harmonics: int) -> dict[str, tuple[float, float]]:
@@ -50,8 +50,8 @@ def fastest(law: str, load: str, harmonics: int, fewer: dict[str, float] | None 
     subject_to = ["least_reaction > 0.1"] if load == "dynamic load" else []
     over = bounds(harmonics)
     guesses = [] if fewer is None else [{name: fewer.get(name, 0.0) for name in over}]
-    asked = {"subject_to": subject_to, "starts": START, "guesses": guesses, "evaluations": DESIGNS[law]}
-    return vc.optimise(system, over, through=parameters, refinement=CLOSINGS, progress=False, **asked)
+    asked = {"subject_to": subject_to, "starts": START, "guesses": guesses, "evaluations": DESIGNS[law] * harmonics}
+    return vc.optimise(system, over, through=parameters, refinement=CLOSINGS, spread_starts=0, progress=False, **asked)
 
 
 def exactly(found: vc.Optimum) -> float:

@@ -1,7 +1,6 @@
 """Shapes of a Fourier drive at an exact peak, so that a search over shapes needs no constraint on the peak."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
