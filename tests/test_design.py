@@ -1,6 +1,7 @@
 """Design: known optima from several seeds, unstable orbits that must not win, fronts, stores, bad input."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -600,13 +601,21 @@ def test_bad_robust_searches_are_named(biharmonic, asked, said):
         optimise(biharmonic, FREQUENCY_AND_PHASE, **asked)
 
 
+def numbers_of(page):
+    """All numbers of a page, in full precision where it has it."""
+    shown = re.findall(r'<(?:data|span) class="n"(?: value="([^"]*)")?[^>]*>([^<]*)<', page)
+    return np.array([float(full or text.replace("\u2212", "-")) for full, text in shown])
+
+
 @pytest.mark.slow
-def test_pages_of_a_design_and_of_a_front(tmp_path):
-    """What is known of the design stands on its page; pictures are part of it, the film lies beside it."""
+def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
+    """What is known of a design in SI stands on its page, as do pictures, the film lies beside it; its numbers, and
+    those of the front in page, table, JSON and terminal, are those of the search without units times their scales."""
     pytest.importorskip("pymoo")
-    out, front = tmp_path / "design", tmp_path / "front"
-    asked = ["optimise", "examples/bench-in-si.toml", "--over", "drive.frequency_Hz=0.6:2", "--evaluations", "64"]
-    assert main([*asked, "--subject-to", "peak_drive < 1.2", "--out", str(out), "--report"]) == 0
+    case, out, front = "examples/bench-in-si.toml", tmp_path / "design", tmp_path / "front"
+    asked = ["optimise", case, "--over", "drive.frequency_Hz=0.6:2"]
+    first = ["--evaluations", "64", "--subject-to", "peak_drive < 1.2", "--out", str(out), "--report"]
+    assert main([*asked, *first]) == 0
     page, found = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
     for said in (
         f"{found['value']:.8g} m/s",
@@ -619,9 +628,36 @@ def test_pages_of_a_design_and_of_a_front(tmp_path):
     assert page.count("data:image/png;base64,") == 2
     assert (out / "film.gif").stat().st_size > 10_000
     assert "vibrocap optimise examples/bench-in-si.toml --over drive.frequency_Hz=0.6:2" in page
+    system = vc.read_case(case).system
+    hertz, torque = 1.0 / (2.0 * np.pi * system.si.scales.time_s), system.si.factor_of("N m")
+    scales = np.array([system.si.factor_of("m/s"), system.si.factor_of("J/m")])
+    own = {"over": {"drive.frequency": (0.6 / hertz, 2.0 / hertz)}, "starts": [{"angle": np.pi / 6}], "evaluations": 64}
+    plain = vc.optimise(system.dimensionless, subject_to=f"peak_drive < {1.2 / torque!r}", **own)
+    frequency = plain.design["drive.frequency"]
+    slope = np.mean([side for side in plain.slopes["drive.frequency"] if side is not None])
+    assert f"{plain.value * scales[0]:.8g} m/s" in page
+    shares = [100.0 * motion.share for motion in plain.attractors.attractors]
+    peak = sum(system.parameter(f"drive.{name}_N_m") for name in ("amplitude", "second_amplitude"))
+    for x in (frequency * hertz, slope * scales[0] / hertz, slope * frequency / plain.value, peak, *shares):
+        assert np.min(np.abs(numbers_of(page) / x - 1.0)) < 1e-6
+    capsys.readouterr()
+    asked += ["--over", "machine.damping_N_m_s_per_rad=0.05:0.1", "--evaluations", "300"]
     assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
     page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
     assert page.count("<tr>") >= len(found["designs"])
+    damper = system.parameter("machine.damping_N_m_s_per_rad") / system.parameter("machine.damping")
+    over = own["over"] | {"machine.damping": (0.05 / damper, 0.1 / damper)}
+    plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 300})
+    designs = [[each["drive.frequency"] * hertz, each["machine.damping"] * damper] for each in plain.designs]
+    rows = np.column_stack([designs, plain.values * scales])
+    assert len(rows) > 1
+    assert found["units"] == ["m/s", "J/m"]
+    assert np.array([list(each.values())[:4] for each in found["designs"]]) == pytest.approx(rows, rel=1e-6)
+    assert np.loadtxt(front / "front.csv", delimiter=",", skiprows=1)[:, :4] == pytest.approx(rows, rel=1e-6)
+    for unit, column in (("m/s", rows[:, 2]), ("J/m", rows[:, 3])):
+        assert f"{np.min(column):.6g} to {np.max(column):.6g} {unit}" in printed
+    assert all(np.min(np.abs(numbers_of(page) / x - 1.0)) < 1e-6 for x in rows.ravel())
     assert main([*asked, "--report"]) == 2
 
 
