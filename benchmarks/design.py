@@ -55,7 +55,7 @@ def searched(members: int, designs: int) -> Callable[[], int]:
 
 
 def settled_speed(values: np.ndarray) -> float:
-    """The speed of the settled motion of a design by SciPy's solver with events; 0 where it does not settle.
+    """The speed of the settled motion of a design by SciPy's solver with events; 0 where it stalls or does not settle.
 
     It has settled where its stroboscopic state is that of one to four periods before, to the threshold of the search.
     """
@@ -64,7 +64,10 @@ def settled_speed(values: np.ndarray) -> float:
     y = np.array([np.pi / 3, 0.0, 0.0, 0.0])
     period, side, before = 2.0 * np.pi / p.frequency, peers_scipy.first_side(p, y), [y]
     for k in range(PERIODS):
-        y, side = peers_scipy.moved_on(p, k * period, (k + 1) * period, y, side, relative=1e-7, absolute=1e-8)
+        try:
+            y, side = peers_scipy.moved_on(p, k * period, (k + 1) * period, y, side, relative=1e-7, absolute=1e-8)
+        except RuntimeError:
+            return 0.0
         for lag, known in enumerate(before[:-5:-1], start=1):
             if np.max(np.abs(y - known)[[0, 1, 3]]) <= SETTLE:
                 return abs(y[2] - known[2]) / (lag * period)

@@ -16,6 +16,8 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET
 
+MOST_MODES = 1_000  # of a motion
+
 
 def _moment(t, theta, rate, p):
     return p.amplitude * math.cos(p.frequency * t) + math.sin(theta) - p.stiffness * theta - p.damping * rate
@@ -55,10 +57,11 @@ for _event in (_stopped, _broken_away):
 def moved_on(p: SimpleNamespace, t: float, end: float, y, side: int, relative: float, absolute: float):
     """(state, side) at time end of the system with parameters p, mode by mode from state y at time t.
 
-    side: +1 or -1 where the capsule slides, 0 where it is stuck
+    side: +1 or -1 where the capsule slides, 0 where it is stuck. RuntimeError where events follow one another at one
+    instant: `solve_ivp` then goes round in circles
     """
     limit = p.normal_load * p.static_coefficient
-    while True:
+    for _ in range(MOST_MODES):
         found = solve_ivp(
             _sliding if side else _stuck,
             (t, end),
@@ -77,6 +80,7 @@ def moved_on(p: SimpleNamespace, t: float, end: float, y, side: int, relative: f
         needed = _holding_force(t, y, p)
         # Only a sliding capsule may stick: at break-away the force stands at the limit, give or take rounding.
         side = 0 if side and abs(needed) < limit else math.copysign(1, needed)
+    raise RuntimeError(f"more than {MOST_MODES} modes, at time {t}")
 
 
 def first_side(p: SimpleNamespace, y) -> float:

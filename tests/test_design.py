@@ -138,6 +138,21 @@ def test_shape_has_its_peak_exactly():
         vc.drive_shape(1.0, (1.0,) * 8)
 
 
+def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(biharmonic):
+    """The drive of the system is odd, those of the designs are not; turned about, a drive travels the other way."""
+    system = vc.System(biharmonic.machine, biharmonic.friction, vc.FourierSeries(frequency=0.9, cosine_1=1.0))
+    assert system.mirrored
+    asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0}
+    one, other = ((0.3, 0.4), (-0.4, -0.3))
+    found = [optimise(system, {"drive.cosine_2": ends}, **asked) for ends in (one, other)]
+    assert sorted(np.sign(each.value) for each in found) == [-1.0, 1.0]
+    assert abs(found[0].value) > 0.02
+    for each in found:
+        assert each.orbit.mean_velocity == each.value
+        settled = vc.simulate(each.orbit.system, initial=each.orbit.state, periods=3)
+        assert vc.mean_velocity(settled, periods=1).value == pytest.approx(each.value, abs=1e-9)
+
+
 def test_designs_at_a_bound_are_reached(biharmonic):
     """Over frequency and a friction that should be small, the best design is at a bound: the search evaluates it."""
     over = {"drive.frequency": (0.5, 3.0), "friction.coulomb_coefficient": (0.02, 0.09)}
@@ -641,15 +656,14 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     for x in (frequency * hertz, slope * scales[0] / hertz, slope * frequency / plain.value, peak, *shares):
         assert np.min(np.abs(numbers_of(page) / x - 1.0)) < 1e-6
     capsys.readouterr()
-    asked += ["--over", "machine.damping_N_m_s_per_rad=0.05:0.1", "--evaluations", "300"]
+    asked += ["--over", "drive.amplitude_N_m=0.3:0.7", "--evaluations", "300"]
     assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
     assert page.count("<tr>") >= len(found["designs"])
-    damper = system.parameter("machine.damping_N_m_s_per_rad") / system.parameter("machine.damping")
-    over = own["over"] | {"machine.damping": (0.05 / damper, 0.1 / damper)}
+    over = own["over"] | {"drive.amplitude": (0.3 / torque, 0.7 / torque)}
     plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 300})
-    designs = [[each["drive.frequency"] * hertz, each["machine.damping"] * damper] for each in plain.designs]
+    designs = [[each["drive.frequency"] * hertz, each["drive.amplitude"] * torque] for each in plain.designs]
     rows = np.column_stack([designs, plain.values * scales])
     assert len(rows) > 1
     assert found["units"] == ["m/s", "J/m"]
