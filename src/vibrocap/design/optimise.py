@@ -51,8 +51,9 @@ class Optimum(Result):
 
     Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
-    design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
-        travels the other way, else with its sign; maximised: whether it was to be large; scale: what one dimensionless unit is in `unit`
+    design: values by path, or by name, as they were given; value: of the measure `measure`, in `unit`; its size where a
+        twin travels the other way, else with its sign; maximised: whether it was to be large; scale: what one
+        dimensionless unit is in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
     limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
