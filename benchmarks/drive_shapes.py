@@ -18,11 +18,10 @@ START = [{"angle": np.pi / 3}]
 MACHINE = {"mass_ratio": (0.2, 6.0), "stiffness": (0.1, 6.0), "damping": (0.1, 3.0)}
 DRIVE = {"frequency": (0.3, 3.0), "peak": (0.2, PEAK)}
 HARMONICS = (1, 2, 3, 5)
-HEADING = "load,law,harmonics,speed,exact_speed,design,designs,limits"
+HEADING = "load,law,harmonics,speed,exact_speed,design,state,designs,limits"
 LAWS = {"exponential": vc.Exponential(), "LuGre": vc.LuGre(), "tanh": vc.SmoothedTanh(smoothing_velocity=0.01)}
 LOADS = {"constant load": 1.0, "dynamic load": "dynamic"}
 DESIGNS = {"exponential": 15_000, "LuGre": 6_000, "tanh": 6_000}  # for each harmonic
-LOWER = (1.0, 0.999, 0.99, 0.95)  # shares of the peak
 CLOSINGS = 60  # of the refinement of each candidate
 
 
@@ -41,19 +40,21 @@ def parameters(mass_ratio, stiffness, damping, frequency, peak, **shape) -> dict
     return machine | {"drive.frequency": frequency} | vc.drive_shape(peak, cosines, sines)
 
 
-def fastest(law: str, load: str, harmonics: int, fewer: dict[str, float] | None = None) -> vc.Optimum:
+def fastest(
+    law: str, load: str, harmonics: int, fewer: dict[str, float] | None = None, state: dict[str, float] | None = None
+) -> vc.Optimum:
     """The fastest stable design of a system under a drive of so many harmonics within the peak.
 
-    fewer: the best design with fewer harmonics, with which the search begins; and the same at lower peaks, as a run
-        settles only to within a threshold, and the best design is at its limits
+    fewer: the best design with fewer harmonics, with which the search begins; state: a state of its motion, from which
+        designs run as well as from START
     """
     machine = vc.PendulumCapsule(mass_ratio=1.0, stiffness=1.2, damping=1.0, normal_load=LOADS[load])
     system = vc.System(machine, LAWS[law], vc.FourierSeries(cosine_1=1.0))
     subject_to = ["least_reaction > 0.1"] if load == "dynamic load" else []
     over = bounds(harmonics)
-    same = {name: (fewer or {}).get(name, 0.0) for name in over}
-    guesses = [same | {"peak": share * same["peak"]} for share in LOWER] if fewer else []
-    asked = {"subject_to": subject_to, "starts": START, "guesses": guesses, "evaluations": DESIGNS[law] * harmonics}
+    guesses = [{name: fewer.get(name, 0.0) for name in over}] if fewer else []
+    starts = [*START, state] if state else START
+    asked = {"subject_to": subject_to, "starts": starts, "guesses": guesses, "evaluations": DESIGNS[law] * harmonics}
     return vc.optimise(system, over, through=parameters, refinement=CLOSINGS, spread_starts=0, progress=False, **asked)
 
 
@@ -76,30 +77,31 @@ def main(out: str = "drive-shapes", *loads_and_laws: str) -> None:
     """
     table = Path(f"{out}.csv")
     lines = table.read_text(encoding="utf-8").splitlines() if table.exists() else [HEADING]
-    done = {tuple(line.split(",")[:3]): line.split(",")[5] for line in lines}
+    done = {tuple(line.split(",")[:3]): line.split(",")[5:7] for line in lines[1:]}
     chosen = set(loads_and_laws)
     for load, law in ((load, law) for law in LAWS for load in LOADS):
-        fewer = None
+        fewer, state = {}, {}
         for harmonics in HARMONICS:
             known = done.get((load, law, str(harmonics)))
             if known is not None:
-                fewer = _read(known) or fewer
+                fewer, state = map(_read, known)
             if known is not None or (chosen and not {load, law} <= chosen):
                 continue
-            found = fastest(law, load, harmonics, fewer)
-            fewer = found.design or fewer  # type: ignore[assignment]
+            found = fastest(law, load, harmonics, fewer, state)
+            if found.orbit is not None:
+                fewer, state = found.design, found.orbit.state  # type: ignore[assignment]
             speed = abs(found.value or 0.0)  # a drive turned about travels the other way
             judged = exactly(found) if law == "tanh" and found.design else speed
             print(f"{load:14s} {law:12s} {harmonics} harmonics: {speed:.6f}, exactly {judged:.6f}", flush=True)
-            design = " ".join(f"{name}={x!r}" for name, x in (found.design or {}).items())
+            design, begun = (" ".join(f"{name}={x!r}" for name, x in each.items()) for each in (fewer, state))
             counts = " ".join(f"{number} {what}" for what, number in found.counts.items() if number)
             limits = "; ".join(found.limits).replace(",", "")
-            lines.append(f"{load},{law},{harmonics},{speed!r},{judged!r},{design},{counts},{limits}")
+            lines.append(f"{load},{law},{harmonics},{speed!r},{judged!r},{design},{begun},{counts},{limits}")
             table.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _read(design: str) -> dict[str, float]:
-    """The design of a line of the table."""
+    """A design, or a state, of a line of the table."""
     return {path: float(x) for path, _, x in (each.partition("=") for each in design.split())}
 
 
