@@ -43,7 +43,7 @@ def ensemble(
         "window_periods": np.full(runs, window, np.int32),
     }
     words = []
-    found |= {name: np.full(runs, np.nan) for name in names if name not in ("word", "response_period")}
+    found |= {name: np.full(runs, np.nan) for name in names if name not in ("mode_sequence", "response_period")}
     for run, row in enumerate(zip(*every.values(), strict=True)):
         values = [value if value is None or isinstance(value, str) else float(value) for value in row]
         number = _number((*zip(every, values, strict=True), settings))
@@ -53,10 +53,10 @@ def ensemble(
         found["response_period"][run] = number < 0.5
         words.append("" if failed else "LRS"[: 1 + int(3 * number)])
         for name in names:
-            if name not in ("word", "response_period") and not failed:
+            if name not in ("mode_sequence", "response_period") and not failed:
                 found[name][run] = _number((name, number))
-    if "word" in names:
-        found["word"] = np.array(words)
+    if "mode_sequence" in names:
+        found["mode_sequence"] = np.array(words)
     if progress:
         progress(runs)
     return found

@@ -14,7 +14,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.codes import ASK_WORD, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.run.motion import recorded_run
@@ -55,7 +55,7 @@ def drawn_runs(law: str, seeds: range):
 @functools.cache
 def together(law: str, seeds: range, threads: int = 1):
     """Results of the drawn systems in one ensemble, measured from the start, words asked for."""
-    budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_WORD)
+    budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_MODES)
     return ensemble_run(*drawn_runs(law, seeds), budget, threads, order=ORDER)
 
 
@@ -89,7 +89,7 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
 
 
 def spelled_from_pieces(single) -> str:
-    """The word of the last period of a recorded run, read from its pieces."""
+    """The mode sequence of the last period of a recorded run, read from its pieces."""
     last = single.pieces[single.pieces[:, 0] == BUDGET.periods - 1]
     sides = last[:, 3]
     starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))

@@ -81,8 +81,8 @@ def test_during_the_run_is_from_the_stored_motion(law):
     for i, ratio in enumerate(ratios):
         motion = stored_motion(system_with(LAWS[law], ratio), periods)
         stored = vc.measured(motion, names, window=2)
-        assert found["word"][i] == stored["word"] == vc.word(motion)
-        for name in set(names) - {"word"}:
+        assert found["mode_sequence"][i] == stored["mode_sequence"] == vc.mode_sequence(motion)
+        for name in set(names) - {"mode_sequence"}:
             size = max(abs(stored[name]), 1e-3 if "bristle" in name else 1.0)
             assert found[name][i] == pytest.approx(stored[name], abs=1e-9 * size, nan_ok=True), name
 
@@ -140,8 +140,8 @@ class TestAgainstArrays:
 
     def test_sticking(self, name):
         motion, found = motion_of(name), measures_of(name)
-        assert found["word"] == vc.word(motion)
-        assert len(found["word"]) > 1
+        assert found["mode_sequence"] == vc.mode_sequence(motion)
+        assert len(found["mode_sequence"]) > 1
         phases = vc.stick_phases(motion, periods=WINDOW)
         if phases is None:
             assert math.isnan(found["stick_fraction"])
@@ -272,8 +272,8 @@ def test_words_of_many_letters(rests):
         periods=1,
         stuck=list(zip(marks[::2], marks[1::2], strict=True)),
     )
-    word = vc.measured(motion, "word", window=1)["word"]
-    ints = vc.word(motion)
+    word = vc.measured(motion, "mode_sequence", window=1)["mode_sequence"]
+    ints = vc.mode_sequence(motion)
     assert ints == "FS" * rests
     assert word == (ints if 2 * rests + 1 <= 104 else ints[:104] + "...")
 
@@ -392,7 +392,7 @@ def test_what_is_derived_comes_after_what_it_needs():
 # --- the ensemble ----------------------------------------------------------------------------------------------------
 
 SYSTEM = system_with(vc.Exponential())
-ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "word", "stick_fraction")
+ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "mode_sequence", "stick_fraction")
 
 
 def small_ensemble(ratios, **settings):
@@ -457,9 +457,9 @@ def test_failed_runs_are_shown_as_failed():
     statuses = [list(vc.Status)[code] for code in found["status"]]
     assert statuses == [vc.Status.TOO_MANY_EVENTS, vc.Status.FINISHED]
     assert (found["window_start"][0], found["window_periods"][0]) == (-1, 0)
-    assert found["word"].tolist() == ["", "S"]
+    assert found["mode_sequence"].tolist() == ["", "S"]
     for name in ASKED:
-        if name != "word":
+        if name != "mode_sequence":
             assert np.isnan(found[name][0])
             assert np.isfinite(found[name][1])
 

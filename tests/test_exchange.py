@@ -26,7 +26,7 @@ from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
-from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.events import BOUNDS
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 GCC = shutil.which("gcc") or ""

@@ -129,7 +129,7 @@ def test_sliding_one_way_all_the_time():
     assert loop.forward.pure_sliding.speeds == pytest.approx((0.9, 1.1), rel=1e-12)
     assert loop.velocity_area == pytest.approx(3 * 0.01 * math.pi, rel=1e-12)
     assert loop.forward.pure_sliding.direction == "accelerating above"
-    assert vc.word(motion) == "F"
+    assert vc.mode_sequence(motion) == "F"
 
 
 def test_a_capsule_at_rest_has_no_loop():

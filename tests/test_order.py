@@ -152,7 +152,7 @@ def implicit_error(kernel, count, exact, fault=None):
     assert run.status == DONE
     assert run.implicit_steps > 20 * run.taylor_steps
     assert len(run.events) == 3
-    coefficients, length = run.pieces[-1][5:].reshape(len(start), -1), run.pieces[-1][2]
+    coefficients, length = run.series[-1:][0], run.piece_lengths[-1]
     return np.abs(np.polynomial.polynomial.polyval(length, coefficients.T) - exact).max()
 
 

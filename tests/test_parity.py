@@ -12,7 +12,6 @@ from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
 from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
@@ -66,9 +65,7 @@ def test_plain_python_is_the_compiled_kernel(law):
 
 def final(recorded):
     """State at the end of the last piece, which both runs put at the same time."""
-    length = recorded.pieces[-1, 2]
-    series = recorded.pieces[-1, PIECE_HEAD:].reshape(-1, 13)
-    return np.polynomial.polynomial.polyval(length, series.T)
+    return np.polynomial.polynomial.polyval(recorded.piece_lengths[-1], recorded.series[-1:][0].T)
 
 
 # --- lanes -----------------------------------------------------------------------------------------------------------

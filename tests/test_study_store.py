@@ -36,7 +36,7 @@ from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes,
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
-MEASURES = ("mean_velocity", "word")
+MEASURES = ("mean_velocity", "mode_sequence")
 
 
 @pytest.fixture(autouse=True)
@@ -148,7 +148,7 @@ def test_memory_and_store_say_the_same(tmp_path):
     assert in_memory["mean_velocity"].shape == (2, 7, 3)
     assert set(in_memory["status"].values.ravel()) == {0, 3}
     assert in_memory["mean_velocity"].isnull().equals(in_memory["status"] != 0)
-    assert set(in_memory["word"].values.ravel()) == {"", "L", "LR", "LRS"}
+    assert set(in_memory["mode_sequence"].values.ravel()) == {"", "L", "LR", "LRS"}
 
 
 @pytest.mark.parametrize("tile_runs", [1, 4, 21, 1000])

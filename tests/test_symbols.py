@@ -39,6 +39,7 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
         *vc.Actuator(limit=1.0, command_limit=1.0).states,
         *vc.PositionPID.all_states,
         *vc.SampledPositionPID.all_states,
+        *vc.FrictionObserver.all_states,
     }
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
     names = {"time", "side", "impulse", "command", "reference", "controller_work"}

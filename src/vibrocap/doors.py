@@ -6,10 +6,9 @@ name stands.
 
 import ast
 import importlib
-import inspect
 import sys
 from collections.abc import Callable
-from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 
@@ -19,7 +18,8 @@ def opened(door: str, through: str = "") -> Callable[[str], Any]:
     through: "module:function", what each of its functions is put through
     """
     module = sys.modules[door]
-    tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+    with open(str(module.__file__), encoding="utf-8") as file:  # pathlib and inspect take longer than the door itself
+        tree = ast.parse(file.read())
     block = next(node for node in tree.body if isinstance(node, ast.If))
     imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
     homes = {alias.name: str(node.module) for node in imports for alias in node.names}
@@ -29,7 +29,7 @@ def opened(door: str, through: str = "") -> Callable[[str], Any]:
             raise AttributeError(f"module {door!r} has no attribute {name!r}")
         home = importlib.import_module(homes[name])
         found = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
-        if through and inspect.isfunction(found):
+        if through and isinstance(found, FunctionType):
             place, _, around = through.partition(":")
             found = getattr(importlib.import_module(place), around)(found)
         setattr(module, name, found)

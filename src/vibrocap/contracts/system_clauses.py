@@ -17,7 +17,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System

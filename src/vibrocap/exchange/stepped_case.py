@@ -13,11 +13,12 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.conversion import quantity_in_si
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import bounds

@@ -7,12 +7,12 @@ from typing import Any
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, rules
-from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations
 from vibrocap.motion.recorded_machine import recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
+from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit

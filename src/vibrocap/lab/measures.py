@@ -17,7 +17,7 @@ from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
 
-ASKED = codes.ASK_SYMMETRY | codes.ASK_WORD  # of a motion on show: what the readouts say
+ASKED = codes.ASK_SYMMETRY | codes.ASK_MODES  # of a motion on show: what the readouts say
 
 
 def gathered_functions(system: System) -> Integrands | None:
@@ -73,7 +73,7 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
 
 
 def result_record(kernel: BrowserKernel) -> dict[str, Any]:
-    """Where the rest of a result stands: its head by name, the word of its last period, how far it is from a mirror."""
+    """Where the rest of a result stands: its head by name, its mode sequence, how far it is from its mirror image."""
     layout = kernel.layout
     letters = layout.gathered_slice("LETTERS")
     return {

@@ -78,7 +78,7 @@ def measured(
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
         motion has settled, as in an ensemble that stops there
 
-    Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
+    Returns numbers (for "mode_sequence" a text) by name. Raises ValueError for a motion that did not go to its end.
     """
     asked, needed = resolved(measures, motion.system)
     check_travel(needed, motion.system)

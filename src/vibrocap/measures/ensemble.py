@@ -80,7 +80,7 @@ def ensemble(
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
+    measures, NaN (for "mode_sequence" an empty text) where the run failed. A run is "not certified", with its measures,
     where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
     events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
     defect; where works are measured, also what they lack of the energy that it stores.
@@ -165,9 +165,9 @@ def _measured(
     finished = status == FINISHED
 
     def mirrored() -> np.ndarray:
-        return _mirrored(one, columns)[finished]
+        return _mirrored(one, columns)
 
-    gathered = Gathered(one, results[finished], period[finished], mirrored, budget.threshold)
+    gathered = Gathered(one, results[finished], period[finished], lambda: mirrored()[finished], budget.threshold)
     everything = Gathered(one, results, period, mirrored, budget.threshold)
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)

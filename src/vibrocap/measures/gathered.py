@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.measures.travel import travelling
 from vibrocap.numerics.api import RunResults
+from vibrocap.physics import events
 from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
@@ -71,12 +72,12 @@ class Gathered:
         strikes the stop more often than it leaves it.
         """
         names = self.system.placed.switch_events
-        if "impact" not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+        if events.IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
         counts = self.results.entries("OCCURRED")
         names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
-        struck = counts[:, [name == "impact" for name in names]].sum(axis=1)
-        opened = counts[:, [name == "stop_opened" for name in names]].sum(axis=1)
+        struck = counts[:, [name == events.IMPACT for name in names]].sum(axis=1)
+        opened = counts[:, [name == events.STOP_OPENED for name in names]].sum(axis=1)
         rigid = IMPACT in self.system.placed.channels
         return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
 
@@ -86,14 +87,14 @@ class Gathered:
         return np.full(len(self.results), np.nan)
 
     @property
-    def words(self) -> np.ndarray:
-        """The word of the last period of each window, an array of text; see `measures.sticking.word`."""
+    def mode_sequences(self) -> np.ndarray:
+        """Mode sequences of the last period of each window, an array of text; see `sticking.mode_sequence`."""
         sequences, which = self.results.letters()
-        return np.array([_word(*sequence) for sequence in sequences], dtype=str)[which]
+        return np.array([_letters(*sequence) for sequence in sequences], dtype=str)[which]
 
 
-def _word(sides: tuple[int, ...], complete: bool) -> str:
-    """The word of a sequence of sides."""
+def _letters(sides: tuple[int, ...], complete: bool) -> str:
+    """The mode sequence, in letters, of a sequence of sides."""
     letters = [LETTERS[side] for side in sides]
     if not complete:
         return "".join(letters) + "..."  # there is no telling how the period ends

@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import Equations
 from vibrocap.numerics.api import Integrands, integrands_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 
 Function = Callable[["Instant"], Any]

@@ -13,6 +13,7 @@ from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
@@ -33,7 +34,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
 
 
 def undefined_measures(system: System) -> frozenset[str]:
-    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty word, or refused.
+    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty text, or refused.
 
     A study over kinds of parts may ask for them all the same, for what another kind has.
     """
@@ -41,7 +42,7 @@ def undefined_measures(system: System) -> frozenset[str]:
     nothing = {
         "stick_fraction": kind != "set-valued",
         "stick_phases": kind != "set-valued",
-        "word": kind == "smooth",
+        "mode_sequence": kind == "smooth",
         "symmetric": not system.mirrored,
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
@@ -86,7 +87,7 @@ def _standard_measures(
         *FRICTION,
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
-        *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
+        *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if system is None or "reaction" in equations(system).observables else ()),
     ]
@@ -137,25 +138,25 @@ def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
     return values if runs.system.friction.kind == "set-valued" else runs.nowhere
 
 
-def _words(runs: Gathered) -> np.ndarray:
-    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.words
+def _mode_sequences(runs: Gathered) -> np.ndarray:
+    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.mode_sequences
 
 
 STICKING = (
     Measure(
         "stick_fraction",
         "share of the window in which the contact sticks (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_MODES),
     ),
     Measure(
         "stick_phases",
         "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_MODES),
     ),
     Measure(
-        "word",
+        "mode_sequence",
         "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
-        Standard(_words, codes.ASK_WORD, text=True),
+        Standard(_mode_sequences, codes.ASK_MODES, text=True),
     ),
 )
 

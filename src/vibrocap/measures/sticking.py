@@ -1,4 +1,4 @@
-"""Sticking: how much of the time, how often, how long, and the word that a period spells."""
+"""Sticking: how much of the time, how often, how long, and the mode sequence of a period."""
 
 import dataclasses
 from typing import Any
@@ -48,8 +48,8 @@ def stick_fraction(
     return None if phases is None else phases.total / (end - start)
 
 
-def word(motion: Trajectory, period: int = -1, *, contact: int = 1) -> str:
-    """The word of one whole period: its phases in order, F sliding forward, S stuck, B sliding back, such as "FSBS".
+def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> str:
+    """The mode sequence of one whole period: F sliding forward, S stuck, B sliding back, such as "FSBS".
 
     It is read as a cycle from the period's start: a last phase on the side of the first is the same phase of a steady
     motion, cut by the period's mark, and is left out. A law that cannot stick spells with F and B alone.
@@ -64,7 +64,7 @@ def word(motion: Trajectory, period: int = -1, *, contact: int = 1) -> str:
 
 
 def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
-    """The word of the phases of a contact from start to end, read as a cycle (`word`)."""
+    """The mode sequence of the phases of a contact from start to end, read as a cycle (`mode_sequence`)."""
     letters = [LETTERS[phase.side] for phase in _phases(motion, start, end, contact)]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()

@@ -56,7 +56,7 @@ class Stretch:
         piece = self._piece_at(t)
         motion = self.motion
         row = motion.state_names.index(motion.system.machine.contact_states[0])
-        coefficients, s = motion.coefficients[piece, row], t - motion.piece_start[piece]
+        coefficients, s = motion.series[piece][:, row], t - motion.piece_start[piece]
         result = np.zeros_like(s)
         for k in range(coefficients.shape[1] - 1, 0, -1):
             result = result * s + k * coefficients[:, k]

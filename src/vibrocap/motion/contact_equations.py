@@ -1,81 +1,13 @@
 """What recorded equations say of each contact, and of all together where there are several."""
 
-import dataclasses
 from typing import Any
 
+from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.states import between_states
 from vibrocap.physics.system import System
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class ContactEquations:
-    """Recorded equations of one contact.
-
-    velocity: of sliding; state: number of the state that moves one to one with it; kind: "set-valued" (it can rest),
-    "kinked" or "smooth"; hold: the force that would hold it in the present modes of all others, over the middle of what
-    it can hold; limit: how far that reaches (both None where it cannot rest); internal: numbers of the states of its
-    law, without those that change at events only; after_reversal: all states after it has turned to its side
-    """
-
-    velocity: Expression
-    state: int
-    kind: str
-    hold: Expression | None
-    limit: Expression | None
-    internal: tuple[int, ...]
-    after_reversal: tuple[Expression, ...]
-
-    @property
-    def sticks(self) -> bool:
-        """Whether it can rest."""
-        return self.hold is not None
-
-    @property
-    def is_state(self) -> bool:
-        """Whether its velocity is one of the states, whose series is then its own."""
-        return self.velocity.index == self.velocity.graph.node("state", self.state).index
-
-    def moved(self, move: Any, reset: Any) -> "ContactEquations":
-        """The same on another graph; reset: what an event makes of all states."""
-        return dataclasses.replace(
-            self,
-            velocity=move(self.velocity),
-            hold=None if self.hold is None else move(self.hold),
-            limit=None if self.limit is None else move(self.limit),
-            after_reversal=reset(self.after_reversal),
-        )
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class DecisionRows:
-    """The problem of several contacts at rest, recorded: see `physics/contacts.py`, and what each may take.
-
-    b [n], response [n n], loads [n], load_response [n n] (none of constant loads); of each contact, as taken by the
-    machine: force while it slides (per load), what pushes it then and at rest, least and most that it can hold, and
-    least and most once it has given way (per load; None where it cannot rest)
-    """
-
-    b: tuple[Expression, ...]
-    response: tuple[tuple[Expression, ...], ...]
-    loads: tuple[Expression, ...]
-    load_response: tuple[tuple[Expression, ...], ...]
-    forces: tuple[Expression, ...]
-    pushes: tuple[tuple[Expression, ...], ...]
-    bounds: tuple[tuple[Expression, ...] | None, ...]
-
-    def moved(self, move: Any) -> "DecisionRows":
-        """The same on another graph."""
-        fields = {field.name: _moved(getattr(self, field.name), move) for field in dataclasses.fields(self)}
-        return dataclasses.replace(self, **fields)
-
-
-def _moved(value: Any, move: Any) -> Any:
-    if isinstance(value, tuple):
-        return tuple(_moved(each, move) for each in value)
-    return None if value is None else move(value)
 
 
 def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:

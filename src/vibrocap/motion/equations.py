@@ -1,134 +1,31 @@
 """A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
 
 import copy
-import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.motion.contact_equations import (
-    ContactEquations,
-    DecisionRows,
     contact_equations,
     decision_rows,
     imposed_shifts,
     states_at_contacts,
 )
-from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
+from vibrocap.motion.corners import recorded_corners, segment_paths
 from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
+from vibrocap.numerics.expressions.corners import Corners
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
-from vibrocap.physics.flow import LOCATED, Flow
+from vibrocap.physics.events import LOCATED
+from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.sampling import SampledReference
 from vibrocap.physics.system import System
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Equations:
-    """Recorded equations of all systems of one form; their numbers are in the parameter vector.
-
-    rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction); hold, arriving and limit: None where the contact cannot stick.
-    """
-
-    graph: Graph
-    state_names: tuple[str, ...]
-    integral_names: tuple[str, ...]
-    parameter_paths: tuple[str, ...]
-    rates: tuple[Expression, ...]
-    integrals: tuple[Expression, ...]
-    scales: tuple[Expression, ...]
-    contacts: tuple[ContactEquations, ...]  # the first one before the others
-    rows: DecisionRows | None  # of several contacts
-    internal_states: tuple[int, ...]  # of the laws and velocities of further contacts that are states
-    # at imposed distances, the velocity of each contact less the state that all share: functions of time
-    shifts: tuple[Expression, ...]
-    cyclic_state: int  # -1: none
-    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
-    symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
-    period: Expression
-    switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
-    law_switches: int  # how many of them are the laws'
-    impact: int  # place among the integrals of the work of impacts; -1: there is none
-    loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
-    quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
-    bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
-    bound_kinds: tuple[int, ...]  # number of each bound among those that there are
-    located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
-    after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
-    maybe_stiff: bool  # whether a contact has a law with a force for every velocity
-    observables: dict[str, Expression]
-    base: int  # states of the motion itself; tangents may follow them
-    balance: Balance | None  # of momentum, where it gives the acceleration of the contact
-    guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
-    corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
-    true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
-    # Momentum normal to the ground, whose rate is that load but for a constant, on a graph that begins with `graph`.
-    normal_momentum: Expression | None = None
-
-    @property
-    def contact_velocity(self) -> Expression:
-        """Of the first contact."""
-        return self.contacts[0].velocity
-
-    @property
-    def contact_state(self) -> int:
-        """Number of the state that moves one to one with it."""
-        return self.contacts[0].state
-
-    @property
-    def hold(self) -> Expression | None:
-        """Of the first contact."""
-        return self.contacts[0].hold
-
-    @property
-    def limit(self) -> Expression | None:
-        """Of the first contact."""
-        return self.contacts[0].limit
-
-    @property
-    def kinked(self) -> bool:
-        """Whether what acts on the first contact has a kink at rest."""
-        return self.contacts[0].kind == "kinked"
-
-    @property
-    def several(self) -> bool:
-        """Whether there are several contacts."""
-        return len(self.contacts) > 1
-
-    @property
-    def coupled(self) -> bool:
-        """Whether friction at one contact accelerates another."""
-        rows = () if self.rows is None else self.rows.response
-        return any(entry.value != 0.0 for i, row in enumerate(rows) for entry in (*row[:i], *row[i + 1 :]))
-
-    @property
-    def imposed_velocities(self) -> tuple[Expression, ...]:
-        """Of further contacts, where they are no states."""
-        return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
-
-    @property
-    def pinned(self) -> tuple[Expression, ...]:
-        """Velocities that decide the state of the first contact where one of them is zero."""
-        return tuple(each.velocity for each in self.contacts[1:] if each.sticks and not each.is_state)
-
-    @property
-    def resting(self) -> tuple[int, ...]:
-        """Velocities that are exactly zero while a further contact sticks."""
-        return tuple(each.state for each in self.contacts[1:] if each.sticks and each.is_state)
-
-    @property
-    def guards(self) -> tuple[Expression, ...]:
-        """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
-        return (*self.switches, *self.bounds)
-
-    def filled(self, parameters: Any, time: Any = 0.0) -> Any:
-        """Parameter vectors with the segment of the drive at a time since the start of its period, where it has any."""
-        return parameters if self.corners is None else self.corners.filled(parameters, time)
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -296,13 +193,13 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
         observables=expressed,
         base=len(flow.rates),
-        # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
-        balance=None if others or not _balances(balance, flow, len(paths)) else balance,
+        # Where several contacts rub, or the command knows the friction, the acceleration is but one of its terms.
+        balance=None if first.contact.given.response or others or not _balances(balance, flow, len(paths)) else balance,
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
-        normal_momentum=None
+        normal_height=None
         if flow.loads or reaction is None
-        else _normal_momentum(system, placed, y, flow, expressed["reaction"], len(paths)),
+        else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
 
 
@@ -347,12 +244,13 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
     )
 
 
-def _normal_momentum(
+def _normal_height(
     system: System, machine: Machine, y: tuple, flow: Flow, reaction: Expression, parameters: int
-) -> Expression | None:
-    """Momentum normal to the ground, which the motion has no need of, if the true load follows from it.
+) -> tuple[Expression, float] | None:
+    """(h, sign): the true load is a constant and sign h'', h the cosine of an angle of the machine's that swings a bob.
 
-    It is compared where no switched state is on, as a mass that touches a stop has none.
+    Its momentum normal to the ground, -sin(a) a', is then a product; None where it is written otherwise, or where the
+    load does not follow from it. That is compared with no switched state on, as a mass that touches a stop has none.
     """
     own = copy.deepcopy(y[0].graph)
     states = [Expression(own, state.index) for state in y]
@@ -365,7 +263,23 @@ def _normal_momentum(
     at = [np.zeros(5) if name in system.switched else draw.uniform(0.1, 0.9, 5) for name in system.state_names]
     with np.errstate(all="ignore"):
         (means,) = evaluate([mean], draw.uniform(0.1, 0.9, 5), at, 1.0, draw.uniform(0.5, 1.5, parameters))
-    return momentum if np.ptp(means) <= 1e-9 * np.max(np.abs(means)) else None
+    if np.ptp(means) > 1e-9 * np.max(np.abs(means)):
+        return None
+    found = _swinging(momentum, [own.expression(rate).index for rate in flow.rates])
+    return None if found is None else (y[0].graph.node("cos", found[0]), found[1])
+
+
+def _swinging(momentum: Expression, rates: Sequence[int], sign: float = -1.0) -> tuple[int, float] | None:
+    """(node of a, sign) of a momentum that is written as sign times the rate -sin(a) a' of cos(a), a a state."""
+    nodes = momentum.graph.nodes
+    op, *operands = nodes[momentum.index]
+    if op == "neg":
+        return _swinging(Expression(momentum.graph, operands[0]), rates, -sign)
+    for function, rate in (operands, operands[::-1]) if op == "mul" else ():
+        name, *inner = nodes[function]
+        if name == "sin" and nodes[inner[0]][0] == "state" and rates[nodes[inner[0]][1]] == rate:
+            return inner[0], sign
+    return None
 
 
 def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:

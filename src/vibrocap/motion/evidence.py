@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate, Verdict
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.numbering import numbered

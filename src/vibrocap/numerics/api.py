@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.instant import exported_instant
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
-    from vibrocap.numerics.run.results import RunResults
+    from vibrocap.numerics.run.results import PieceSeries, RunResults
     from vibrocap.numerics.run.stepper import StepperKernel, StepperMemory, stepper_kernel
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
@@ -48,6 +48,7 @@ __all__ = [
     "DrivenRuns",
     "Instant",
     "Integrands",
+    "PieceSeries",
     "Recorded",
     "RunResults",
     "ScalarWriter",

@@ -27,6 +27,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from vibrocap.physics.events import AMBIGUOUS, LIFT_OFF
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Contact
 
@@ -194,6 +195,8 @@ class Contacts:
             return self._share(0)
         if not self.coupled:
             return self.given[0].holding_force
+        if not self.others and not self.all[0].sticks:
+            return 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
         own, *others = self.given[0].response
         held = self.given[0].acceleration - sum(a * r for a, r in zip(others, self._alpha, strict=True))
         return held / (own - sum(a * r for a, r in zip(others, self._beta, strict=True)))
@@ -287,7 +290,7 @@ class Contacts:
                 rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
             ways.append(rows)
         found = tuple(determinant(rows) for rows in itertools.product(*ways))
-        return (*loads, *found), ("lift_off",) * len(loads) + ("ambiguous_contacts",) * len(found)
+        return (*loads, *found), (LIFT_OFF,) * len(loads) + (AMBIGUOUS,) * len(found)
 
 
 def _own_share(each: RubbingContact):

@@ -28,6 +28,11 @@ class SampledReference(Piecewise):
         return self.drive.period
 
     @property
+    def time_scale(self) -> Any:
+        """That of the drive."""
+        return self.drive.time_scale
+
+    @property
     def odd(self) -> bool:
         """Never: samples know no symmetry."""
         return False

@@ -6,7 +6,8 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.controllers.controller import ControlledMachine, Controller
+from vibrocap.physics.controlled_machine import ControlledMachine
+from vibrocap.physics.controllers.controller import SIDE, Controller
 from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
@@ -229,9 +230,12 @@ class System:
 
     @property
     def contact_kinds(self) -> tuple[str, ...]:
-        """The kind of each contact: that of its law, which the drag of an environment gives a kink at rest."""
-        surrounded = self.environment is not None
-        return tuple("kinked" if law.kind == "smooth" and surrounded else law.kind for law in self.laws)
+        """The kind of each contact: that of its law, which has a kink at rest by the drag of an environment, and by a
+        controller that measures to which side it slides.
+        """
+        kinked = self.environment is not None
+        kinked = kinked or (self.controller is not None and SIDE in self.controller.measures(self.machine))
+        return tuple("kinked" if law.kind == "smooth" and kinked else law.kind for law in self.laws)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -286,7 +290,7 @@ class System:
         """Natural size of each state, over which its error is measured."""
         loads = self.law_loads
         internal = (size for i, law in laws_by_state(self.parts) for size in law.internal_scales(loads[i - 1]))
-        return (*self.placed.scales(self.drive.period), *internal)
+        return (*self.placed.scales(self.drive.time_scale), *internal)
 
     @property
     def mirrored(self) -> bool:

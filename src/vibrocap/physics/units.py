@@ -42,6 +42,7 @@ QUANTITIES = {
     "velocity": "m/s",
     "sliding_velocity": "m/s",
     "bristle": "m",
+    "observed_bristle": "m",
     **{f"element_force_{i}": "N" for i in range(1, 5)},
     "gap_position": "m",
     "contact_velocity": "m/s",

@@ -41,15 +41,15 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
     SpecialKind.BRANCH_POINT: ("P", 6.0, True),
     SpecialKind.HOPF: ("h", 7.0, True),
-    SpecialKind.WORD_CHANGE: ("|", 7.0, False),
+    SpecialKind.MODE_CHANGE: ("|", 7.0, False),
     SpecialKind.GRAZING: ("v", 6.0, True),
     SpecialKind.CHATTER: ("^", 6.0, True),
     SpecialKind.JUMP: ("X", 6.0, True),
     SpecialKind.UNLOCATED: ("x", 6.0, False),
 }
-WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.WORD_CHANGE: "change of the mode sequence"}
+WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.MODE_CHANGE: "change of the mode sequence"}
 LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
-LOSS_WORDS = "symmetry breaks at a change of word"
+LOSS_WORDS = "symmetry breaks at a change of mode sequence"
 # Two halves of one disc: full where both sweeps agree.
 SWEPT: dict[str, dict[str, Any]] = {
     way: {
@@ -287,7 +287,7 @@ def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quanti
 
 
 def draw_multipliers(ax: Axes, branches: Iterable[Branch], along: Quantity | None = None) -> None:
-    """Size of the largest multiplier over the parameter; a branch jumps where its word changes."""
+    """Size of the largest multiplier over the parameter; a branch jumps where its mode sequence changes."""
     ax.axhline(1.0, color="#9A9A9A", linewidth=0.8, zorder=1)
     for branch in branches:
         if not len(branch):

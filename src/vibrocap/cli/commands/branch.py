@@ -178,7 +178,7 @@ def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | No
 
 def _diagram_record(found: Any) -> dict[str, Any]:
     """Branches with their points and special points, by name."""
-    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word", "certified")
+    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "mode_sequence", "certified")
     branches = [
         {"response_period": each.response_period, "symmetric": each.symmetric}
         | {name: getattr(each, name).tolist() for name in columns}

@@ -23,6 +23,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import in_both, json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.part_in_words import in_words
+from vibrocap.physics import events
 from vibrocap.physics.numbering import name_and_number, numbered
 from vibrocap.quantities.dimensional import computed, units_of
 from vibrocap.quantities.opening import opened_in_si
@@ -32,30 +33,6 @@ if TYPE_CHECKING:
     from vibrocap.measures.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
-# kind of event: what happens
-EVENTS = {
-    "stick": "the contact comes to rest and sticks",
-    "slip_forward": "the contact leaves stick forward",
-    "slip_back": "the contact leaves stick backward",
-    "reversal": "the contact reverses without sticking",
-    "graze": "the contact touches its limit and stays",
-    "switch": "the contact goes over to another piece of its law",
-    "impact": "a mass strikes a stop",
-    "stop_opened": "a mass leaves a stop",
-    "lift_off": "the contact loses its load, which ends the run",
-    "stop_reached": "the machine reaches a stop, which ends the run",
-    "paradox": "the contact has no load that follows from the forces",
-    "ambiguous_contacts": "which contacts rest is no longer certain",
-}
-PART_EVENTS = {  # of an actuator and of a controller, counted where there is one
-    "saturated": "the actuator reaches its limit",
-    "unsaturated": "the actuator leaves its limit",
-    "clipped": "the command reaches its limit",
-    "unclipped": "the command comes back from its limit",
-    "sample": "the controller samples, or its command acts",
-    "command_saturated": "the command of the controller reaches its limit",
-    "command_unsaturated": "the command of the controller leaves its limit",
-}
 # channel of energy: what it is
 CHANNELS = {
     "drive": "work of the drive",
@@ -196,7 +173,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "mean_velocity": nothing if velocity is None else dataclasses.asdict(velocity),
             "cost_of_transport": None if velocity is None else _cost_of_transport(motion, velocity),
             **turns,
-            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
+            "events": {kind: counts[kind] for kind in (*events.MEANINGS, *own_events(motion), *_further(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "least_reaction": None if least is None else least * motion.system.result_units.factor("friction"),
             "energy": works or None,
@@ -302,21 +279,20 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 def _event_words(kind: str) -> str:
     stem, number = name_and_number(kind)
-    if number > 1 and stem in EVENTS:
-        return EVENTS[stem].replace("the contact", f"contact {number}")
-    return (EVENTS | PART_EVENTS).get(kind, "this happens")
+    if number > 1 and stem in events.MEANINGS:
+        return events.MEANINGS[stem].replace("the contact", f"contact {number}")
+    return (events.MEANINGS | events.ADDED).get(kind, "this happens")
 
 
 def own_events(motion: "Trajectory") -> list[str]:
     """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
-    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in EVENTS]
+    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
 
 
-def _further_events(motion: "Trajectory") -> tuple[str, ...]:
+def _further(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
-    from vibrocap.motion.trajectory import CONTACT_EVENTS
 
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in CONTACT_EVENTS)
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in events.CONTACT)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:

@@ -66,7 +66,7 @@ def sweep(
     over
         what varies, PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3 for each axis; with --design PATH=LOW:HIGH
     measure
-        what is measured, such as mean_velocity,word; `vibrocap measures` lists them [default: mean_velocity]
+        what is measured, such as mean_velocity,mode_sequence; `vibrocap measures` lists them [default: mean_velocity]
     out
         folder for the results, stored as they come
     resume
@@ -294,7 +294,7 @@ def plot(
     Failed, unsettled and missing runs are hatched and counted in the legend; runs
     without travel have a colour of their own.
 
-    For --border word the sweep must have had --measure word. --border travel is where
+    For --border mode_sequence the sweep must have had --measure mode_sequence. --border travel is where
     the way of travel turns round, --border impacts where a mass grazes its stop.
 
     Parameters
@@ -308,7 +308,7 @@ def plot(
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
-        draw lines where this changes on a map, such as word or travel; may be repeated
+        draw lines where this changes on a map, such as mode_sequence or travel; may be repeated
     dead_band
         smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
     """

@@ -79,7 +79,7 @@ def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTa
     if not targets:
         complaints.add("table", "should have a column of a measure, such as mean_velocity")
     elif any(getattr(known[name].how, "text", False) for name in targets):
-        complaints.add("table", "measures should be numbers; leave out 'word'")
+        complaints.add("table", "measures should be numbers; leave out 'mode_sequence'")
     if len(complaints) == begun and conditions:
         plain = [quantity(path, system).plain for path in conditions]
         twice = [path for path, one in zip(conditions, plain, strict=True) if plain.count(one) > 1]

@@ -16,12 +16,13 @@ from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.forms import Forms
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
-def slow_states(equations: Any) -> tuple[int, ...]:
+def slow_states(equations: Equations) -> tuple[int, ...]:
     """Of each contact the internal state that may be slaved to all others, -1 where there is none."""
     forms = Forms(equations.graph, equations.rates)
     found = []
@@ -43,7 +44,7 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
     return {"SLOWED": bool(layout.slow), "SLOW_STATE": states, "SLOWS": tuple(int(each >= 0) for each in states)}
 
 
-def series_writer(equations: Any, layout: Layout, code: Code) -> JetWriter:
+def series_writer(equations: Equations, layout: Layout, code: Code) -> JetWriter:
     """The writer of the series of these equations."""
     given = equations.graph, list(equations.rates), code, equations.balance
     if not layout.slow:
@@ -52,7 +53,7 @@ def series_writer(equations: Any, layout: Layout, code: Code) -> JetWriter:
     return SlowWriter(*given, slow, layout.order)
 
 
-def bounding_decays(equations: Any, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
+def bounding_decays(equations: Equations, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
     """Of the rates of decay those that bound a step: 0 of bristles on their manifold, whose own rate is kept apart.
 
     rates: one of each contact with bristles

@@ -13,13 +13,14 @@ from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sp
 from vibrocap.numerics.codegen.slow_manifold import bounding_decays, series_writer, slow_constants
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
+from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
+def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
     """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`).
 
     The integrals are carried along where the layout has rows for them.
@@ -28,6 +29,9 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     row_size = (layout.order + 1) * layout.lanes
     constants = {
         **layout.constants(),
+        "RATE_ROWS": layout.rates or (-1,) * layout.rows,
+        "WHOLE_ROWS": layout.whole_rows,
+        "WHOLE_COUNT": len(layout.whole_rows),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
         "MAYBE_STIFF": equations.maybe_stiff,
@@ -84,7 +88,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         jet_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
-        *([decision_source(equations)] if equations.several else []),
+        *([] if equations.rows is None else [decision_source(equations.rows)]),
         branches_source(equations),
         jacobian_source(equations, integrals),
         resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "card", "browser")),
@@ -94,13 +98,13 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     return "\n".join([*lines, "", *functions, ""])
 
 
-def _limits_are_constant(equations: Any) -> bool:
+def _limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
-    limits = [each.limit for each in equations.contacts if each.sticks]
+    limits = [each.limit for each in equations.contacts if each.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
 
 
-def jumps(equations: Any, layout: Layout) -> bool:
+def jumps(equations: Equations, layout: Layout) -> bool:
     """Whether the contact velocity depends on what changes at the corners of the drive."""
     graph = equations.graph
     needed = (graph.nodes[i] for i in reachable(graph, [each.velocity.index for each in equations.contacts]))
@@ -108,13 +112,14 @@ def jumps(equations: Any, layout: Layout) -> bool:
     return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
 
-def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
+def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code)
-    watched = LoadSeries(equations, writer, order) if layout.watched else None
+    load = equations.true_load if layout.watched else None
+    watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
     code.name("sliding", code.entry("SIDE"))
@@ -137,16 +142,15 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         if not equations.contacts[0].is_state:
             keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
-        if equations.hold is not None and k < order:
+        if equations.hold is not None and equations.limit is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         if k < order:
-            resting_contacts = [each for each in equations.contacts[1:] if each.sticks]
-            for i, each in enumerate(resting_contacts):
-                keep(held_from + 2 * i, k, writer.coefficient(each.hold.index, k))
-                keep(held_from + 2 * i + 1, k, writer.coefficient(each.limit.index, k))
+            pairs = (pair for each in equations.contacts[1:] for pair in (each.hold, each.limit) if pair is not None)
+            for i, value in enumerate(pairs, start=held_from):
+                keep(i, k, writer.coefficient(value.index, k))
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
@@ -172,7 +176,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
-def decay_rates(equations: Any) -> list[Expression]:
+def decay_rates(equations: Equations) -> list[Expression]:
     """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
 
     It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
@@ -187,7 +191,7 @@ def decay_rates(equations: Any) -> list[Expression]:
     return [-functools.reduce(operator.add, each) for each in kept]
 
 
-def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
+def rates_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
@@ -215,7 +219,7 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     return "\n".join([*rates, head, *_indented(imposed, 4), ""])
 
 
-def holding_source(equations: Any) -> str:
+def holding_source(equations: Equations) -> str:
     """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
     rest."""
     writer, zero = ScalarWriter(equations.graph), equations.graph.constant(0.0)
@@ -225,12 +229,12 @@ def holding_source(equations: Any) -> str:
     return "\n".join(["def holding(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""])
 
 
-def decision_source(equations: Any) -> str:
+def decision_source(rows: DecisionRows) -> str:
     """`contact_rows` of one lane with several contacts, see `kernel/events/decision.py`."""
-    rows, writer = equations.rows, ScalarWriter(equations.graph)
-    n, zero = len(equations.contacts), equations.graph.constant(0.0)
+    graph, n = rows.b[0].graph, len(rows.b)
+    writer, zero = ScalarWriter(graph), graph.constant(0.0)
     values = [*rows.b, *(entry for row in rows.response for entry in row)]
-    values += rows.loads or [equations.graph.constant(1.0)] * n
+    values += rows.loads or [graph.constant(1.0)] * n
     values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
@@ -246,7 +250,7 @@ def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
     return all(one.index == two.index for one, two in zip(row, other, strict=True))
 
 
-def branches_source(equations: Any) -> str:
+def branches_source(equations: Equations) -> str:
     """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
     found = []
 
@@ -278,7 +282,7 @@ def branches_source(equations: Any) -> str:
     return "\n".join(found)
 
 
-def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
+def jacobian_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`jacobian` of one lane, exact."""
     states = len(equations.rates)
     writer = ScalarWriter(equations.graph)
@@ -301,7 +305,7 @@ class Integrands:
 
 
 def integrands_source(
-    equations: Any, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
+    equations: Equations, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
 ) -> Integrands:
     """`integrands` of one lane, with functions of one's own besides the standard ones.
 
@@ -330,7 +334,7 @@ def integrands_source(
 
 
 def instants_source(
-    equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = (), with_table: bool = True
+    equations: Equations, observed: Sequence[Expression], room: Sequence[Expression] = (), with_table: bool = True
 ) -> str:
     """`observables`, `beginning` and `drive_table` of one lane, for whoever looks at a motion as it runs.
 

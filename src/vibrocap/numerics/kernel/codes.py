@@ -1,4 +1,4 @@
-"""The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, letters of a word."""
+"""The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, modes."""
 
 # What a lane is doing, or why it stopped.
 RUNNING = 0
@@ -28,7 +28,7 @@ ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
 ASK_MAGNITUDE = 2  # integral of |R|
 ASK_PEAK = 4  # largest |R|, own extremes
 ASK_EXTREMES = 8  # of the states
-ASK_WORD = 16  # sticking, and the word of the last period
+ASK_MODES = 16  # sticking, and the mode sequence of the last period
 ASK_SYMMETRY = 32
-WORD_PLACES = 4  # numbers that hold a word
+MODE_PLACES = 4  # numbers that hold a mode sequence
 LETTERS_PER_PLACE = 26  # of two bits each

@@ -10,7 +10,7 @@ import functools
 
 import numpy as np
 
-from vibrocap.numerics.kernel.codes import WORD_PLACES
+from vibrocap.numerics.kernel.codes import MODE_PLACES
 
 # Entries of `ints`, one number per lane each, or per contact of the lane.
 INT_ENTRIES = (
@@ -125,7 +125,8 @@ FLOAT_ENTRIES = (
     "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
-# A piece on the trace: period, time, length, side, method, then the coefficients of its series, then further sides.
+# A piece on the trace: period, time, length, side, method, then the states at its start, then row by row the other
+# coefficients of its series, but for states whose rate is another state (`Layout.rates`), then further sides.
 PIECE_HEAD = 5
 OF_STEPPER = (
     *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
@@ -141,16 +142,9 @@ NOT_OF_STEPPER = (
 PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
-    "status",
-    "periods",  # completed
-    "time",  # since the start of the period in which the run ended
-    "response_period",
-    "since",
-    "remaining",
-    "window_start",
-    "taylor_steps",
-    "implicit_steps",
-    "contact_residual",
+    *("status", "periods", "time"),  # periods completed, time since the start of the one in which the run ended
+    *("response_period", "since", "remaining", "window_start"),
+    *("taylor_steps", "implicit_steps", "contact_residual"),
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
@@ -177,7 +171,7 @@ def gathered_entries(
         ("LETTER_SIDE", 1),  # of the present phase of the last period
         ("LETTER_LENGTH", 1),
         ("LETTER_COUNT", 1),
-        ("LETTERS", WORD_PLACES),
+        ("LETTERS", MODE_PLACES),
         ("ASYMMETRY", 1),
         ("DEFECT", 1),  # evidence, see `observe/evidence.py`
         ("HOLD_SHARE", 1),
@@ -210,6 +204,7 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     table: int = 0  # numbers of the table of its drive
+    rates: tuple[int, ...] = ()  # of each row the one that is its rate, whose series tells its own, else -1; (): none
     slow: tuple[int, ...] = ()  # of each contact the state that may be on a slow manifold, else -1; (): none is
 
     @property
@@ -300,10 +295,15 @@ class Layout:
         implicit += 1 + 3 * self.shifts
         return self.event_work_size + implicit
 
-    @property
+    @functools.cached_property
     def piece_size(self) -> int:
         """Numbers per piece on the trace."""
-        return PIECE_HEAD + self.rows * (self.order + 1) + self.contacts - 1
+        return PIECE_HEAD + self.rows + len(self.whole_rows) * self.order + self.contacts - 1
+
+    @functools.cached_property
+    def whole_rows(self) -> tuple[int, ...]:
+        """Rows of which a piece on the trace has all coefficients."""
+        return tuple(row for row in range(self.rows) if not self.rates or self.rates[row] < 0)
 
     @property
     def event_size(self) -> int:

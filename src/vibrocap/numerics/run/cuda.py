@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.run.ensemble import (
@@ -51,7 +52,7 @@ SHARE = 0.5  # of the free memory of the card, for the runs and results of one c
 ENTRY = "run_all"
 
 
-def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+def cuda_text(equations: Equations, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
     layout, text = ensemble_source(equations, order, 1, integrands, loop="card")
     text.check()
@@ -59,7 +60,7 @@ def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) 
 
 
 @functools.lru_cache(maxsize=64)
-def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+def cuda_code(equations: Equations, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, PTX) for all cards."""
     from vibrocap.numerics.compiler.card import ptx
 
@@ -158,7 +159,7 @@ def cuda_problem() -> str | None:
 
 
 def cuda_ensemble_run(
-    equations: Any,
+    equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,

@@ -4,13 +4,13 @@ import dataclasses
 import functools
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics.codegen.evidence import evidence_source
 from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
@@ -56,7 +56,7 @@ def ensemble_order(tolerance: float) -> int:
 
 @functools.lru_cache(maxsize=64)
 def ensemble_kernel(
-    equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
+    equations: Equations, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
 ) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
     layout, text = ensemble_source(equations, order, lanes, integrands)
@@ -64,7 +64,7 @@ def ensemble_kernel(
 
 
 def ensemble_source(
-    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
+    equations: Equations, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
 ) -> tuple[Layout, Linked]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
@@ -93,7 +93,7 @@ def ensemble_source(
 
 
 def ensemble_run(
-    equations: Any,
+    equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,
@@ -190,13 +190,13 @@ def prepared_lanes(
     return floats, ints
 
 
-def drive_tables(equations: Any, parameters: np.ndarray) -> np.ndarray:
+def drive_tables(equations: Equations, parameters: np.ndarray) -> np.ndarray:
     """[tables, segments, numbers] of the drive, one for each run or one for all; none where it has no corners."""
     return NO_TABLES if equations.corners is None else equations.corners.tables(parameters)
 
 
 def write_runs(
-    runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray, start: np.ndarray | None = None
+    runs: np.ndarray, equations: Equations, parameters: np.ndarray, initial: np.ndarray, start: np.ndarray | None = None
 ) -> None:
     """Fill the rows of runs that `run_queue.begin_run` reads; start: see `ensemble_run`."""
     time = np.zeros(len(runs)) if start is None else start

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -103,7 +104,7 @@ class StepperKernel:
 
 
 def stepper_kernel(
-    equations: Any, observed: Mapping[str, Expression], tolerance: float, held_input: bool
+    equations: Equations, observed: Mapping[str, Expression], tolerance: float, held_input: bool
 ) -> StepperKernel:
     """The stepper of these equations.
 
@@ -114,7 +115,7 @@ def stepper_kernel(
 
 
 @functools.lru_cache(maxsize=64)
-def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: bool) -> StepperKernel:
+def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool) -> StepperKernel:
     states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
     table = 0 if corners is None or held_input else len(corners.numbers)
     layout = Layout(

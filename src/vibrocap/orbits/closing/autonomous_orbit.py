@@ -9,6 +9,7 @@ from vibrocap.motion.equations import equations
 from vibrocap.motion.section import brought_back, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
@@ -43,7 +44,7 @@ def autonomous_orbit(
     as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
     slips, reversals of each contact), and that is taken at which the motion comes back best. The multiplier 1 of the
     direction along the motion is left out. Where the motion comes to rest instead of cycling, the status is
-    NOT_SETTLED.
+    NOT_SETTLED; where it comes to rest by ever smaller stops, COMES_TO_REST.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -123,7 +124,7 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
         return OrbitStatus.NOT_SETTLED if section is None else OrbitStatus.SECTION_NOT_MET
     away, count, times = min(found, key=lambda each: each[0])
     if away > RECURRENT:
-        return OrbitStatus.MORE_RETURNS
+        return OrbitStatus.COMES_TO_REST if comes_to_rest(motion) else OrbitStatus.MORE_RETURNS
     return *_within(motion, times[-1 - count], times[-1]), count
 
 

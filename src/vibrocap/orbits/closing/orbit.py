@@ -85,7 +85,7 @@ class Orbit(PeriodicSolution):
         return super().facts | beside
 
     @property
-    def word(self) -> str:
+    def mode_sequence(self) -> str:
         """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back; "" if smooth."""
         if self.system.friction.kind == "smooth":
             return ""

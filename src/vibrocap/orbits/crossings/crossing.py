@@ -167,8 +167,8 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
 def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
     for each in systems:
-        if not isinstance(measure, str) or measure == "word" or known_measure(measure, each) is None:
-            near = near_measure(measure, [name for name in measure_table(each) if name != "word"])
+        if not isinstance(measure, str) or measure == "mode_sequence" or known_measure(measure, each) is None:
+            near = near_measure(measure, [name for name in measure_table(each) if name != "mode_sequence"])
             raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
         check_travel(resolved(measure, each)[1], each)
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.sampling import check_smooth

@@ -6,7 +6,7 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 import math
 
-from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, ASK_SYMMETRY, ASK_WORD
+from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.ensemble import (
     ASKED,
@@ -40,7 +40,7 @@ from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED
 from vibrocap.numerics.kernel.interface import take_evidence
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response
-from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_word, end_phases, spell
+from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 FAR = 1e300  # beyond any number that is measured
@@ -65,7 +65,7 @@ def on_piece(floats, ints, trace, lane, h):
         gather_functions(floats, ints, lane, h)
     if asked & ASK_EXTREMES != 0:
         gather_extremes(floats, lane, h)
-    if asked & ASK_WORD != 0:
+    if asked & ASK_MODES != 0:
         spell(floats, lane, h)
     if asked & ASK_SYMMETRY != 0:
         half = 0.5 * floats[PERIOD + lane]
@@ -102,7 +102,7 @@ def on_period(floats, ints, trace, lane):
     if ints[WINDOW_START + lane] < 0 and left == ints[WINDOW + lane]:
         begin_window(floats, ints, lane)
     if left == 1:
-        begin_word(floats, lane)
+        begin_sequence(floats, lane)
     elif left == 0:
         end_phases(floats, lane)
 
