@@ -14,7 +14,7 @@ SERIES = (  # law, column, line, colour, label
     ("exponential", "speed", "o-", BLUE, "exponential law (EM)"),
     ("LuGre", "speed", "s--", ORANGE, "LuGre law (LM)"),
     ("tanh", "speed", "^:", VERMILION, "friction smoothed by tanh(v/0.01): what it claims"),
-    ("tanh", "exact_speed", "v-", VERMILION, "the same designs under the exact law"),
+    ("tanh", "exact_speed", "v-", VERMILION, "the same designs under the exact law (0: lifts off)"),
 )
 
 if __name__ == "__main__":

@@ -46,7 +46,8 @@ def slopes_by_share(
     by = {each.parameter: each for each in found.slopes}
     if any(abs(each.value - value) > 1e-6 * abs(value) for each in found.slopes):
         return None
-    gradient = sum(by[each.plain].slope / each.scale * rate for each, rate in zip(asked, rates.values(), strict=True))
+    parts = [by[each.plain].slope / each.scale * rate for each, rate in zip(asked, rates.values(), strict=True)]
+    gradient = np.sum(parts, axis=0)
     return gradient if np.all(np.isfinite(gradient)) else None
 
 

@@ -176,7 +176,7 @@ def design_space(
     return space
 
 
-def _function_complaints(system: System, space: DesignSpace) -> list[Complaint]:
+def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     """What is wrong with variables of one's own and with the function that makes parameters of them."""
     wrong = [each.path for each in space.variables if not each.path.isidentifier()]
     if wrong:
@@ -189,7 +189,7 @@ def _function_complaints(system: System, space: DesignSpace) -> list[Complaint]:
     except (TypeError, ValueError, AttributeError) as error:
         asked = ", ".join(space.paths)
         return [Complaint("through", f"should take arrays of {asked} and return arrays by path; it ends in: {error}")]
-    return list(path_complaints(values, [system.parts], system.units))
+    return path_complaints(values, [system.parts], system.units)
 
 
 def _is_choice(path: str, given: Any) -> bool:
