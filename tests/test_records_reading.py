@@ -482,7 +482,7 @@ def test_numpy_files_that_cannot_be_used(tmp_path):
     path.write_text("no archive")
     assert "holds Python objects" in refused(read_records, path) or "cannot be read" in refused(read_records, path)
     np.savez(path, word="nothing")
-    assert "holds no columns of numbers, only 'mode_sequence'" in refused(read_records, path)
+    assert "holds no columns of numbers, only 'word'" in refused(read_records, path)
     np.savez(path, columns=["force", "x"], run=MATRIX)
     assert "run: has 3 columns, but 'columns' names 2: force, x" in refused(read_records, path)
     np.savez(path, t=TIME, F=FORCE[:-1], v=VELOCITY)

@@ -127,7 +127,7 @@ class Search:
         self._check_rest()
         self.pause = self._shortest_pause()
         tell(0.2)
-        arriving, near, between = self._candidates(within)
+        arriving, near, between, wide = self._candidates(within)
         tell(0.5)
         found = [self.run(np.concatenate([np.zeros((1, 2, 2)), arriving]))]
         for begin in range(0, len(between.cost), BATCH):
@@ -135,6 +135,7 @@ class Search:
             tell(0.5 + 0.4 * begin / len(between.cost))
         if not np.any(Tried.joined(found).worst <= self.tolerance):
             found.append(self.run(near))
+            found += self._between(wide, found, within)
             found += self._nearer(Tried.joined(found))
         return Tried.joined(found)
 
@@ -230,8 +231,8 @@ class Search:
         rows = np.stack([lengths, np.broadcast_to(factor[:, None], lengths.shape)], axis=-1).reshape(-1, 2)
         return rows[rows[:, 0] > SHORT]
 
-    def _candidates(self, within: float) -> tuple[np.ndarray, np.ndarray, Brackets]:
-        """(bursts [n, 2, 2] that arrive, that come near, those that do between two factors).
+    def _candidates(self, within: float) -> tuple[np.ndarray, np.ndarray, Brackets, Brackets]:
+        """(bursts [n, 2, 2] that arrive, that come near, those that do between two factors, those that lie about it).
 
         By the sums of what each burst does, in every sample.
         """
@@ -261,6 +262,7 @@ class _Pick:
         self.arriving: list[tuple[float, Any]] = []
         self.near: list[tuple[float, Any]] = []
         self.between: list[tuple[float, Any]] = []
+        self.wide: list[tuple[float, Any]] = []  # of which the samples lie too far apart, by their half range
 
     def alone(self, first: np.ndarray, errors: np.ndarray, work: float) -> None:
         """A burst with nothing after it."""
@@ -282,13 +284,16 @@ class _Pick:
         middle, half = np.insert(middle, at_zero, own, axis=1), np.insert(half, at_zero, width, axis=1)
         work = np.insert(work, at_zero, 0.0, axis=1)
         width = np.minimum(half[:, :-1], half[:, 1:])
-        crosses = (middle[:, :-1] * middle[:, 1:] < 0.0) & (width <= SURE * search.tolerance)
-        for i, j in np.argwhere(crosses):
+        crosses = np.argwhere(middle[:, :-1] * middle[:, 1:] < 0.0)
+        narrow = [bool(width[i, j] <= SURE * search.tolerance) for i, j in crosses]
+        for (i, j), sure in zip(crosses, narrow, strict=True):
             rows = np.array([first, (second[i, 0, 0], factors[j])])
             time = float(periods_of(rows, search.pause)) * search.system.drive.period
-            if time <= self.within:
+            if time <= self.within and sure:
                 cost = time if search.least == "time" else float(0.5 * (work[i, j] + work[i, j + 1]))
                 self.between.append((cost, (rows, factors[j], factors[j + 1])))
+            elif time <= self.within and math.isfinite(width[i, j]):
+                self.wide.append((float(width[i, j]), (rows, factors[j], factors[j + 1])))
 
     def _take(self, bursts: np.ndarray, worst: np.ndarray, work: np.ndarray) -> None:
         search = self.search
@@ -302,16 +307,21 @@ class _Pick:
             if math.isfinite(worst[k]):
                 self.near.append((float(worst[k]), bursts[k]))
 
-    def found(self) -> tuple[np.ndarray, np.ndarray, Brackets]:
+    def found(self) -> tuple[np.ndarray, np.ndarray, Brackets, Brackets]:
         """What `Search._candidates` returns."""
         arriving, near = (
             np.array([bursts for _, bursts in sorted(some, key=lambda one: one[0])[:most]]).reshape(-1, 2, 2)
             for some, most in ((self.arriving, KEPT), (self.near, CLOSE))
         )
-        between = sorted(self.between, key=lambda one: one[0])[: 2 * KEPT]
-        rows = np.array([each[0] for _, each in between]).reshape(-1, 2, 2)
-        low, high = (np.array([each[i] for _, each in between]) for i in (1, 2))
-        return arriving, near, Brackets(rows, low, high, np.array([cost for cost, _ in between]))
+        return arriving, near, _brackets(self.between, 2 * KEPT), _brackets(self.wide, BATCH)
+
+
+def _brackets(some: list[tuple[float, Any]], most: int) -> Brackets:
+    """The first of these, in order."""
+    first = sorted(some, key=lambda one: one[0])[:most]
+    rows = np.array([each[0] for _, each in first]).reshape(-1, 2, 2)
+    low, high = (np.array([each[i] for _, each in first]) for i in (1, 2))
+    return Brackets(rows, low, high, np.array([cost for cost, _ in first]))
 
 
 def _narrower(factors: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

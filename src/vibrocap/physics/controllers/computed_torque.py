@@ -38,7 +38,8 @@ class ComputedTorque(AccelerationController):
 
     def command(self, t, measured, own, reference, slope):
         """r'' + K_D (r' - y') + K_P (r - y), the acceleration of the state."""
-        return self._ordered(*measured, reference, slope)
+        place, rate, curvature = measured
+        return self._ordered(place, rate, curvature, reference, slope)
 
     def _ordered(self, place, rate, curvature, reference, slope):
         return curvature + self.derivative_gain * (slope - rate) + self.proportional_gain * (reference - place)
