@@ -203,6 +203,17 @@ def test_both_answers_about_symmetry_occur():
     assert abs(found["drift"]) < 1e-6
 
 
+def test_symmetry_is_that_of_each_run_of_an_ensemble():
+    """The first lifts off, the second is its own mirror image, the drive of the third has no half-period symmetry."""
+    machine = vc.PendulumCapsule(normal_load="dynamic")
+    system = vc.System(machine, vc.Exponential(0.05, 0.1), vc.FourierSeries(cosine_1=1.0))
+    columns = {"drive.cosine_1": np.array([9.0, 0.05, 0.05]), "drive.cosine_2": np.array([0.0, 0.0, 0.02])}
+    found = vc.ensemble(system, columns, measures=["symmetric"], settle=1e-6, periods=300, initial={"angle": 1.0})
+    assert (found["status"] == 0).tolist() == [False, True, True]
+    assert found["settled"].tolist() == [False, True, True]
+    assert found["symmetric"] == pytest.approx([np.nan, 1.0, np.nan], nan_ok=True)
+
+
 @pytest.mark.parametrize(
     ("module", "right", "wrong", "measure"),
     [

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.design.shapes import drive_shape
     from vibrocap.design.steering.steer import steer
     from vibrocap.design.steering.steering import ScheduleSegment, Steering, SteeringStatus
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
@@ -287,7 +288,7 @@ __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "Branc
 __all__ += ["SpecialKind", "ModeChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
-__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
+__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
 __all__ += ["steer", "Steering", "SteeringStatus", "ScheduleSegment"]
 # a motion that is moved on from outside

@@ -65,7 +65,8 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
         period = np.array([Written(1.0, "T", ways)], dtype=object)
         mirrored = np.array([ways.answer("m")])
         threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
-        return values(ordered, Gathered(system, RunResults(layout, numbers), period, mirrored, threshold))[name][0]
+        gathered = Gathered(system, RunResults(layout, numbers), period, lambda: mirrored, threshold)
+        return values(ordered, gathered)[name][0]
 
     ends = ways.through(asked)
     return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])

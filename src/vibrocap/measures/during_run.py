@@ -96,8 +96,8 @@ def measured(
     threshold, gathered = float(settle or 0.0), (asked_groups(needed), own_integrands(needed, recording))
     given = (recording, parameter_values(motion.system), motion, int(window), threshold)
     results = replayed(*given, *gathered, _switch_times(motion))
-    mirrored = np.array([motion.system.mirrored])
-    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, threshold)
+    period = np.array([motion.period])
+    runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
 

@@ -187,9 +187,13 @@ def _measured(
     finished = status == FINISHED
     scales = [np.broadcast_to(each, runs) for each in evaluate(recording.scales, 0.0, states.T, 1.0, parameters.T)]
     sizes = np.column_stack(scales)
-    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold, sizes)
+
+    def mirrored() -> np.ndarray:
+        return _mirrored(one, columns)
+
+    everything = Gathered(one, results, period, mirrored, budget.threshold, sizes)
     gathered = Gathered(
-        one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold, sizes[finished]
+        one, results[finished], period[finished], lambda: mirrored()[finished], budget.threshold, sizes[finished]
     )
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
@@ -265,7 +269,7 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     compares its fields is made for every combination that they take.
     """
     runs: dict[int, None] = {}
-    for column in columns.values():
+    for column in (each for path, each in columns.items() if not path.startswith(INITIAL)):
         kinds = np.unique(column.astype(str), return_index=True)[1] if column.dtype == object else ()
         runs |= dict.fromkeys((0, *map(int, kinds)))
         if column.dtype != object:

@@ -1,6 +1,7 @@
 """What was gathered of many runs over their windows, by name: from this the standard measures are read."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class Gathered:
     """Results of runs of systems of one form; every quantity is an array [runs].
 
     system: one of them, for names and kinds; results: of the kernel
-    period: drive period of each run; mirrored: whether it has the half-period symmetry
+    period: drive period of each run; mirrored: says whether it has the half-period symmetry, where that is asked for
     threshold: of settling; 0 where it was not looked for
     scales: [runs, states] natural sizes, of runs that settle by their returns (`numerics/kernel/observe/returns.py`)
     """
@@ -30,7 +31,7 @@ class Gathered:
     system: System
     results: RunResults
     period: np.ndarray
-    mirrored: np.ndarray
+    mirrored: Callable[[], np.ndarray]
     threshold: float
     scales: np.ndarray | None = None
 

@@ -183,7 +183,7 @@ def _symmetric(runs: Gathered) -> np.ndarray:
     if runs.results.layout.returns:
         return runs.nowhere  # half the drive's period says nothing of a cycle
     mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
-    return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
+    return np.where(runs.settled & runs.mirrored(), mirrored, np.nan)
 
 
 def _period(runs: Gathered) -> np.ndarray:

@@ -332,8 +332,9 @@ class System:
         keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.
         """
         changes: dict[str, dict[str, Any]] = {}
+        known = self.parameter_paths
         for path, value in values_without_units(values, self.units, self.parts).items():
-            part, name = self._resolved(path)
+            part, name = path.split(".", 1) if path in known else self._resolved(path)
             changes.setdefault(part, {})[name] = value
         parts = self.parts
         for part, fields in changes.items():

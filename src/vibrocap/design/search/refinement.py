@@ -91,7 +91,7 @@ class ClosedDesigns:
 
     def _closed(self, shares: np.ndarray) -> Refined | None:
         goal, samples = self.problem.goal, self.problem.samples
-        variants = self.problem.variants(self.problem.space.design(shares))
+        variants = self.problem.variants(self.problem.space.parameters(shares))
         each = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
         if each[0] is None:
             return None

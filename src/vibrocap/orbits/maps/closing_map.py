@@ -250,7 +250,7 @@ class ClosingMap:
 
     def _gathered(self, ended: RunResults) -> Gathered:
         ones = np.ones(len(ended))
-        return Gathered(self.system, ended, ones, ones > 0.0, 0.0)
+        return Gathered(self.system, ended, ones, lambda: ones > 0.0, 0.0)
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
