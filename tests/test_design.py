@@ -305,7 +305,7 @@ def test_front_has_no_point_that_another_betters(biharmonic):
     for design, orbit, values in zip(found.designs, found.orbits, found.values, strict=True):
         run = biharmonic.with_parameters(design)
         own = vc.orbit(run, initial=orbit.state)
-        assert abs(own.mean_velocity) == pytest.approx(values[0], abs=1e-10)
+        assert own.mean_velocity == pytest.approx(values[0], abs=1e-10)  # with its sign: there are no twins
 
 
 @pytest.mark.slow
@@ -349,7 +349,7 @@ def test_shape_of_the_drive_within_its_peak(biharmonic):
     largest = max(abs(found.orbit.system.drive.value(t)) for t in times)
     assert largest == pytest.approx(found.constraints["peak_drive < 1"], abs=1e-5)
     assert found.value is not None
-    assert found.value > 0.05
+    assert abs(found.value) > 0.05  # to either side: the drive of the system has twins, that of the design has none
 
 
 def test_command_writes_the_front(tmp_path, capsys):
