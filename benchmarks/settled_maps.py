@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.law import Law
 

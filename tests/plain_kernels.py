@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate

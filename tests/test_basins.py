@@ -236,8 +236,8 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 @pytest.mark.slow
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.plotting.basins import PRINT, basin_figure
-    from vibrocap.plotting.finishing import save
+    from vibrocap.plotting.look.finishing import save
+    from vibrocap.plotting.steady.basins import PRINT, basin_figure
 
     given = drawn()
     figure = basin_figure(given)

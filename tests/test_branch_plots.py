@@ -11,8 +11,8 @@ from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.orbits.maps.itinerary import ModeChange
-from vibrocap.plotting import branches as branch_plots
-from vibrocap.plotting.finishing import save
+from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.steady import branches as branch_plots
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

@@ -341,7 +341,7 @@ def test_side_after_a_jump(law, before, velocity, side, kinds):
     recorded = kernel.ints[kernel.place("RECORDED_EVENTS")]
     assert [KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
     at_rest = before != 0.0 and side == 0.0
-    assert kernel.ints[kernel.place("ARRIVING")] == at_rest
+    assert kernel.ints[kernel.place("TO_DECIDE")] == at_rest
     assert kernel.floats[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
     assert (kernel.floats[kernel.place("STATE") + 3] == 0.0) == at_rest
 

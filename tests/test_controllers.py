@@ -12,7 +12,7 @@ import scipy.linalg
 import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.exchange.mjcf import mujoco_model
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.controllers.controller import SATURATED
 from vibrocap.physics.part_files import load_parts

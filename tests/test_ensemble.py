@@ -11,7 +11,7 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
@@ -194,7 +194,9 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
 def test_a_new_run_finds_nothing_of_the_last():
     """What a lane counts, and how it was about to go on, begins anew with each run."""
     kernel, floats, ints, trace = sliding_lanes("lugre")
-    names = "ARRIVING EVENTS IDLE IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
+    names = (
+        "TO_DECIDE EVENTS ZERO_PROGRESS IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
+    )
     places = [kernel[name] for name in names.split()]
     ints[places] = 7
     kernel["begin_run"](floats, ints, trace, 0, 0)
@@ -264,10 +266,10 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
 def test_a_plain_step_ends_the_decisions():
     """Decisions without advance are counted up to a dozen; after any step they are forgotten."""
     kernel, floats, ints, trace = sliding_lanes("exponential")
-    ints[kernel["IDLE"] :][:LANES] = 5
+    ints[kernel["ZERO_PROGRESS"] :][:LANES] = 5
     plain = kernel["step_simd"](floats, ints, trace, np.ones(LANES, bool))
     assert plain > 0
-    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["IDLE"] :][:LANES])
+    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["ZERO_PROGRESS"] :][:LANES])
 
 
 def test_a_motion_below_the_tolerance_keeps_its_signs():

@@ -14,9 +14,9 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import read_case
 from vibrocap.measures.during_run import SYNONYMS, measure_table, resolved
 from vibrocap.measures.measure import own_integrands
+from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.measures.standard import undefined_measures
-from vibrocap.measures.stretch import stretches
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link

@@ -20,8 +20,8 @@ from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run

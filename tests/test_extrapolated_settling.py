@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.linker.link import compiled_kernel, kernel_source
 from vibrocap.numerics.run import ensemble as runs_of

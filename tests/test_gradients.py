@@ -19,7 +19,7 @@ from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.closing import gradients as module

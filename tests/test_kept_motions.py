@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.run import motion as run

@@ -16,7 +16,7 @@ from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle
 from vibrocap.lab.page import page
 from vibrocap.lab.presets import Preset, end_of
-from vibrocap.motion.equations import parameter_values
+from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import browser_module
 from vibrocap.paper.presets import figures_5_to_8
 from vibrocap.physics.catalogue import drives, laws, machines

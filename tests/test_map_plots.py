@@ -14,10 +14,10 @@ from matplotlib.patches import PathPatch
 from thinned import slow_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.motion.status import Status
+from vibrocap.plotting.look.style import blank_figure, logarithmic
 from vibrocap.plotting.studies.cells import Cell, categories, cell_labels, cells, limits
 from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
 from vibrocap.plotting.studies.view import ViewError, study_view
-from vibrocap.plotting.style import blank_figure, logarithmic
 
 xarray = pytest.importorskip("xarray")
 

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
 from thinned import slow_but
-from vibrocap.measures.friction_loop import LoopPoint
+from vibrocap.measures.recorded.friction_loop import LoopPoint
 
 TOP = 0.8  # greatest speed of the made-up motions X' = TOP cos t
 LAG = 0.05

@@ -13,7 +13,7 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.motion import evidence, run_evidence
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table, parameters

@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.numerics.linker import link

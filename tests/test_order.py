@@ -13,7 +13,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.step import implicit
 from vibrocap.numerics.run.motion import recorded_run

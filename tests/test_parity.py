@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-import vibrocap.motion.equations as recordings
+import vibrocap.motion.recording.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
 from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
 from vibrocap.numerics.linker import link
@@ -89,7 +89,7 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("STEP_LIMIT", 10_000, lane)
         kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
         if kernel.equations.hold is not None:
-            kernel.fill("ARRIVING", 1, lane)
+            kernel.fill("TO_DECIDE", 1, lane)
         else:
             kernel.fill("SIDE", 1.0, lane)
             kernel.fill("ZEROS", 1, lane)

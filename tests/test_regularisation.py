@@ -16,9 +16,9 @@ from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.plotting import style as plots
-from vibrocap.plotting.finishing import save
 from vibrocap.plotting.laboratory import draw_errors, draw_steps, regularisation_figure
+from vibrocap.plotting.look import style as plots
+from vibrocap.plotting.look.finishing import save
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
-from vibrocap.measures.settling import settling, stroboscopic_states
-from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.measures.recorded.settling import settling, stroboscopic_states
+from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.linker import known
 from vibrocap.numerics.run import motion
 

@@ -11,7 +11,7 @@ import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
 
 SETTLE = 1e-6

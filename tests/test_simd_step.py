@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from test_ensemble import LANES, ORDER, sliding_lanes
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run import ensemble as runs_of
 
 STOPS = {

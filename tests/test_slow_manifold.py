@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.physics import symbols
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
 from vibrocap.physics.parameters import parameter_table

@@ -14,8 +14,8 @@ from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
-from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.physics.scales import SIScales
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.physics.dimensions.scales import SIScales
 
 CASE = """\
 [machine]

@@ -252,7 +252,7 @@ def test_units_that_are_missing_or_not_known_are_named(place, capsys, words, sai
 # --- pictures ---------------------------------------------------------------------------------------------------------
 def test_pictures_of_branches_are_in_si():
     from vibrocap.orbits.continuation.branch import branch
-    from vibrocap.plotting.branches import branch_figure
+    from vibrocap.plotting.steady.branches import branch_figure
 
     system = case_from_text(BENCH).system
     found = branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
@@ -271,7 +271,7 @@ def test_pictures_of_branches_are_in_si():
 
 def test_pictures_of_basins_are_in_si():
     from vibrocap.orbits.attractors.basins import basins
-    from vibrocap.plotting.basins import basin_figure
+    from vibrocap.plotting.steady.basins import basin_figure
 
     system = case_from_text(BENCH).system
     found = basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
@@ -290,7 +290,7 @@ def test_pictures_of_basins_are_in_si():
 
 
 def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
-    from vibrocap.plotting import finishing
+    from vibrocap.plotting.look import finishing
 
     seen = []
     monkeypatch.setattr(finishing, "save", lambda figure, *rest: seen.append(figure.axes[0]))
@@ -333,7 +333,7 @@ def test_headings_say_what_is_in_si():
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():
-    from vibrocap.plotting.basins import draw_basins
+    from vibrocap.plotting.steady.basins import draw_basins
 
     found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
     assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"

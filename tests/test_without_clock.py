@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 
-IDLE = vc.Constant(duration=2.0 * math.pi)
-BLOCK = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), IDLE)
+ZERO_PROGRESS = vc.Constant(duration=2.0 * math.pi)
+BLOCK = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), ZERO_PROGRESS)
 RANGES = {"position": (-2.0, 2.0), "sliding_velocity": (-1.5, 0.5)}  # velocities of the block from 0 to 2
 
 

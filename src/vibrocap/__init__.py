@@ -49,10 +49,11 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
     from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
     from vibrocap.measures.during_run import measure_table, measured
-    from vibrocap.measures.energy import EnergyBalance, energy_balance
     from vibrocap.measures.ensemble import ensemble
-    from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
-    from vibrocap.measures.limits import (
+    from vibrocap.measures.measure import Measure
+    from vibrocap.measures.recorded.energy import EnergyBalance, energy_balance
+    from vibrocap.measures.recorded.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
+    from vibrocap.measures.recorded.limits import (
         FrictionalLimits,
         boundary_velocity,
         frictional_limits,
@@ -60,11 +61,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         steady_friction,
         steady_slope,
     )
-    from vibrocap.measures.measure import Measure
-    from vibrocap.measures.response import ResponseClass, response_class
-    from vibrocap.measures.settling import Settling, settling
-    from vibrocap.measures.sticking import StickPhases, mode_sequence, stick_fraction, stick_phases
-    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity, winding
+    from vibrocap.measures.recorded.response import ResponseClass, response_class
+    from vibrocap.measures.recorded.settling import Settling, settling
+    from vibrocap.measures.recorded.sticking import StickPhases, mode_sequence, stick_fraction, stick_phases
+    from vibrocap.measures.recorded.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
@@ -113,6 +113,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         VelocityPI,
     )
     from vibrocap.physics.controllers.sliding_mode import AngleSlidingMode, PositionSlidingMode
+    from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.fourier_series import FourierSeries
@@ -163,20 +164,19 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
-    from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
-    from vibrocap.plotting.basins import draw_basins
-    from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
-    from vibrocap.plotting.diagrams import draw_bifurcation
-    from vibrocap.plotting.equilibria import draw_equilibria
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
+    from vibrocap.plotting.look.style import style
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.steady.basins import draw_basins
+    from vibrocap.plotting.steady.branches import draw_branch, draw_floquet_multipliers
+    from vibrocap.plotting.steady.diagrams import draw_bifurcation
+    from vibrocap.plotting.steady.equilibria import draw_equilibria
     from vibrocap.plotting.steering import draw_steering
     from vibrocap.plotting.studies.maps import draw_study
-    from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper

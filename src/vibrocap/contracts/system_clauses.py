@@ -6,7 +6,7 @@ from typing import Any
 
 from vibrocap.contracts.controller_clauses import machine_for
 from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory

@@ -9,7 +9,7 @@ import functools
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.exchange.stepped_case import SteppedCase
-from vibrocap.motion.equations import parameter_values
+from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.events import CONTACT

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.laboratory.checks import check_motion, check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
-from vibrocap.measures.stretch import stretches
+from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.drives.loading import Loading

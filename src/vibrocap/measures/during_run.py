@@ -21,10 +21,10 @@ from vibrocap.measures.measure import (
     signs_of_extremes,
 )
 from vibrocap.measures.of_measure import ByMeasure
+from vibrocap.measures.recorded.travel import travelling
+from vibrocap.measures.recorded.windows import usual_window, whole_periods
 from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
-from vibrocap.measures.travel import travelling
-from vibrocap.measures.windows import usual_window, whole_periods
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import codes, replayed
 from vibrocap.physics.system import System

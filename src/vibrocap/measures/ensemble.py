@@ -21,26 +21,26 @@ from vibrocap.measures.during_run import asked_groups, check_travel, resolved, v
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import FINAL, ByMeasure
-from vibrocap.measures.windows import usual_window
+from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.work_balance import balanced
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.start import check_room
 from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.physics.conversion import values_without_units
+from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
+from vibrocap.physics.dimensions.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.sampling import MOST_SAMPLES
 from vibrocap.physics.system import System
 from vibrocap.progress import reporting
 from vibrocap.quantities.declared import ByName
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
-CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
+GPU_CHUNK = 2**20  # the same of a GPU, which works on a hundred thousand at once
 DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
 INITIAL = "initial."
@@ -91,7 +91,7 @@ def ensemble(
         where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
+    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/gpu.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
@@ -104,7 +104,7 @@ def ensemble(
     what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
+    those of a GPU agree with them to rounding. Raises ValueError, naming the field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures, system)
@@ -146,7 +146,7 @@ def ensemble(
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
-        for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
+        for chosen in _chunks(system, columns, GPU_CHUNK if device == "cuda" else CHUNK):
             report = None if tell is None else lambda begun, base=done: tell(base + begun)
             values = {path: column[chosen] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.measures.travel import travelling
+from vibrocap.measures.recorded.travel import travelling
 from vibrocap.numerics.api import RunResults
 from vibrocap.physics import events
 from vibrocap.physics.machines.machine import IMPACT

@@ -8,10 +8,11 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
-from vibrocap.measures.response import MIRRORED
-from vibrocap.motion.equations import equations
+from vibrocap.measures.recorded.response import MIRRORED
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.events import IMPACT
 from vibrocap.physics.flow import CONTACT_CHANNELS
@@ -19,7 +20,6 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory

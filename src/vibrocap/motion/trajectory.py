@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
+from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries
 from vibrocap.physics.numbering import numbered

@@ -1,7 +1,7 @@
 """The door of the numerics: what the rest of the package calls. Expressions have their own (`expressions/`).
 
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
-- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
+- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a GPU `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - One motion that its caller moves on, compiled or in C: `stepper_kernel`.

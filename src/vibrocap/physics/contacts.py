@@ -87,7 +87,7 @@ class RubbingContact:
     @property
     def middle(self):
         """Their middle."""
-        return self.law.holding_middle(self.load)
+        return self.law.holding_centre(self.load)
 
     @property
     def static(self) -> Interval:
@@ -105,13 +105,13 @@ class RubbingContact:
 class ContactForce:
     """What acts at one contact.
 
-    taken: by the machine in the place of friction, which it is less the push from outside; friction: R itself
+    tangential: the force at the machine, friction less the push from outside; friction: R itself
     held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
     normal: its load over the one that its law is given
     """
 
     contact: RubbingContact
-    taken: Any
+    tangential: Any
     friction: Any
     held: Any
     middle: Any
@@ -135,7 +135,7 @@ class Rows:
     """The problem of all contacts at one instant, for a decision: see the head of this file.
 
     b, A: accelerations free of friction and the response to it, of independent contacts over that to their own
-    n, C: loads and their response to friction; none where they are constants. All forces count as `taken`
+    n, C: loads and their response to friction; none where they are constants. All forces count as `tangential`
     """
 
     b: tuple
@@ -230,27 +230,29 @@ class Contacts:
 
     # --- what acts at the others ------------------------------------------------------------------------------------
 
-    def forces(self, taken_first: Any) -> tuple[ContactForce, ...]:
+    def forces(self, tangential_first: Any) -> tuple[ContactForce, ...]:
         """Of the others, given what the machine takes for the first."""
         found, solved = [], []
         if self.coupled:
-            solved = [a - b * taken_first for a, b in zip(self._alpha, self._beta, strict=True)]
+            solved = [a - b * tangential_first for a, b in zip(self._alpha, self._beta, strict=True)]
         for j, each in enumerate(self.others, start=1):
             normal: Any = 1.0
             slides = each.force - each.push
             if self.coupled:
-                taken = held = solved[j - 1]
+                tangential = held = solved[j - 1]
             else:
                 held = self._share(j) if self.shared else each.given.holding_force
-                taken = held + each.slips * (slides - held) if each.sticks else slides
+                tangential = held + each.slips * (slides - held) if each.sticks else slides
             if self.loads:
-                row, forces = self.load_response[j], (taken_first, *solved)
+                row, forces = self.load_response[j], (tangential_first, *solved)
                 normal = self.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
             push, middle, limit = each.push, None, None
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
                 middle, limit = each.middle * normal, each.limit * normal
-            found.append(ContactForce(each, taken, taken + push, held + each.push_at_rest, middle, limit, normal))
+            found.append(
+                ContactForce(each, tangential, tangential + push, held + each.push_at_rest, middle, limit, normal)
+            )
         return tuple(found)
 
     def rows(self) -> Rows | None:

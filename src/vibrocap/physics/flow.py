@@ -43,9 +43,9 @@ class Flow:
         return self.contacts[0].friction
 
     @property
-    def taken(self) -> tuple:
+    def tangential(self) -> tuple:
         """By the machine in the place of friction, at each contact: R less what pushes its body from outside."""
-        return tuple(each.taken for each in self.contacts)
+        return tuple(each.tangential for each in self.contacts)
 
 
 def _internal(system: Any, y) -> list[tuple]:
@@ -112,12 +112,12 @@ def flow_of(system: Any, t, y, side) -> Flow:
             )
             limit, middle = limit * at_rest, middle * at_rest
     sliding_friction = force
-    taken = force - first.push
+    tangential = force - first.push
     if sticks:
         force = hold + slipping * (force - hold)
-        taken = held + slipping * (taken - held)  # exactly `held` at rest
-    acting = (ContactForce(first, taken, force, hold, middle, limit, normal), *contacts.forces(taken))
-    frictions, further = tuple(each.taken for each in acting), acting[1:]
+        tangential = held + slipping * (tangential - held)  # exactly `held` at rest
+    acting = (ContactForce(first, tangential, force, hold, middle, limit, normal), *contacts.forces(tangential))
+    frictions, further = tuple(each.tangential for each in acting), acting[1:]
     switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
     against_all = isinstance(system.machine, Imposed) or bool(given[0].response)

@@ -11,13 +11,13 @@ from typing import Any
 
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
+from vibrocap.physics.dimensions.scales import EFFORTS, FreeScales
+from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
+from vibrocap.physics.dimensions.units import QUANTITIES as QUANTITY_UNITS
 from vibrocap.physics.drives.scheduled import scheduled
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.scales import EFFORTS, FreeScales
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
-from vibrocap.physics.units import QUANTITIES as QUANTITY_UNITS
 
 GREEK = {
     "alpha": "α",
@@ -142,7 +142,7 @@ QUANTITIES = {
     "actuator_power": ("P_a", "power of that force or torque"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
-    "holding_middle": ("R_mid", "their middle"),
+    "holding_centre": ("R_mid", "their middle"),
     **{
         f"{name}_rate": (f"{symbol}'", f"rate of {name}")
         for name, (symbol, _) in STATES.items()
@@ -176,7 +176,7 @@ QUANTITIES = {
     "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
     "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion (linkage)"),
     "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
-    "holding_middle_2": ("R_mid2", "their middle"),
+    "holding_centre_2": ("R_mid2", "their middle"),
     "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
 }
 

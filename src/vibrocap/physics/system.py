@@ -6,22 +6,22 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.controlled_machine import ControlledMachine
+from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
+from vibrocap.physics.closed_loop.measuring import check_controller
+from vibrocap.physics.closed_loop.sampling import SampledReference, sample_count
 from vibrocap.physics.controllers.controller import SIDE, Controller
-from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
+from vibrocap.physics.dimensions.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import NoUnits, Units, units_of
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
-from vibrocap.physics.measuring import check_controller
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
-from vibrocap.physics.sampling import SampledReference, sample_count
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import NoUnits, Units, units_of
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system

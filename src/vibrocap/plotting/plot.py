@@ -25,11 +25,6 @@ from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
-from vibrocap.plotting.basins import basin_figure, draw_basins
-from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
-from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
-from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
-from vibrocap.plotting.finishing import finished, save
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.laboratory import (
@@ -39,14 +34,19 @@ from vibrocap.plotting.laboratory import (
     regularisation_figure,
     sheet_figure,
 )
+from vibrocap.plotting.look.finishing import finished, save
+from vibrocap.plotting.look.page import on_page
+from vibrocap.plotting.look.style import STYLE
+from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
-from vibrocap.plotting.page import on_page
+from vibrocap.plotting.steady.basins import basin_figure, draw_basins
+from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
+from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation
+from vibrocap.plotting.steady.equilibria import draw_equilibria, equilibrium_figure
 from vibrocap.plotting.steering import draw_steering, steering_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
-from vibrocap.plotting.style import STYLE
-from vibrocap.plotting.style import figure as empty_figure
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.stick_slip import StickSlip
 

@@ -6,12 +6,12 @@ from matplotlib.figure import Figure
 
 from vibrocap.design.steering.steering import Steering
 from vibrocap.physics.system import System
-from vibrocap.plotting.colours import BLUE, GREEN, GREY, SKY, VERMILION
-from vibrocap.plotting.labels import bracketed, parts_in_si, parts_title
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import figure, given_axes, legend_above, setting, style
-from vibrocap.plotting.trace import Trace
+from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, SKY, VERMILION
+from vibrocap.plotting.look.labels import bracketed, parts_in_si, parts_title
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import figure, given_axes, legend_above, setting, style
+from vibrocap.plotting.look.trace import Trace
 from vibrocap.quantities.dimensional import computed
 
 WIDTH = 8.2  # inches

@@ -27,7 +27,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
-from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.measures.ensemble import CARD_CHUNK
+from vibrocap.measures.ensemble import GPU_CHUNK
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
@@ -172,7 +172,7 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
     _check_room(study, how.out, how.yes)
     tile_runs = how.tile_runs
     if tile_runs is None and how.device == "cuda":
-        tile_runs = CARD_CHUNK
+        tile_runs = GPU_CHUNK
     elif tile_runs is None and how.out is not None and not (how.workers or how.scheduler):
         tile_runs = tile_runs_by_time(study, how.out, how.threads)
     tile = tile_shape(study.plan.shape, tile_runs)

@@ -12,12 +12,12 @@ from vibrocap.measures.of_measure import measure_unit
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
 from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.conversion import INITIAL, path_in_si
+from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
+from vibrocap.physics.dimensions.units import Key
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.physics.system import System
-from vibrocap.physics.units import Key
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
 

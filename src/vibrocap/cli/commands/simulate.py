@@ -29,8 +29,8 @@ from vibrocap.quantities.dimensional import computed, units_of
 from vibrocap.quantities.opening import opened_in_si
 
 if TYPE_CHECKING:
-    from vibrocap.measures.energy import EnergyBalance
-    from vibrocap.measures.travel import MeanVelocity
+    from vibrocap.measures.recorded.energy import EnergyBalance
+    from vibrocap.measures.recorded.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
 # channel of energy: what it is
@@ -118,7 +118,7 @@ def simulate(
         write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
         from vibrocap.plotting.motion import motion_figure
 
         save(motion_figure(computed(motion)), plot)
@@ -146,8 +146,8 @@ def simulate(
 
 def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
-    from vibrocap.measures import energy, sticking, travel
-    from vibrocap.measures.windows import whole_periods
+    from vibrocap.measures.recorded import energy, sticking, travel
+    from vibrocap.measures.recorded.windows import whole_periods
 
     energy_balance, stick_fraction = opened_in_si(energy.energy_balance), opened_in_si(sticking.stick_fraction)
     drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
@@ -202,9 +202,9 @@ def _units_of_works(balance: "EnergyBalance", works: dict[str, Any]) -> dict[str
 
 def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float | None:
     """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
-    from vibrocap.measures.energy import energy_balance
-    from vibrocap.measures.response import response_class
-    from vibrocap.measures.windows import usual_window, whole_periods
+    from vibrocap.measures.recorded.energy import energy_balance
+    from vibrocap.measures.recorded.response import response_class
+    from vibrocap.measures.recorded.windows import usual_window, whole_periods
 
     plain = computed(motion)
     if velocity.value == 0.0 or response_class(plain).symmetric:
@@ -297,7 +297,7 @@ def _further(motion: "Trajectory") -> tuple[str, ...]:
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
-    from vibrocap.measures.response import response_class
+    from vibrocap.measures.recorded.response import response_class
 
     response = response_class(computed(motion))
     if response.residual is None:

@@ -110,7 +110,7 @@ def steer(
         write_text(out / "schedule.csv", _csv(record["segments"]))
         found.save(out / "steered.toml")
     if plot is not None:
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
         from vibrocap.plotting.steering import steering_figure
 
         save(steering_figure(found), plot)

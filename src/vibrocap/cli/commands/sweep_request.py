@@ -136,7 +136,7 @@ class SweepRequest(Execution):
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
-        from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+        from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
 
         given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
         settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}

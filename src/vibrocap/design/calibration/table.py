@@ -12,7 +12,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.inputs import read_input
 from vibrocap.measures.during_run import measure_table, near_measure
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 

@@ -14,7 +14,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.design.search.problem import Problem
 from vibrocap.orbits.closing.gradients import gradients, measures_with_gradients
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 
 LEVEL = 1e-10  # slope of the measure over its size, per range of a variable: what rounding leaves of one that vanishes
 LONGEST = 0.1  # of a step, in shares of the ranges

@@ -14,7 +14,7 @@ from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import varied
 

@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.design.search.ascent import Slopes, ascend, slopes_by_share, vanishes
 from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
-from vibrocap.measures.sticking import spelled
+from vibrocap.measures.recorded.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
 from vibrocap.orbits.closing.shooting import closed

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Axis, axis_of
 from vibrocap.studies.plan.designs import Range, range_from

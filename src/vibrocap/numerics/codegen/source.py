@@ -77,7 +77,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["SPARSE"] = sparse(equations)
+    constants["LACUNARY"] = sparse(equations)
     constants["ROUGH"] = rough(equations, sharp.nodes)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
@@ -93,7 +93,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         *([] if equations.rows is None else [decision_source(equations.rows)]),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "card", "browser")),
+        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "gpu", "browser")),
     ]
     if loop == "simd":
         functions.append(resolution_source(equations, layout.order, simd=True, polynomials=True))
@@ -117,7 +117,7 @@ def jumps(equations: Equations, layout: Layout) -> bool:
 def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order, simd = equations.graph, layout.order, loop == "simd"
-    # A graphics card has functions of its own, and runs the ensemble one by one.
+    # A GPU has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code)
     load = equations.true_load if layout.watched else None

@@ -3,7 +3,7 @@
 The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
 that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM
 (`machine.py`), kept on disk (`cache.py`) and called (`library.py`); `compiled` does all of that. Nothing else of the
-package knows LLVM. Other targets: graphics cards (`card.py`), browsers (`webassembly.py`) and C (`c_text.py`).
+package knows LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c_text.py`).
 """
 
 import functools

@@ -5,7 +5,7 @@ INT_ENTRIES = (
     "STATUS",
     "PERIOD_COUNT",  # whole periods completed
     "WHOLE_PERIODS",  # periods to run
-    "ARRIVING",  # [contacts] 1: it is at rest and not decided yet whether it sticks; 2: its series decide
+    "TO_DECIDE",  # [contacts] 1: it is at rest and not decided yet whether it sticks; 2: its series decide
     "ZEROS",  # [contacts] how many coefficients of the velocity are known to vanish at the start of the step
     "GAVE_WAY",  # [contacts] 1: it has given way at this instant, of several contacts
     "STIFF",  # 1: implicit steps
@@ -14,7 +14,7 @@ INT_ENTRIES = (
     "IMPLICIT_STEPS",  # accepted
     "EVENTS",  # in this period
     "EVENT_LIMIT",  # most events allowed in a period
-    "IDLE",  # decisions in a row that did not advance time
+    "ZERO_PROGRESS",  # decisions in a row that did not advance time
     "PENDING",  # 1: the tangent has left a piece and not begun the next one
     "PIECES",  # written to the trace
     "PIECE_LIMIT",
@@ -87,7 +87,7 @@ FLOAT_ENTRIES = (
     "DECAY_RATE",  # of the fastest decay at the start of the step, about; of laws that cannot stick
     "DAMPED_STEP",  # step for which the series has been damped by the step of all lanes; 0: it has not
     "SAFE_SPEED",  # up to which a series is known to see all that the law holds, see `resolved.py`
-    "UNSAFE_SPEED",  # for which this has been asked, and is not so
+    "REFUTED_SPEED",  # for which this has been asked, and is not so
     "FAR_SPEED",  # from which on the law holds nothing that a step could notice
     "NEAR_SPEED",  # for which this has been asked, and is not so
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
@@ -145,4 +145,4 @@ NOT_OF_STEPPER = (
     *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
 )
 OF_RETURNS = ("RETURN_COUNT", "LEFT", "QUIET_SINCE", "BY_PLACE", "PASSED", "PASSED_AT", "BEGUN_AT", "SETTLED_AT")
-PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
+PER_CONTACT = ("TO_DECIDE", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")

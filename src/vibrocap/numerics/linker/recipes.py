@@ -148,7 +148,7 @@ def ensemble_recipe(
 
     returns: whether returns tell that a motion has settled
     extrapolates: whether runs may go on from extrapolated limits of their marks
-    loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
+    loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
@@ -166,8 +166,8 @@ def ensemble_recipe(
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
-    if loop == "card":
-        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread")
+    if loop == "gpu":
+        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
         return Recipe("run_thread", modules, MEASURED, ("take", "whole_equal"))
     own = ALONE if loop == "browser" else ()
     return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)

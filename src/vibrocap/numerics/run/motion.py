@@ -289,7 +289,7 @@ def begun_memory(
     _fill(floats, place["PARAMETER"], parameters)
     scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
     _fill(floats, place["SCALE"], scales)
-    floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+    floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
     floats[place["PERIOD"]] = period
     floats[place["TIME"]] = phase * period
     floats[place["HOLD_RATE"]] = hold_rate(period, layout.order)
@@ -352,7 +352,7 @@ def _start_contacts(equations: Equations, floats: Any, ints: Any, place: dict, i
         if side != 0.0:
             floats[place["SIDE"] + i] = side
         elif each.sticks:
-            ints[place["ARRIVING"] + i] = 1
+            ints[place["TO_DECIDE"] + i] = 1
         else:
             floats[place["SIDE"] + i] = 1.0
             ints[place["ZEROS"] + i] = 1

@@ -20,7 +20,7 @@ from vibrocap.numerics.run.motion import has_branches, series_order, sizes
 ENTRIES = ("begin_motion", "take_step", "look_at")
 ENDLESS = 2**62  # periods
 CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
-WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
+WAITING_PER_CONTACT = 14  # events at one instant: each of `one_step.MOST_ZERO_PROGRESS` and what it leads to
 
 Entry = Callable[[int], Any]
 
@@ -76,7 +76,7 @@ class StepperKernel:
         floats, ints = layout.allocated()
         floats[place["STATE"] : place["STATE"] + layout.states] = initial
         floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)] = parameters
-        floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+        floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
         floats[place["TOLERANCE"]] = tolerance
         ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
         ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps

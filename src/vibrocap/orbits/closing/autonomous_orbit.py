@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.equations import equations
-from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest

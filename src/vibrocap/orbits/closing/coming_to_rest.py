@@ -45,7 +45,7 @@ def _rubs_as_it_holds(system: System) -> bool:
     for law, load in zip(system.laws, system.law_loads, strict=True):
         if law.kind != "set-valued":
             return False
-        limit, middle = law.holding_limit(load), law.holding_middle(load)
+        limit, middle = law.holding_limit(load), law.holding_centre(load)
         slowest = [law.force(0.0, (0.0,) * len(law.internal), side, load)[0] for side in (1, -1)]
         if max(middle + limit - slowest[0], slowest[1] - (middle - limit)) > EXCESS * limit:
             return False

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
-from vibrocap.motion.equations import equations
-from vibrocap.motion.section import section_states
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.events import CONTACT, IMPACT
 from vibrocap.physics.numbering import numbered

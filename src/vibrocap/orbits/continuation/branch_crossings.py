@@ -17,7 +17,7 @@ from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.physics.conversion import Parameter
+from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional
 
 MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value

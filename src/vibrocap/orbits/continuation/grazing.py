@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate

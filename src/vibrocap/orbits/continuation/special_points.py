@@ -12,7 +12,7 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, mode_changes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
 from vibrocap.orbits.maps.itinerary import ModeChange, mode_change, same_cycle
-from vibrocap.physics.conversion import Parameter
+from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.declared import Length, Number, Numbers, States
 from vibrocap.quantities.dimensional import Dimensional
 

@@ -5,7 +5,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.section import whole_turns, winding
+from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope

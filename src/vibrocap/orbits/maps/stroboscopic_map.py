@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.section import section_states, whole_turns
 from vibrocap.motion.run_evidence import certified
-from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.sampling import check_smooth
+from vibrocap.physics.closed_loop.sampling import check_smooth
 from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period

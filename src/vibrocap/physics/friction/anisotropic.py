@@ -82,7 +82,7 @@ def anisotropic(law: type[Law]) -> Any:
             forward, back = self._held(load)
             return 0.5 * (forward + back)
 
-        def holding_middle(self, load):
+        def holding_centre(self, load):
             """Middle of the range of forces that the contact can hold."""
             if law.kind != "set-valued":
                 return 0.0

@@ -85,7 +85,7 @@ class Law(Part):
         """Largest force that the contact can hold at rest (set-valued laws); not less than that at vanishing speed."""
         raise NotImplementedError
 
-    def holding_middle(self, load):
+    def holding_centre(self, load):
         """Middle of the forces that the contact can hold at rest, which lie within `holding_limit` of it."""
         return 0.0
 

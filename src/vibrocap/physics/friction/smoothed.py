@@ -58,7 +58,7 @@ def smoothed(law: type[Law]) -> type[Law]:
             """None: the contact does not stick."""
             return Law.holding_limit(self, load)
 
-        def holding_middle(self, load):
+        def holding_centre(self, load):
             """None: the contact does not stick."""
             return 0.0
 

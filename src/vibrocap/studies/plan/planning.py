@@ -8,9 +8,9 @@ from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
-from vibrocap.measures.windows import usual_window
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of

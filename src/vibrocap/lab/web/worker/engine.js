@@ -66,7 +66,7 @@ class Form {
 }
 
 // The table of a drive with corners, a row per segment: the share of the period at its end, then its coefficients; and
-// the segment with which a period begins, as `motion/corners.py` finds it.
+// the segment with which a period begins, as `motion/recording/corners.py` finds it.
 function firstSegment({ segments, coefficients }, table, period) {
   const width = coefficients + 1;
   for (let i = 1; i < segments; i++) table[i * width] += table[(i - 1) * width];
@@ -120,7 +120,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     real.set(initial, at.STATE);
     real.set(begun.parameters, at.PARAMETER);
     real.set(begun.scales, at.SCALE);
-    real[at.UNSAFE_SPEED] = real[at.FAR_SPEED] = Infinity;
+    real[at.REFUTED_SPEED] = real[at.FAR_SPEED] = Infinity;
     real[at.PERIOD] = period;
     real[at.HOLD_RATE] = begun.holdRate;
     real[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
@@ -133,7 +133,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
       const side = Math.sign(begun.velocities[i]);
       real[at.SIDE_TOLD + i] = NOT_TOLD;
       real[at.SIDE + i] = side || (rests ? 0 : 1);
-      if (!side) whole[(rests ? at.ARRIVING : at.ZEROS) + i] = 1n;
+      if (!side) whole[(rests ? at.TO_DECIDE : at.ZEROS) + i] = 1n;
     });
     tape.set(initial, 0);
     if (drive) {

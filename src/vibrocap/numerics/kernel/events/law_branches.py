@@ -44,7 +44,6 @@ from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
 from vibrocap.numerics.kernel.generated.lane import (
     EVENT_LIMIT,
     EVENTS,
-    IDLE,
     IMPLICIT_STEPS,
     PERIOD,
     SERIES,
@@ -54,6 +53,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TAYLOR_STEPS,
     TIME,
     WORK,
+    ZERO_PROGRESS,
 )
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import on_event, on_jump
@@ -83,7 +83,7 @@ def branch_holds(floats, ints, trace, lane):
             continue
         if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
             continue
-        ints[IDLE + lane] += 1
+        ints[ZERO_PROGRESS + lane] += 1
         begin_branch(floats, ints, trace, lane, i)
         return False
     return True

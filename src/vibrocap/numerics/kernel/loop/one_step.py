@@ -26,7 +26,6 @@ from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STA
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
     GAVE_WAY,
-    IDLE,
     IMPLICIT_STEPS,
     PERIOD,
     PERIOD_COUNT,
@@ -40,6 +39,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TIME,
     UNTIL,
     WHOLE_PERIODS,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
@@ -71,12 +71,12 @@ from vibrocap.numerics.kernel.step.taylor import move_to
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
 APPROACHES = 8  # times that an implicit step is made shorter before the event that it would end with
-MOST_IDLE = 12  # decisions in a row without advance, per contact, before one counts as undecided
+MOST_ZERO_PROGRESS = 12  # decisions in a row without advance, per contact, before one counts as undecided
 
 
 def step(floats, ints, trace, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if ints[IDLE + lane] > MOST_IDLE * CONTACTS:
+    if ints[ZERO_PROGRESS + lane] > MOST_ZERO_PROGRESS * CONTACTS:
         ints[STATUS + lane] = UNDECIDED
         return
     if not SEVERAL and not within_bounds(floats, ints, trace, lane):
@@ -146,7 +146,7 @@ def step(floats, ints, trace, lane):
         ints[ZEROS + i * LANES + lane] = 0
         if SEVERAL:
             ints[GAVE_WAY + i * LANES + lane] = 0
-    ints[IDLE + lane] = 0
+    ints[ZERO_PROGRESS + lane] = 0
     if event == PLACE_PASSED:
         on_place(floats, ints, lane)
     elif event != 0:

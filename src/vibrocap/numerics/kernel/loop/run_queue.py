@@ -28,13 +28,11 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 )
 from vibrocap.numerics.kernel.generated.facts import SLOWED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENTS,
     GAVE_WAY,
     HOLD_RATE,
-    IDLE,
     IMPLICIT_STEPS,
     PARAMETER,
     PATIENCE,
@@ -48,7 +46,9 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
+    TO_DECIDE,
     WHOLE_PERIODS,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.sizes import (
@@ -129,12 +129,12 @@ def begin_run(floats, ints, trace, lane, run):
     for c in range(CONTACTS):
         side = trace[place + 2 + c]
         floats[CAME_FROM + c * LANES + lane] = 0.0
-        ints[ARRIVING + c * LANES + lane] = 0
+        ints[TO_DECIDE + c * LANES + lane] = 0
         ints[ZEROS + c * LANES + lane] = 0
         ints[GAVE_WAY + c * LANES + lane] = 0
         if side == 0.0:  # at rest
             if STICKS[c] == 1:
-                ints[ARRIVING + c * LANES + lane] = 1
+                ints[TO_DECIDE + c * LANES + lane] = 1
             else:
                 side = 1.0
                 ints[ZEROS + c * LANES + lane] = 1
@@ -147,7 +147,7 @@ def begin_run(floats, ints, trace, lane, run):
     ints[TAYLOR_STEPS + lane] = 0
     ints[IMPLICIT_STEPS + lane] = 0
     ints[EVENTS + lane] = 0
-    ints[IDLE + lane] = 0
+    ints[ZERO_PROGRESS + lane] = 0
     ints[PENDING + lane] = 0
     floats[DELAY + lane] = 0.0
     ints[RESPONSE + lane] = 0

@@ -34,6 +34,7 @@ from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, j
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
+    LACUNARY,
     LIMIT_CONSTANT,
     MAYBE_STIFF,
     RETURNING,
@@ -43,17 +44,14 @@ from vibrocap.numerics.kernel.generated.facts import (
     SHARP,
     SLOWED,
     SLOWS,
-    SPARSE,
     STATE_OF,
     STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     DAMPED_STEP,
     DECAY_RATE,
     GAVE_WAY,
-    IDLE,
     IMPLICIT_STEPS,
     PATIENCE,
     PERIOD,
@@ -65,9 +63,11 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
+    TO_DECIDE,
     TOLERANCE,
     UNTIL,
     WORK,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION, VELOCITY, VELOCITY_OF
@@ -165,7 +165,7 @@ def step_simd(floats, ints, trace, running):
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
-        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, ARRIVING + c * LANES, 0)
+        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, TO_DECIDE + c * LANES, 0)
     plain = tangents_wait(ints, plain)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
@@ -189,7 +189,7 @@ def step_simd(floats, ints, trace, running):
             own = load(floats, SIDE + c * LANES)
             one = whole_equal(ints, ZEROS + c * LANES, 1)
             two = whole_equal(ints, ZEROS + c * LANES, 2)
-            if SPARSE:
+            if LACUNARY:
                 plain = plain & ~two
             stuck = plain & ~plain
             push = own
@@ -371,7 +371,7 @@ def move_simd(floats, ints, trace, plain, h, end):
         whole_set(ints, ZEROS + c * LANES, 0, plain)
         if SEVERAL:
             whole_set(ints, GAVE_WAY + c * LANES, 0, plain)
-    whole_set(ints, IDLE, 0, plain)
+    whole_set(ints, ZERO_PROGRESS, 0, plain)
     whole_add(ints, TAYLOR_STEPS, 1, plain)
     if MAYBE_STIFF:
         whole_add(ints, PATIENCE, -1, plain)

@@ -36,7 +36,6 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 from vibrocap.numerics.kernel.generated.equations import contact_velocity
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, KINKS, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     PERIOD_COUNT,
     SCALE,
     SEGMENT,
@@ -44,6 +43,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     SIDE,
     STATE,
     TIME,
+    TO_DECIDE,
     WHOLE_PERIODS,
     WORK,
     ZEROS,
@@ -145,7 +145,7 @@ def at_ease(ints, lane):
     """Whether no contact is just about to be decided."""
     open_contacts = 0
     for c in range(CONTACTS):
-        open_contacts += ints[ARRIVING + c * LANES + lane] + ints[ZEROS + c * LANES + lane]
+        open_contacts += ints[TO_DECIDE + c * LANES + lane] + ints[ZEROS + c * LANES + lane]
     return open_contacts == 0
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
-from vibrocap.physics.sampling import SampledReference
 
 PATHS = ("segment.period", "segment.start", "segment.coefficient_")
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.section import section_states
+from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
 from vibrocap.quantities.declared import Number

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from vibrocap.measures.stretch import Stretch, contact_place, stretches
-from vibrocap.measures.windows import period_times
+from vibrocap.measures.recorded.stretch import Stretch, contact_place, stretches
+from vibrocap.measures.recorded.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.quantities.declared import (
     Force,

@@ -6,15 +6,15 @@ from typing import Any
 
 from vibrocap.case.case import Case
 from vibrocap.case.sections import kind_path
-from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.dimensions.conversion import path_in_si
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import name_and_number
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import NUMBER
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
-from vibrocap.physics.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
 
 LABELS = {
     "time": r"time $\tau$",

@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from vibrocap.measures.settling import settling
-from vibrocap.measures.windows import period_index, usual_window, whole_periods, window_times
+from vibrocap.measures.recorded.settling import settling
+from vibrocap.measures.recorded.windows import period_index, usual_window, whole_periods, window_times
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Length, Number, Speed, Time

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from vibrocap.plotting.colours import BLUE
-from vibrocap.plotting.page import page
+from vibrocap.plotting.look.colours import BLUE
+from vibrocap.plotting.look.page import page
 
 # fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)

@@ -14,15 +14,15 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
-from vibrocap.physics.conversion import Quantity, quantity_in_si
-from vibrocap.physics.conversion import quantity as quantity_of
+from vibrocap.physics.dimensions.conversion import Quantity, quantity_in_si
+from vibrocap.physics.dimensions.conversion import quantity as quantity_of
+from vibrocap.physics.dimensions.units import suffix
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import suffix
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",

@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, shown
-from vibrocap.measures.windows import period_times, window_times
+from vibrocap.measures.recorded.windows import period_times, window_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
 from vibrocap.quantities.declared import Number, Time
 from vibrocap.quantities.dimensional import Dimensional

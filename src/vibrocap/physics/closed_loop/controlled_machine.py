@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from vibrocap.physics.closed_loop.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
 from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
-from vibrocap.physics.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
 
 FAR = 1e6  # times the natural size and the reference: from there on what is measured has run away
 

@@ -7,10 +7,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
-from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
-from vibrocap.physics.part import PartInSI
-from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2, Scales
-from vibrocap.physics.units import (
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scales
+from vibrocap.physics.dimensions.units import (
     UNDECLARED,
     Key,
     Units,
@@ -22,6 +20,8 @@ from vibrocap.physics.units import (
     state_units,
     undeclared,
 )
+from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
+from vibrocap.physics.part import PartInSI
 from vibrocap.quantities.declared import Context, Declared
 
 

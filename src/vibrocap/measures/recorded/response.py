@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.measures.settling import LONGEST_PERIOD, settling, stroboscopic_states
-from vibrocap.measures.windows import whole_periods
-from vibrocap.motion.section import section_states
+from vibrocap.measures.recorded.settling import LONGEST_PERIOD, settling, stroboscopic_states
+from vibrocap.measures.recorded.windows import whole_periods
+from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.quantities.declared import Number
 from vibrocap.quantities.dimensional import Dimensional

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.physics.dimensions.scales import EFFORTS, Scales
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
-from vibrocap.physics.scales import EFFORTS, Scales
 from vibrocap.physics.states import OUTPUT, laws_of, state_names
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
@@ -50,7 +50,7 @@ QUANTITIES = {
     "holding_force": "N",
     "reaction": "N",
     "holding_limit": "N",
-    "holding_middle": "N",
+    "holding_centre": "N",
     "energy": "J",
     "contact_energy": "J",
     "momentum": "N s",

@@ -1,6 +1,6 @@
-"""Code for graphics cards: PTX, the language that the driver of every NVIDIA card makes into the card's own.
+"""Code for GPUs: PTX, the language that the driver of every NVIDIA GPU makes into the GPU's own.
 
-Code for compute capability 7.0 runs on all cards since.
+Code for compute capability 7.0 runs on all GPUs since.
 """
 
 from vibrocap.numerics.compiler.foreign import foreign_code
@@ -9,7 +9,7 @@ from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.machine import Target
 from vibrocap.numerics.compiler.subset import LIBRARY
 
-CARD = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
+GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"
 THREAD = "run_thread"  # the function of a kernel that is one thread
 ARGUMENTS = (FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, INT, INT, INT, INT)  # of it
@@ -39,7 +39,7 @@ define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_floats, ptr %
 
 
 def thread_code(text: str) -> str:
-    """One thread in LLVM's language: the same for a card and, to be tested, for a processor."""
+    """One thread in LLVM's language: the same for a GPU and, to be tested, for a processor."""
     return lowered(text, THREAD, 1, arguments=ARGUMENTS, library=LIBRARY)
 
 
@@ -47,4 +47,4 @@ def ptx(text: str, reals: int, wholes: int) -> str:
     """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
     one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
     code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
-    return foreign_code(code, CARD, "assembly", f".entry {ENTRY}(".encode()).decode()
+    return foreign_code(code, GPU, "assembly", f".entry {ENTRY}(".encode()).decode()

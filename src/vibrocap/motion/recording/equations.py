@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.contact_equations import (
+from vibrocap.motion.recording.contact_equations import (
     contact_equations,
     decision_rows,
     imposed_shifts,
     states_at_contacts,
 )
-from vibrocap.motion.corners import recorded_corners, segment_paths
-from vibrocap.motion.section import turning_states
+from vibrocap.motion.recording.corners import recorded_corners, segment_paths
+from vibrocap.motion.recording.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.sampling import SampledReference
 from vibrocap.physics.system import System
 
 
@@ -137,7 +137,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         if system.machine.follows_load:
             own["reaction"] = each.normal
             if each.contact.sticks:
-                own |= {"holding_limit": each.limit, "holding_middle": each.middle}
+                own |= {"holding_limit": each.limit, "holding_centre": each.middle}
         observables |= {numbered(name, number): value for name, value in own.items()}
     contact = system.state_names.index(system.machine.contact_states[0])
     balance = Balance(
@@ -150,11 +150,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         normal=_normal_balance(graph, placed, mechanical, flow),
     )
     if flow.bounds and first.limit is not None:
-        observables |= {"holding_limit": first.limit, "holding_middle": first.middle}
+        observables |= {"holding_limit": first.limit, "holding_centre": first.middle}
     reaction = flow.reaction
     if reaction is not None:
         inertia, own, *slopes = reaction
-        made = sum(slope * taken for slope, taken in zip(slopes, flow.taken, strict=True))
+        made = sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))
         observables["reaction"] = (own + made) / inertia
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or others:
@@ -163,7 +163,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["command"] = flow.command
     if system.controller is not None:
         observables["reference"] = flow.reference
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.tangential)
     expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
         graph=graph,

@@ -14,10 +14,11 @@ from matplotlib.patches import Patch
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
-from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
-from vibrocap.plotting.labels import EQUALS, bracketed, quantity_label, scale, value_text
-from vibrocap.plotting.own_lines import in_own_lines
+from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import given_axes, legend_below, settings_of, style
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
@@ -31,7 +32,6 @@ from vibrocap.plotting.studies.maps import (
     study_axes,
 )
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label
-from vibrocap.plotting.style import given_axes, legend_below, settings_of, style
 from vibrocap.studies.orbit_datasets import PHASE_ATTRIBUTES, basin_dataset
 
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.plotting.labels import scale
+from vibrocap.plotting.look.labels import scale
 
 MOST_POINTS = 200_000
 MOST_PER_PIECE = 24

@@ -11,12 +11,12 @@ from matplotlib.lines import Line2D
 
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPointKind
-from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.plotting.branches import LINE, LINES, fixed_parameters, parameter_label
-from vibrocap.plotting.colours import BLACK, BLUE, VERMILION
-from vibrocap.plotting.labels import scale, with_unit
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
+from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.steady.branches import LINE, LINES, fixed_parameters, parameter_label
 
 WIDTH = 5.6  # inches
 MARKS: dict[EquilibriumPointKind, tuple[str, float]] = {

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
-from vibrocap.measures.windows import window_times
+from vibrocap.measures.recorded.windows import window_times
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.numbering import name_and_number
 from vibrocap.quantities.declared import Context, Declared, Number, Time

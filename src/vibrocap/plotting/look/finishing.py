@@ -17,11 +17,11 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.files import replacing
-from vibrocap.plotting.labels import filled
-from vibrocap.plotting.own_lines import own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import STYLE, settings_of, style
-from vibrocap.plotting.tex import write_tex
+from vibrocap.plotting.look.labels import filled
+from vibrocap.plotting.look.own_lines import own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import STYLE, settings_of, style
+from vibrocap.plotting.look.tex import write_tex
 
 GAP = 3.0  # points between what stands side by side
 LEAST_TICKS = 2

@@ -6,12 +6,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
-from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.plotting.branches import LINE, fixed_parameters, law_title, parameter_label
-from vibrocap.plotting.colours import BLUE, VERMILION
-from vibrocap.plotting.labels import scale, with_unit
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.plotting.look.colours import BLUE, VERMILION
+from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.steady.branches import LINE, fixed_parameters, law_title, parameter_label
 
 WIDTH = 6.2  # inches
 INKS = {"up": BLUE, "down": VERMILION}

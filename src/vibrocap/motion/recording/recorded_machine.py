@@ -4,7 +4,7 @@ import copy
 import dataclasses
 from typing import Any
 
-from vibrocap.motion.equations import equations, put_on_segment, with_symbols
+from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import System

@@ -5,7 +5,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.measures.offset_points import OffsetPoints, checked_load, offset_points, root_between
+from vibrocap.measures.recorded.offset_points import OffsetPoints, checked_load, offset_points, root_between
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.quantities.declared import Damping, Force, Length, Speed

@@ -1,6 +1,6 @@
-"""One thread of a graphics card: it takes run after run from a queue, and goes on where the last launch stopped.
+"""One thread of a GPU: it takes run after run from a queue, and goes on where the last launch stopped.
 
-The elementary functions are the package's own polynomials: a card has no library of functions that a processor has too.
+The elementary functions are the package's own polynomials: a GPU has no library of functions that a processor has too.
 """
 
 from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine

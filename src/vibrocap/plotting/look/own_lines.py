@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
 
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, VIOLET, YELLOW)
 COLOURED = ("color", "markerfacecolor", "markeredgecolor")
