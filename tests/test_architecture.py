@@ -59,11 +59,11 @@ def test_doors_open_to_a_name_they_list_and_to_no_other():
     import vibrocap
     from vibrocap.numerics import api
 
-    for door, name in ((vibrocap, "Harmonic"), (api, "codes")):  # a class, and a module
-        assert len(set(door.__all__)) == len(door.__all__)
-        assert name in door.__all__
-        assert getattr(door, name).__name__.endswith(name)
-        assert not hasattr(door, "nothing_of_the_kind")
+    for public, name in ((vibrocap, "Harmonic"), (api, "codes")):  # a class, and a module
+        assert len(set(public.__all__)) == len(public.__all__)
+        assert name in public.__all__
+        assert getattr(public, name).__name__.endswith(name)
+        assert not hasattr(public, "nothing_of_the_kind")
 
 
 def test_newest_release_in_the_changelog_is_this_version():

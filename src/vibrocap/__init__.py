@@ -6,9 +6,9 @@ A name is imported from where it stands when it is first asked for, so that `imp
 import vibrocap.working_folder  # noqa: F401, I001  # before all that a stranger's folder could give
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.doors import opened as _opened
+from vibrocap.lazy_imports import lazy as _lazy
 
-if TYPE_CHECKING:  # read by type checkers, and by `_opened`
+if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.citations.cite import Citations, cite
@@ -196,7 +196,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
 __version__: str
 
 if not TYPE_CHECKING:  # which would let every name pass
-    _asked_for = _opened(__name__, "vibrocap.quantities.opening:opened_in_si")
+    _asked_for = _lazy(__name__, "vibrocap.quantities.opening:opened_in_si")
 
     def __getattr__(name: str) -> Any:
         if name != "__version__":

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
-from vibrocap.measures.recorded.response import MIRRORED
+from vibrocap.measures.recorded.response import MIRROR_SHARE
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
@@ -182,7 +182,7 @@ def _stick_fraction(number: int) -> Measure:
 def _symmetric(runs: Gathered) -> np.ndarray:
     if runs.results.layout.returns:
         return runs.nowhere  # half the drive's period says nothing of a cycle
-    mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
+    mirrored = runs.results.entry("ASYMMETRY") <= MIRROR_SHARE * runs.threshold
     return np.where(runs.settled & runs.mirrored(), mirrored, np.nan)
 
 

@@ -1,4 +1,4 @@
-"""The door of the numerics: what the rest of the package calls. Expressions have their own (`expressions/`).
+"""The public face of the numerics: what the rest of the package calls.
 
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a GPU `cuda_ensemble_run`; with a
@@ -16,7 +16,7 @@ What stands behind a name is imported when the name is asked for.
 
 from typing import TYPE_CHECKING
 
-from vibrocap.doors import opened
+from vibrocap.lazy_imports import lazy
 
 if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
@@ -74,4 +74,4 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = opened(__name__)
+    __getattr__ = lazy(__name__)

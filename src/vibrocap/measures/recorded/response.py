@@ -15,7 +15,7 @@ from vibrocap.quantities.dimensional import Dimensional
 # of the extent of the stroboscopic states, and by this factor smaller than over the quarter before.
 NEAR_RECURRENCE = 0.1
 STILL_FALLING = 0.9
-MIRRORED = 10.0  # thresholds of settling within which a mirrored state is the same
+MIRROR_SHARE = 10.0  # thresholds of settling within which a mirrored state is the same
 ENOUGH_PERIODS = 4 * LONGEST_PERIOD  # fewer cannot tell a slow transient from a motion that settles to nothing
 
 
@@ -50,7 +50,9 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
     """
     found = settling(motion, threshold=threshold)
     if found.settled and found.period is not None:
-        symmetric = _asymmetry(motion, found.period) <= MIRRORED * found.threshold if motion.system.mirrored else None
+        symmetric = (
+            _asymmetry(motion, found.period) <= MIRROR_SHARE * found.threshold if motion.system.mirrored else None
+        )
         return ResponseClass(f"period-{found.period}", found.period, found.residual, symmetric)
     kind = "other" if _settles_to_nothing(motion) else "not settled"
     return ResponseClass(kind, None, found.residual, None)

@@ -6,7 +6,7 @@ A mode sequence is written in the letters F (forward), S (stuck) and B (back); `
 import enum
 import itertools
 
-MIRRORED = str.maketrans("FB", "BF")
+MIRROR_LETTERS = str.maketrans("FB", "BF")
 MOST_PHASES = 3  # that one change may take out of a sequence
 
 
@@ -22,7 +22,7 @@ class ModeChange(enum.Enum):
 
 def closed_sequence(sequence: str, half: bool = False) -> str:
     """The sequence of a whole response from that of a run over it, or over its first half before the mirror."""
-    whole = sequence + sequence.translate(MIRRORED) if half else sequence
+    whole = sequence + sequence.translate(MIRROR_LETTERS) if half else sequence
     letters = [letter for letter, _ in itertools.groupby(whole)]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()

@@ -1,7 +1,7 @@
-"""Doors: modules whose names are imported when they are first asked for, so that a door itself costs little.
+"""Lazy imports: modules whose names are imported when they are first asked for, so that the module itself costs little.
 
-A door imports its names for type checkers only, in its first `if TYPE_CHECKING` block; from there it is read where each
-name stands.
+Such a module imports its names for type checkers only, in its first `if TYPE_CHECKING` block; from there it is read
+where each name stands.
 """
 
 import ast
@@ -12,13 +12,13 @@ from types import FunctionType
 from typing import Any
 
 
-def opened(door: str, through: str = "") -> Callable[[str], Any]:
-    """The function `__getattr__` of a door, given the name of its module.
+def lazy(public: str, through: str = "") -> Callable[[str], Any]:
+    """The function `__getattr__` of a module with lazy imports, given its name.
 
     through: "module:function", what each of its functions is put through
     """
-    module = sys.modules[door]
-    with open(str(module.__file__), encoding="utf-8") as file:  # pathlib and inspect take longer than the door itself
+    module = sys.modules[public]
+    with open(str(module.__file__), encoding="utf-8") as file:  # pathlib and inspect take longer than all of this
         tree = ast.parse(file.read())
     block = next(node for node in tree.body if isinstance(node, ast.If))
     imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
@@ -26,7 +26,7 @@ def opened(door: str, through: str = "") -> Callable[[str], Any]:
 
     def asked_for(name: str) -> Any:
         if name not in homes:
-            raise AttributeError(f"module {door!r} has no attribute {name!r}")
+            raise AttributeError(f"module {public!r} has no attribute {name!r}")
         home = importlib.import_module(homes[name])
         found = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
         if through and isinstance(found, FunctionType):
