@@ -91,7 +91,8 @@ def _segments(ax: Axes, found: Steering) -> None:
     for each in found.segments:
         if each.kind in SHADES:
             start, end = (_times(found, time) for time in (each.start, each.end))
-            label = f"{each.kind}: {each.factor:.4g} x {each.periods:g} periods"
+            factor = f"{each.factor:.4g}".replace("-", "\N{MINUS SIGN}")
+            label = f"{each.kind}: {factor} for {each.periods:g} period{'' if each.periods == 1 else 's'}"
             ax.axvspan(start, end, color=SHADES[each.kind], alpha=0.18, linewidth=0.0, zorder=0, label=label)
 
 
