@@ -341,8 +341,6 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
         monkeypatch.setattr(
             module, "compiled_kernel", lambda text, *_, short=short: compiled(text, ENTRY[module], short)
         )
-        monkeypatch.setattr(motion, "known_kernel", lambda key: None)
-        monkeypatch.setattr(motion, "note_kernel", lambda *_: None)
         if lanes == 0:
             run = recorded_run(recorded, parameters, start, system.drive.period, 20, 1e-9, 1000, 10**6, order=12)
             found.append((run.pieces, run.events, run.final))

@@ -73,7 +73,7 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
     step; its effect on the final state is measured: that of a shift of the start by 1e-13, a thousand ulps.
     """
     results, ones = together(law, seeds), np.ones(len(seeds))
-    words = Gathered(drawn(law, 0)[0], results, ones, ones, 0.0).words
+    words = Gathered(drawn(law, 0)[0], results, ones, lambda: ones, 0.0).mode_sequences
     sensitive = 0
     for status, final, word, seed in zip(results.status, results.state, words, seeds, strict=True):
         single, shifted = alone(law, seed), alone(law, seed, 1e-13)

@@ -113,7 +113,10 @@ def faulty(given, *faults):
 
 CHECK = "if multipliers_within(floats, rank, left / (away + left)):"
 RETURNS = "if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:"
-CONVERGES = "if difference(floats, lane, mark, mark - 1) > difference(floats, lane, mark - RANK, mark - RANK - 1):"
+CONVERGES = (
+    "if difference(floats, MARKS, lane, mark, mark - 1) "
+    "> difference(floats, MARKS, lane, mark - RANK, mark - RANK - 1):"
+)
 UNSTABLE = "or not multipliers_within(floats, rank, SLOWEST):"
 
 

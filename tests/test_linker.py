@@ -149,7 +149,6 @@ def test_a_primitive_of_the_compiler_is_no_name_for_a_function(monkeypatch):
 
 def test_a_fault_is_refused_before_it_is_compiled(monkeypatch):
     edit(monkeypatch, "events.contact", "JUMP = 1e-6", "LEAP = 1e-6")
-    monkeypatch.setattr(motion, "known_kernel", lambda key: None)  # the edit is not on the disk
     motion.kernel.cache_clear()
     with pytest.raises(LinkError, match="`JUMP` is defined in no part of this kernel"):
         motion.kernel(equations(SYSTEM), 12)

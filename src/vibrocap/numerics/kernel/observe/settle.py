@@ -113,10 +113,12 @@ def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
     the threshold at its end was further away before, by its contraction, and perhaps on the other side.
     """
     per_period = max(ratio, FASTEST) ** (1.0 / n)
+    before = threshold  # how far away what is within the threshold was so many periods earlier
     for divisor in range(1, n):
+        before = before / per_period if ratio > 0.0 else before
         if n % divisor != 0:
             continue
-        allowed = (1.0 + (1.0 if ratio == 0.0 else per_period**-divisor)) * threshold
+        allowed = threshold + before
         repeats = True
         for k in range(mark, mark - n, -1):
             repeats = repeats and difference(floats, marks, lane, k, k - divisor) <= allowed
