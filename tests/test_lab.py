@@ -292,6 +292,14 @@ def systems():
     yield vc.System(vc.Oscillator(), vc.Exponential(), wave, environment=vc.Environment(quadratic_drag=0.1))
 
 
+def test_rules_are_the_same_whatever_was_asked_before():
+    """Whether a shape jumps is remembered of numbers, not of what stands for one."""
+    system = vc.System(vc.TwoBodyWorm(), vc.Exponential(), drives()["triangle"]())
+    paths = tuple(path for path in system.parameter_paths if type(system.parameter(path)) is float)
+    assert system.drive.continuous
+    assert "jumps, while the two-body-worm" in rules(system, paths)
+
+
 @needs_node
 @pytest.mark.slow
 def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
