@@ -41,6 +41,7 @@ def test_known_optimum_over_frequency_and_phase(biharmonic, seed):
     assert found.reached_from == (0,)
 
 
+@pytest.mark.slow
 def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
     asked = {"over": FREQUENCY_AND_PHASE, "starts": START, "refinement": 0}
     whole = optimise(biharmonic, evaluations=128, threads=1, **asked)
@@ -52,6 +53,7 @@ def test_resumed_search_has_the_same_bits_on_any_threads(biharmonic, tmp_path):
         optimise(biharmonic, evaluations=64, store=tmp_path, resume=True, seed=1, **asked)
 
 
+@pytest.mark.slow
 def test_search_begins_with_the_guesses(biharmonic):
     """The best design of fewer evaluations is the first of the next search, so it cannot be worse."""
     guess = {"drive.frequency": 0.90985583, "drive.second_phase": 2.20068755}
@@ -138,6 +140,7 @@ def test_shape_has_its_peak_exactly():
         vc.drive_shape(1.0, (1.0,) * 8)
 
 
+@pytest.mark.slow
 def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(biharmonic):
     """The drive of the system is odd, those of the designs are not; turned about, a drive travels the other way."""
     system = vc.System(biharmonic.machine, biharmonic.friction, vc.FourierSeries(frequency=0.9, cosine_1=1.0))
@@ -827,6 +830,7 @@ def fitted():
     return fit, bench.with_parameters(values)
 
 
+@pytest.mark.slow
 def test_joint_uncertainty_of_a_fit_is_its_covariance(fitted):
     """Samples of the logarithms have the covariance sum_k s_k^2 e_k e_k^T of the fit, about its values."""
     fit, system = fitted
@@ -869,6 +873,7 @@ def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys)
     assert "is no fit.json" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     """Each is that of the system without units times its scale: twice the scale, or none, would fail."""
     case = "examples/bench-in-si.toml"

@@ -203,6 +203,7 @@ def test_both_answers_about_symmetry_occur():
     assert abs(found["drift"]) < 1e-6
 
 
+@pytest.mark.slow
 def test_symmetry_is_that_of_each_run_of_an_ensemble():
     """The first lifts off, the second is its own mirror image, the drive of the third has no half-period symmetry."""
     machine = vc.PendulumCapsule(normal_load="dynamic")

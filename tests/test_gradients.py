@@ -155,7 +155,7 @@ def test_slopes_are_those_of_tight_differences(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", exhaustive_but([0, 2, 3, 5], CASES))
 def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     """Impacts, imposed motions, several contacts, a rotor."""
     given = read_case(EXAMPLES / f"{name}.toml")

@@ -122,6 +122,7 @@ def test_a_turn_is_that_of_an_independent_solver(load):
     assert "1 turn(s) of angle" in str(found)
 
 
+@pytest.mark.slow
 def test_the_two_loads_travel_opposite_ways():
     drifts = [vc.orbit(rotor(load), initial=START, settle_periods=100).drift for load in PUBLISHED]
     assert drifts[0] < 0.0 < drifts[1]
@@ -234,6 +235,7 @@ def test_cycles_of_a_motor_that_is_on_are_followed():
     assert (there.period, there.drift) == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_rotor_that_has_stopped_comes_to_rest():
     """It turned seven times before: what it did on the way is no cycle, nor does it ask for more returns."""
     stopping = rotor(drive=vc.Constant(force=0.3), damping=0.2)

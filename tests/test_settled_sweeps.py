@@ -79,6 +79,7 @@ def test_the_energy_of_a_whole_turn_comes_back():
     assert np.abs(found["contact_sliding_work"]).min() > 1.0
 
 
+@pytest.mark.slow
 def test_what_did_not_settle_is_said_by_name():
     over = {"machine.belt_speed": [0.2, 0.1, 0.2], "initial.position": [1.0, 0.6, 1.0]}
     chaotic = vc.ensemble(two_blocks(), over, measures=["outcome", "period"], periods=200, settle=SETTLE)

@@ -33,7 +33,7 @@ SYSTEMS = {
     "Dahl": (vc.System(BLOCKS, [vc.anisotropic(vc.LuGre)(2e3, 12.0), vc.Dahl(2e3)], vc.Harmonic(1.5)), {}),
     "jumps": (vc.System(BLOCKS, STIFF, vc.Square(1.2)), {}),
 }
-SLOW = ("worm", "beside Coulomb", "Dahl", "jumps")
+SLOW = ("blocks", "worm", "beside Coulomb", "Dahl", "jumps")
 
 
 def start_of(system, given):
