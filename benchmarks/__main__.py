@@ -23,6 +23,7 @@ from benchmarks import (
     named_sweeps,
     orders,
     ratios,
+    settled_maps,
     stepping,
     two_threads,
 )
@@ -109,6 +110,7 @@ def main() -> None:
         "attractors": attractors,
         "branches": branches,
         "ratios": ratios,
+        "settled": settled_maps,
         "stepping": stepping,
     }
     wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}

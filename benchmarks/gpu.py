@@ -1,8 +1,8 @@
-"""`python -m benchmarks.gpu [runs]`: a sweep on the graphics card beside the same runs on the processor.
+"""`python -m benchmarks.gpu [runs]`: a sweep on the GPU beside the same runs on the processor.
 
 The capsule of `named_sweeps` over its mass ratio and the amplitude of its drive, 40 drive periods each, at a tolerance
 at which 99 % of the runs end within 1e-6 of a tight one; that share is measured here on runs drawn from the sweep.
-Times are those of a whole call, upload and results included, after one that compiles. Where no card can be used it
+Times are those of a whole call, upload and results included, after one that compiles. Where no GPU can be used it
 says why and ends.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run import cuda
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
@@ -62,7 +62,7 @@ def seconds_of(call) -> float:
 
 
 def compare(law, runs: int) -> None:
-    """One table: the card with several numbers of threads, then the processor on the sample."""
+    """One table: the GPU with several numbers of threads, then the processor on the sample."""
     recorded, parameters, initial = sweep_of(law, runs)
     sample = slice(0, min(SAMPLE, runs))
     few = recorded, parameters[sample], initial[sample]
@@ -75,7 +75,7 @@ def compare(law, runs: int) -> None:
     kept = cuda.RESIDENT
     for cuda.RESIDENT in RESIDENT:
         seconds = seconds_of(lambda: cuda.cuda_ensemble_run(recorded, parameters, initial, budget(TOLERANCE)))
-        row(f"card, {cuda.RESIDENT} threads a multiprocessor", runs, seconds)
+        row(f"GPU, {cuda.RESIDENT} threads a multiprocessor", runs, seconds)
     cuda.RESIDENT = kept
     row("processor", len(few[1]), seconds_of(lambda: ensemble_run(*few, budget(TOLERANCE))))
     results = cuda.cuda_ensemble_run(*few, budget(TOLERANCE))
@@ -93,11 +93,11 @@ def main() -> None:
     if problem is not None:
         print(f"Not measured: {problem}")
         return
-    card = cuda.Card()
-    major, minor = (card.attribute(f"COMPUTE_CAPABILITY_{part}") for part in ("MAJOR", "MINOR"))
-    multiprocessors = card.attribute("MULTIPROCESSOR_COUNT")
-    print(f"{card.name}, {multiprocessors} multiprocessors, compute capability {major}.{minor}")
-    card.close()
+    gpu = cuda.Gpu()
+    major, minor = (gpu.attribute(f"COMPUTE_CAPABILITY_{part}") for part in ("MAJOR", "MINOR"))
+    multiprocessors = gpu.attribute("MULTIPROCESSOR_COUNT")
+    print(f"{gpu.name}, {multiprocessors} multiprocessors, compute capability {major}.{minor}")
+    gpu.close()
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
     compare(vc.Exponential(), runs)
     compare(vc.LuGre(), max(1, runs // 10))

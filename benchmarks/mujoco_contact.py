@@ -12,7 +12,7 @@ import vibrocap as vc
 from vibrocap.case.case import Case
 from vibrocap.exchange.mjcf import mujoco_model
 from vibrocap.exchange.mujoco_motion import mujoco_ending
-from vibrocap.measures.travel import drift
+from vibrocap.measures.recorded.travel import drift
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 
 SCALES = PendulumScales(pendulum_mass_kg=0.02, pendulum_length_m=0.04)

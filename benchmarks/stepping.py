@@ -22,7 +22,7 @@ from vibrocap.case.case import Case
 from vibrocap.exchange.c_library import export_c
 from vibrocap.exchange.fmu.binaries import compiler
 from vibrocap.exchange.stepped_case import Input
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 # The largest with two digits at which 99 % of the runs end within the error asked.

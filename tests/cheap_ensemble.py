@@ -21,6 +21,7 @@ def ensemble(
     periods=60,
     window=10,
     settle=None,
+    extrapolate=True,
     tolerance=1e-8,
     max_events_per_period=10_000,
     max_steps=50_000_000,
@@ -34,7 +35,7 @@ def ensemble(
     every = {path: [system.parameter(path)] * runs for path in system.parameter_paths}
     every |= {f"initial.{name}": [(initial or {}).get(name, 0.0)] * runs for name in system.state_names}
     every |= over
-    settings = (periods, window, settle, tolerance, max_events_per_period, max_steps, system.friction.name)
+    settings = (periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps, system.friction.name)
     found = {
         "status": np.zeros(runs, np.int8),
         "settled": np.zeros(runs, bool),
@@ -43,7 +44,7 @@ def ensemble(
         "window_periods": np.full(runs, window, np.int32),
     }
     words = []
-    found |= {name: np.full(runs, np.nan) for name in names if name not in ("word", "response_period")}
+    found |= {name: np.full(runs, np.nan) for name in names if name not in ("mode_sequence", "response_period")}
     for run, row in enumerate(zip(*every.values(), strict=True)):
         values = [value if value is None or isinstance(value, str) else float(value) for value in row]
         number = _number((*zip(every, values, strict=True), settings))
@@ -53,10 +54,10 @@ def ensemble(
         found["response_period"][run] = number < 0.5
         words.append("" if failed else "LRS"[: 1 + int(3 * number)])
         for name in names:
-            if name not in ("word", "response_period") and not failed:
+            if name not in ("mode_sequence", "response_period") and not failed:
                 found[name][run] = _number((name, number))
-    if "word" in names:
-        found["word"] = np.array(words)
+    if "mode_sequence" in names:
+        found["mode_sequence"] = np.array(words)
     if progress:
         progress(runs)
     return found

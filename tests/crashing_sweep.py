@@ -54,7 +54,7 @@ def study(out, tick=0.0):
     vibrocap.studies.sweep.sweep(
         SYSTEM,
         OVER,
-        measures=("mean_velocity", "word"),
+        measures=("mean_velocity", "mode_sequence"),
         out=out,
         resume=True,
         tile_runs=8,

@@ -271,7 +271,7 @@ class Mechanics:
         law, load = self.laws[i], self.law_load(i)
         if not self.sticks[i]:
             return 0.0, 0.0
-        return law.holding_middle(load) - law.holding_limit(load), law.holding_middle(load) + law.holding_limit(load)
+        return law.holding_centre(load) - law.holding_limit(load), law.holding_centre(load) + law.holding_limit(load)
 
     def acceleration(self, t, y, rates) -> np.ndarray:
         """Rates of the contact velocities along rates of the machine's states."""

@@ -9,8 +9,9 @@ from unittest import mock
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import linked_source, plain_kernel

@@ -8,12 +8,12 @@ from vibrocap.orbits.maps.closing_map import Closing
 class PlainMap:
     """A map u -> function(u, p) over a range of p, n times; derivatives by complex steps.
 
-    word: of (u, p), where pieces are to be told apart; breaks: of p, where no run finishes
+    mode_sequence: of (u, p), where pieces are to be told apart; breaks: of p, where no run finishes
     """
 
-    def __init__(self, function, between=(0.0, 1.0), times=1, half=False, word=None, breaks=None):
+    def __init__(self, function, between=(0.0, 1.0), times=1, half=False, mode_sequence=None, breaks=None):
         self.function, self.between, self.times, self.half = function, between, times, half
-        self.word, self.breaks = word or (lambda u, p: ""), breaks or (lambda p: False)
+        self.mode_sequence, self.breaks = mode_sequence or (lambda u, p: ""), breaks or (lambda p: False)
 
     def parameter(self, x):
         low, high = self.between
@@ -46,7 +46,7 @@ class PlainMap:
             slope=derivative[:, m],
             at_rest=np.zeros(m, dtype=bool),
             finished=not self.breaks(self.parameter(x)),
-            word=self.word(x[:-1], self.parameter(x)),
+            mode_sequence=self.mode_sequence(x[:-1], self.parameter(x)),
             drift=float(x[0]),
             image=image,
         )
@@ -54,10 +54,10 @@ class PlainMap:
     def coarser(self):
         if self.half or self.times == 1:
             return None
-        return PlainMap(self.function, self.between, self.times // 2, self.times == 2 and self.odd, self.word)
+        return PlainMap(self.function, self.between, self.times // 2, self.times == 2 and self.odd, self.mode_sequence)
 
     def finer(self):
-        return PlainMap(self.function, self.between, 2 * self.times, False, self.word)
+        return PlainMap(self.function, self.between, 2 * self.times, False, self.mode_sequence)
 
     odd = False  # whether half of two applications is a half period
 
@@ -70,10 +70,10 @@ class OddMap(PlainMap):
     def coarser(self):
         if self.half or self.times == 1:
             return None
-        return OddMap(self.function, self.between, self.times // 2, self.times == 2, self.word)
+        return OddMap(self.function, self.between, self.times // 2, self.times == 2, self.mode_sequence)
 
     def finer(self):
-        return OddMap(self.function, self.between, 2 * self.times, False, self.word)
+        return OddMap(self.function, self.between, 2 * self.times, False, self.mode_sequence)
 
 
 def henon(u, p, b=0.3):

@@ -7,6 +7,7 @@ import numpy as np
 
 import vibrocap as vc
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.api import PieceSeries
 
 ORDER = 16
 PIECES = 40  # per period of 2 pi: terms beyond the order are 0.16^17/17!, far below rounding
@@ -52,6 +53,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
     coefficients = np.array(
         [[signal.derivative(start, k) / factors[k] for k in range(ORDER + 1)] for signal in signals.values()]
     ).transpose(2, 0, 1)
+    numbers = np.hstack([coefficients[:, :, 0], coefficients[:, :, 1:].reshape(len(start), -1)])
     marks = period * np.arange(periods + 1)
 
     def observe(names, t, states, side, drive):
@@ -74,7 +76,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         piece_length=length,
         piece_sides=np.asarray(side, dtype=float)[:, None],
         piece_implicit=np.zeros(len(start), bool),
-        coefficients=coefficients,
+        series=PieceSeries(numbers, (-1,) * len(signals), ORDER),
         sections=np.array([signal(marks) for signal in signals.values()]).T,
         event_times=np.empty(0),
         event_kinds=(),

@@ -59,11 +59,11 @@ def test_doors_open_to_a_name_they_list_and_to_no_other():
     import vibrocap
     from vibrocap.numerics import api
 
-    for door, name in ((vibrocap, "Harmonic"), (api, "codes")):  # a class, and a module
-        assert len(set(door.__all__)) == len(door.__all__)
-        assert name in door.__all__
-        assert getattr(door, name).__name__.endswith(name)
-        assert not hasattr(door, "nothing_of_the_kind")
+    for public, name in ((vibrocap, "Harmonic"), (api, "codes")):  # a class, and a module
+        assert len(set(public.__all__)) == len(public.__all__)
+        assert name in public.__all__
+        assert getattr(public, name).__name__.endswith(name)
+        assert not hasattr(public, "nothing_of_the_kind")
 
 
 def test_newest_release_in_the_changelog_is_this_version():
@@ -103,7 +103,7 @@ def locked(text: str) -> dict[str, str]:
 
 
 def test_lock_covers_every_declared_dependency():
-    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, and LOCKED_APART."""
+    """But for extras that `make` alone does not need: GPUs, the peers of the benchmarks, and LOCKED_APART."""
     apart = {"gpu", "peers"}.union(*LOCKED_APART.values())
     extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in apart}
     named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])

@@ -5,7 +5,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen import source
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.elementary import cos

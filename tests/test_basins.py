@@ -44,7 +44,7 @@ def drawn(count=12):
         label=label,
         drift=drift,
         attractors=tuple(
-            Attractor(motion, int(np.sum(label == k)), float(np.mean(label == k)), None)
+            Attractor(motion, int(np.sum(label == k)), float(np.mean(label == k)), 0.0, None)
             for k, motion in enumerate(motions)
         ),
         settle_periods=500,
@@ -224,7 +224,7 @@ def test_dataset_of_a_diagram_says_what_it_holds():
 def test_drift_and_direction_of_every_kind_of_start():
     chaotic = MotionClass("chaotic", "", 0.01, 0.005, True, {})
     sure = MotionClass("chaotic", "", -0.1, 0.005, False, {})
-    found = tuple(Attractor(each, 1, 0.2, None) for each in (chaotic, sure))
+    found = tuple(Attractor(each, 1, 0.2, 0.0, None) for each in (chaotic, sure))
     label = np.array([0, 1, NOT_SETTLED, FAILED, NOT_TOLD, NOT_TOLD])
     measured = np.array([math.nan, math.nan, 0.3, 0.3, 0.3, 1e-9])
     runs = settling_runs.SettlingRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured, np.ones(6, bool))
@@ -236,8 +236,8 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 @pytest.mark.slow
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.plotting.basins import PRINT, basin_figure
-    from vibrocap.plotting.finishing import save
+    from vibrocap.plotting.look.finishing import save
+    from vibrocap.plotting.steady.basins import PRINT, basin_figure
 
     given = drawn()
     figure = basin_figure(given)

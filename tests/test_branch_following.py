@@ -14,7 +14,7 @@ from vibrocap.orbits.continuation.branch_switching import branches_at_corner, sw
 from vibrocap.orbits.continuation.following import BranchEnd, followed, started
 from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.maps.itinerary import WordChange, closed_word, same_cycle, word_change
+from vibrocap.orbits.maps.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper
@@ -107,11 +107,11 @@ def test_closed_branch_is_followed_once():
 
 @pytest.mark.parametrize("right", [1.5, 3.0, 6.0, 40.0])  # turns of the branch from 53 degrees to 115
 def test_branch_turns_round_a_corner(right):
-    map_ = PlainMap(bent(0.5, right), (-1.0, 1.0), word=pieces)
+    map_ = PlainMap(bent(0.5, right), (-1.0, 1.0), mode_sequence=pieces)
     found = way(map_, (-1.0,), -0.5)
     (change,) = [each for _, each in found.special]
-    assert change.kind is SpecialKind.WORD_CHANGE
-    assert change.change is WordChange.CROSSING
+    assert change.kind is SpecialKind.MODE_CHANGE
+    assert change.change is ModeChange.CROSSING
     assert change.passed is SpecialKind.FOLD
     assert change.unstable == (0, 1)
     assert abs(map_.parameter(change.point.x)) < LOCATED
@@ -120,15 +120,15 @@ def test_branch_turns_round_a_corner(right):
 
 
 def test_stability_lost_by_a_jump_is_told_from_a_flip():
-    map_ = PlainMap(bent(0.5, -3.0), (-1.0, 1.0), word=pieces)
+    map_ = PlainMap(bent(0.5, -3.0), (-1.0, 1.0), mode_sequence=pieces)
     (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
-    assert (change.kind, change.passed, change.unstable) == (SpecialKind.WORD_CHANGE, SpecialKind.FLIP, (0, 1))
+    assert (change.kind, change.passed, change.unstable) == (SpecialKind.MODE_CHANGE, SpecialKind.FLIP, (0, 1))
     unseen = PlainMap(bent(0.5, -3.0), (-1.0, 1.0))  # the same without a word
     assert {each.kind for _, each in way(unseen, (-1.0,), -0.5).special} == {SpecialKind.JUMP}
 
 
 def test_branch_that_leaves_at_an_angle_is_found():
-    map_ = PlainMap(bent(0.5, -1.5), (-1.0, 1.0), word=pieces)
+    map_ = PlainMap(bent(0.5, -1.5), (-1.0, 1.0), mode_sequence=pieces)
     (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
     finer, first = next(branches_at_corner(map_, change))
     p, u = finer.parameter(first.x), first.x[0]
@@ -140,7 +140,7 @@ def test_branch_that_leaves_at_an_angle_is_found():
 
 
 def test_why_a_branch_ends():
-    torn = PlainMap(bent(0.5, 0.5, jump=1.0), (-1.0, 1.0), word=pieces)
+    torn = PlainMap(bent(0.5, 0.5, jump=1.0), (-1.0, 1.0), mode_sequence=pieces)
     ended = way(torn, (-1.0,), -0.5)
     assert ended.end is BranchEnd.ORBIT_CEASES
     assert abs(torn.parameter(ended.points[-1].x)) < 1e-6
@@ -160,7 +160,7 @@ def test_word_that_changes_too_fast_is_said_to_do_so():
             return "FSB" if p < 0.48 else "FB"
         return "FB" if math.sin(1.0 / (0.5 - p + 1e-9)) > 0.0 else "FSB"
 
-    map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), (0.0, 1.0), word=word)
+    map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), (0.0, 1.0), mode_sequence=word)
     found = way(map_, (0.4,), 0.2, step=0.1)
     assert found.end is BranchEnd.PARAMETER_BOUND
     unlocated = [each for _, each in found.special if each.kind is SpecialKind.UNLOCATED]
@@ -192,28 +192,28 @@ def test_planted_faults_are_noticed(fault, monkeypatch):
 @pytest.mark.parametrize(
     ("before", "after", "change", "text"),
     [
-        ("FSB", "FB", WordChange.CROSSING, "a stick phase vanishes"),
-        ("FB", "FSBS", WordChange.CROSSING, "two stick phases appear"),
-        ("FBSB", "FB", WordChange.GRAZING, "a stick phase vanishes"),
-        ("FB", "FBFB", WordChange.GRAZING, "a slip phase appears"),
-        ("S", "SFSB", WordChange.SPLITTING, "two slip phases appear"),
-        ("FSBS", "FSBFBS", WordChange.SWITCHING, "two slip phases appear"),
-        ("FB", "S", WordChange.UNNAMED, "several phases change at once"),
+        ("FSB", "FB", ModeChange.CROSSING, "a stick phase vanishes"),
+        ("FB", "FSBS", ModeChange.CROSSING, "two stick phases appear"),
+        ("FBSB", "FB", ModeChange.GRAZING, "a stick phase vanishes"),
+        ("FB", "FBFB", ModeChange.GRAZING, "a slip phase appears"),
+        ("S", "SFSB", ModeChange.SPLITTING, "two slip phases appear"),
+        ("FSBS", "FSBFBS", ModeChange.SWITCHING, "two slip phases appear"),
+        ("FB", "S", ModeChange.UNNAMED, "several phases change at once"),
     ],
 )
 def test_changes_of_the_word_are_named(before, after, change, text):
-    if change is WordChange.SWITCHING:
+    if change is ModeChange.SWITCHING:
         before, after = "FBSBFS", "FBFSBFBS"
     if (before, after) == ("FB", "FBFB"):
-        assert word_change(before, after)[0] is change
+        assert mode_change(before, after)[0] is change
     else:
-        assert word_change(before, after) == (change, text)
+        assert mode_change(before, after) == (change, text)
 
 
 def test_words_are_cycles():
-    assert closed_word("FSB", half=True) == "FSBS"
-    assert closed_word("S", half=True) == "S"
-    assert closed_word("FBFB") == "FBFB"
+    assert closed_sequence("FSB", half=True) == "FSBS"
+    assert closed_sequence("S", half=True) == "S"
+    assert closed_sequence("FBFB") == "FBFB"
     assert same_cycle("FSBS", "SBSF")
     assert not same_cycle("FSB", "FBS")
 
@@ -226,7 +226,7 @@ def test_closing_map_of_a_capsule_is_its_half_period_map():
     x = map_.point(state, 1.8)
     here, moved = map_.attempt(x), map_.attempt(x + 1e-5 * np.array([1.0, 0.5, 0.3, 2.0]))
     assert here.residual < 1e-8
-    assert (here.word, here.drift, map_.parameter(x)) == ("FB", 0.0, 1.8)
+    assert (here.mode_sequence, here.drift, map_.parameter(x)) == ("FB", 0.0, 1.8)
     growth = (moved.mismatch - here.mismatch) / 1e-5
     assert np.allclose(here.derivative @ [1.0, 0.5, 0.3, 2.0], growth, atol=1e-3)
     half = np.linalg.eigvals(here.jacobian)

@@ -10,9 +10,9 @@ from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
-from vibrocap.orbits.maps.itinerary import WordChange
-from vibrocap.plotting import branches as branch_plots
-from vibrocap.plotting.finishing import save
+from vibrocap.orbits.maps.itinerary import ModeChange
+from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.steady import branches as branch_plots
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
@@ -20,7 +20,7 @@ OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
 
 def special(kind, parameter, drift, arclength, after, counts, **more):
     given = {
-        "word_before": "FB", "word_after": "FB", "change": None, "passed": None, "text": "", "found": None, **more,
+        "modes_before": "FB", "modes_after": "FB", "change": None, "passed": None, "text": "", "found": None, **more,
     }  # fmt: skip
     return SpecialPoint(
         kind=kind, parameter=parameter, error=1e-9, state={}, drift=drift, multipliers=np.ones(3),
@@ -36,7 +36,7 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
         period=np.full(n, 2.0 * np.pi * period),
         states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
         multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
-        word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), certified=np.ones(n, bool),
+        mode_sequence=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), certified=np.ones(n, bool),
         winding=np.empty((n, 0), int),
         special_points=tuple(special_points), ends=(BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND), start=0,
         closing_map=types.SimpleNamespace(map=types.SimpleNamespace(cyclic=2)),  # type: ignore[arg-type]
@@ -46,7 +46,7 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
 def symmetric_branch():
     pitchfork = special(SpecialKind.PITCHFORK, 1.4, 0.0, 0.8, 0, (0, 1))
     regained = special(
-        SpecialKind.WORD_CHANGE, 2.6, 0.0, 2.6, 2, (1, 0), word_after="FSBS", change=WordChange.CROSSING,
+        SpecialKind.MODE_CHANGE, 2.6, 0.0, 2.6, 2, (1, 0), modes_after="FSBS", change=ModeChange.CROSSING,
         passed=SpecialKind.PITCHFORK, text="two stick phases appear",
     )  # fmt: skip
     return branch([1.0, 1.5, 2.0, 3.0], [0.0] * 4, [True, False, False, True], [pitchfork, regained])
@@ -153,7 +153,7 @@ def test_dataset_says_what_it_holds():
     assert np.array_equal(data[OVER].values, found.parameter)
     assert np.array_equal(data["velocity"].values, found.states[:, 3])
     assert np.array_equal(data["multiplier_real"].values, found.multipliers.real)
-    assert data["special_kind"].values.tolist() == ["pitchfork", "change of word"]
+    assert data["special_kind"].values.tolist() == ["pitchfork", "change of mode sequence"]
     assert data["special_stability"].values.tolist() == ["lost", "gained"]
     assert data.attrs["ends"] == "parameter bound"
     assert "[machine]" in data.attrs["case"]
@@ -162,11 +162,11 @@ def test_dataset_says_what_it_holds():
 
 def test_remarks_say_what_changes_and_nothing_else():
     jump = special(
-        SpecialKind.WORD_CHANGE, 1.2, 0.1, 1.0, 1, (0, 1), word_after="FSB", change=WordChange.CROSSING,
+        SpecialKind.MODE_CHANGE, 1.2, 0.1, 1.0, 1, (0, 1), modes_after="FSB", change=ModeChange.CROSSING,
         passed=SpecialKind.FLIP,
     )  # fmt: skip
     change, words, over, stability = jump.remarks.split("; ")
-    assert (change, words) == (WordChange.CROSSING.value, "FB -> FSB")
+    assert (change, words) == (ModeChange.CROSSING.value, "FB -> FSB")
     assert (over, stability) == ("multipliers jump as over a flip", "stability lost")
     assert jump.discontinuous
     assert special(SpecialKind.FOLD, 1.2, 0.1, 1.0, 1, (1, 1)).remarks == ""

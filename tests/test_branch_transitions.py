@@ -13,7 +13,7 @@ from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK
 from vibrocap.orbits.continuation.branch import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind
-from vibrocap.plotting.branches import ENDS, LEADS, branch_figure, draw_branch
+from vibrocap.plotting.steady.branches import ENDS, LEADS, branch_figure, draw_branch
 from vibrocap.quantities.dimensional import computed
 
 CASE = """\

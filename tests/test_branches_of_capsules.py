@@ -13,7 +13,7 @@ import vibrocap as vc
 from vibrocap.cli import main as cli
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind
-from vibrocap.orbits.maps.itinerary import WordChange, same_cycle
+from vibrocap.orbits.maps.itinerary import ModeChange, same_cycle
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
@@ -64,7 +64,7 @@ def test_travel_begins_and_ends_where_symmetric_orbits_change_their_stability(di
     assert abs(end.parameter - bisected(law, end.parameter - 3e-5, end.parameter + 3e-5)) < LOCATED
     if law == "exponential":  # the contact grazes rest: multipliers jump, and nothing smooth happens
         assert (end.kind, end.change, end.passed) == (
-            SpecialKind.WORD_CHANGE, WordChange.GRAZING, SpecialKind.PITCHFORK,
+            SpecialKind.MODE_CHANGE, ModeChange.GRAZING, SpecialKind.PITCHFORK,
         )  # fmt: skip
         assert end.discontinuous
     else:
@@ -159,7 +159,7 @@ def test_points_are_orbits_with_their_own_multipliers_and_words(diagram):
             assert np.max(np.abs(moved)) < error
             assert abs(found.drift - branch.drift[i]) < error
             assert np.allclose(found.multipliers, branch.multipliers[i], atol=1e-6)
-            assert same_cycle(found.word, str(branch.word[i]))
+            assert same_cycle(found.mode_sequence, str(branch.mode_sequence[i]))
 
 
 def test_fold_of_travelling_lugre_capsules():
@@ -185,16 +185,16 @@ def test_section_goes_from_sticking_to_sliding():
     """At small amplitudes the capsule never moves; then it slips, and slips at the section too."""
     found = vc.branch(system_with("exponential", **{OVER: 0.3}), OVER, (0.1, 1.2), initial=START)
     assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
-    stuck = found.word == "S"
+    stuck = found.mode_sequence == "S"
     velocity = found.states[:, 3]
     assert np.all(velocity[stuck] == 0.0)
     assert velocity[-1] > 0.05
-    assert [each.change for each in found.special_points] == [WordChange.SPLITTING, WordChange.CROSSING]
+    assert [each.change for each in found.special_points] == [ModeChange.SPLITTING, ModeChange.CROSSING]
     # a capsule that never moves first slips where |cos(theta) P - sin(theta) theta'^2| reaches N eta_s
     first = found.special_points[0].parameter
     for away, word in ((-1e-8, "S"), (1e-8, "SBSF")):
         system = system_with("exponential", **{OVER: first + away})
-        assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).word, word)
+        assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).mode_sequence, word)
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.friction.dahl import Dahl
 from vibrocap.plotting import laboratory as laboratory_plots
-from vibrocap.plotting.finishing import save
+from vibrocap.plotting.look.finishing import save
 
 COULOMB = Coulomb(1.0, 1.5)
 SET_VALUED = [law() for law in laws().values() if law.kind == "set-valued"]

@@ -95,7 +95,7 @@ FAULTS = {
         "holding_limit: at rest it holds from -0.195 to 0.195, but slides with -0.585 and 0.585 as the speed vanishes",
     ),
     "one-sided": (of(LAW, force=one_sided), "should be the same with the other sign, exactly"),
-    "says it is one-sided": (of(LAW, symmetric=False), "holding_middle: is 0, while `symmetric` is False"),
+    "says it is one-sided": (of(LAW, symmetric=False), "holding_centre: is 0, while `symmetric` is False"),
     "infinite": (of(LAW, steady_force=lambda self, speed, load: load / speed), "ZeroDivisionError: "),
     "steady force": (of(LAW, force=lambda self, v, z, side, load: (0.2 * side * load, ())), "steady_force: is "),
     "gives energy": (

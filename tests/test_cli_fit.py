@@ -180,8 +180,8 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.identification.experiments.motions import ramp
     from vibrocap.physics.friction.exponential import Exponential
     from vibrocap.physics.friction.stribeck import Stribeck
-    from vibrocap.plotting.finishing import save
     from vibrocap.plotting.fits import match_figure
+    from vibrocap.plotting.look.finishing import save
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -249,7 +249,7 @@ def test_picture_shows_records_and_parameters(folder):
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     from vibrocap.identification.result.fit_result import RecordResult
     from vibrocap.plotting.fits import MOST_POINTS, _stretch
-    from vibrocap.plotting.style import decimated
+    from vibrocap.plotting.look.style import decimated
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)

@@ -78,12 +78,12 @@ def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
 
 @pytest.mark.slow
 def test_sweep_stores_what_python_returns(case, capsys):
-    options = ("--measure", "mean_velocity,word", "--periods", "20", "--settle", "1e-5", "--window", "4")
+    options = ("--measure", "mean_velocity,mode_sequence", "--periods", "20", "--settle", "1e-5", "--window", "4")
     assert command("sweep", case, "--over", MASS, "--over", TORQUE, *options, "--out", "map") == OK
     setup = read_case(case)
     over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": np.linspace(1.0, 2.0, 4)}
     expected = sweep(
-        setup.system, over, initial=setup.initial, measures=["mean_velocity", "word"],
+        setup.system, over, initial=setup.initial, measures=["mean_velocity", "mode_sequence"],
         periods=20, window=4, settle=1e-5, tolerance=1e-10,
     )  # fmt: skip
     found = open_study("map")
@@ -94,7 +94,7 @@ def test_sweep_stores_what_python_returns(case, capsys):
     assert f"settled    {float(expected['settled'].mean()):.1%}" in text
     assert "stored in  map" in text
     assert "Next: vibrocap plot map" in text
-    assert command("plot", "map", "--border", "word") == OK
+    assert command("plot", "map", "--border", "mode_sequence") == OK
     assert capsys.readouterr().out == "Picture: map-mean_velocity.png\n"
     assert Path("map-mean_velocity.png").stat().st_size > 10_000
 
@@ -123,6 +123,7 @@ def test_adaptive_map_goes_to_a_file(case, capsys):
         (("--periods", "30", "--window", "3"), {"periods": 30, "window": 3}),
         (("--settle", "0"), {"settle": None}),
         (("--settle", "1e-4"), {"settle": 1e-4}),
+        (("--no-extrapolate",), {"extrapolate": False}),
     ],
 )
 def test_case_gives_the_settings_unless_options_do(options, expected, case, cheap):
@@ -239,7 +240,18 @@ def test_wrong_options_are_refused_before_any_work(options, expected, case, caps
 
 def test_every_complaint_is_made_at_once(case, capsys):
     over = ("--over", "machine.mas_ratio=1:3:3", "--over", "drive.amplitude=3:1:4", "--over", "x")
-    rest = ("--measure", "drft,word", "--periods", "0.5", "--threads", "-1", "--export", "a.xls", "--device", "tpu")
+    rest = (
+        "--measure",
+        "drft,mode_sequence",
+        "--periods",
+        "0.5",
+        "--threads",
+        "-1",
+        "--export",
+        "a.xls",
+        "--device",
+        "tpu",
+    )
     message = refused(capsys, "sweep", case, *over, *rest)
     for start in ("machine.mas_ratio:", "drive.amplitude:", "x:"):
         assert f"  --over {start}" in message

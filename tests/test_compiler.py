@@ -16,7 +16,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from thinned import exhaustive_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed
 from vibrocap.numerics.linker.link import plain_kernel

@@ -121,10 +121,10 @@ def test_behind_the_path_of_a_kind_stand_its_names(capsys):
 def test_measures_are_those_of_the_case_and_no_name_is_offered_twice(capsys):
     every = offered(capsys, "sweep", "--measure", "")
     own = offered(capsys, "sweep", CASE, "--measure", "")
-    assert {"mean_velocity", "cost_of_transport", "word"} <= set(own) < set(every)
+    assert {"mean_velocity", "cost_of_transport", "mode_sequence"} <= set(own) < set(every)
     assert own["mean_velocity"] == "travel per time"
-    assert set(offered(capsys, "sweep", CASE, "--measure", "word,")) == {
-        f"word,{name}" for name in own if name != "word"
+    assert set(offered(capsys, "sweep", CASE, "--measure", "mode_sequence,")) == {
+        f"mode_sequence,{name}" for name in own if name != "mode_sequence"
     }
     for option in ("--for", "--against", "--subject-to"):
         assert set(offered(capsys, "optimise", CASE, option, "")) == set(own)

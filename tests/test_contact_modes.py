@@ -13,8 +13,8 @@ import vibrocap as vc
 from independent import reference_motion
 from plain_kernels import kernel_of
 from thinned import slow_but
-from vibrocap.motion.simulate import EVENT_KINDS
 from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
+from vibrocap.physics.events import KINDS
 from vibrocap.physics.parameters import parameters
 
 EPSILON = float(np.finfo(float).eps)
@@ -339,9 +339,9 @@ def test_side_after_a_jump(law, before, velocity, side, kinds):
         kernel["tell_sides"](kernel.floats, kernel.ints, trace, 0)
     assert kernel.floats[kernel.place("SIDE")] == side
     recorded = kernel.ints[kernel.place("RECORDED_EVENTS")]
-    assert [EVENT_KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
+    assert [KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
     at_rest = before != 0.0 and side == 0.0
-    assert kernel.ints[kernel.place("ARRIVING")] == at_rest
+    assert kernel.ints[kernel.place("TO_DECIDE")] == at_rest
     assert kernel.floats[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
     assert (kernel.floats[kernel.place("STATE") + 3] == 0.0) == at_rest
 

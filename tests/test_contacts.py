@@ -82,7 +82,7 @@ def test_a_branch_over_a_parameter_of_the_second_law():
 def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
     """All that the table lists of the system, those of its second contact among them."""
     system = vc.System(crawler().machine, laws, crawler().drive)
-    measures = [name for name in vc.measure_table(system) if name != "word"]
+    measures = [name for name in vc.measure_table(system) if name != "mode_sequence"]
     own = {"bristle_loss_2_work", "largest_bristle_2"}
     assert own.intersection(measures) == (own if system.laws[1].internal else set())
     amplitudes = np.linspace(0.8, 1.2, 5)

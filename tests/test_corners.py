@@ -234,7 +234,7 @@ def test_a_piece_that_is_no_longer_than_rounding_is_refused(drive, field, value)
 
 
 def test_one_table_serves_all_runs_whose_corners_are_alike():
-    from vibrocap.motion.equations import equations, parameter_values
+    from vibrocap.motion.recording.equations import equations, parameter_values
 
     corners = equations(system_of()).corners
     rows = np.tile(parameter_values(system_of()), (5, 1))

@@ -27,6 +27,7 @@ OF_THE_RUN |= {
     "text",
     "system",
     "coefficients",
+    "series",
     "observe",
     "slopes",
     "counts",

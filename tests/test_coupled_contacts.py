@@ -193,7 +193,7 @@ def test_bodies_at_a_distance_that_stays_are_one_block():
 def least_determinant(system, state):
     """Of all modes of contacts at rest, as the run watches it."""
     flow = system.flow(0.0, tuple(state.values()), 0.0)
-    ambiguous = 4  # see vibrocap.physics.flow.BOUNDS
+    ambiguous = 4  # see vibrocap.physics.events.BOUNDS
     return min(float(b) for b, kind in zip(flow.bounds, flow.bound_kinds, strict=True) if kind == ambiguous)
 
 

@@ -212,7 +212,8 @@ BELT = vc.System(vc.Oscillator(belt_speed=0.1), vc.Coulomb(), vc.Constant())
     ("system", "arguments", "complaint"),
     [
         ("lugre", {"measure": "speed"}, "measure should be a number of the table of measures, got 'speed'"),
-        ("lugre", {"measure": "word"}, "measure should be a number"),
+        ("lugre", {"measure": "mode_sequence"}, "measure should be a number"),
+        ("lugre", {"measure": "outcome"}, "measure should be a number"),
         ("lugre", {"over": "machine.mass"}, "over: .*did you mean"),
         ("lugre", {"between": (2.0, 1.0)}, "between should be"),
         ("lugre", {"between": 3.0}, "between should be two numbers"),

@@ -1,6 +1,6 @@
-"""Ensembles on a graphics card, without one: its threads compiled for this processor, and its code for the assembler.
+"""Ensembles on a GPU, without one: its threads compiled for this processor, and its code for the assembler.
 
-The launch itself is tested where a card is found. Elsewhere a stand-in for the card runs the very same thread, built
+The launch itself is tested where a GPU is found. Elsewhere a stand-in for the GPU runs the very same thread, built
 for the processor, on the same memory and with the same launches.
 """
 
@@ -19,13 +19,13 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
-from vibrocap.numerics.compiler.card import ARGUMENTS, LIBRARY, THREAD, thread_code
+from vibrocap.numerics.compiler.gpu import ARGUMENTS, LIBRARY, THREAD, thread_code
 from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
-from vibrocap.numerics.run import cuda as on_card
+from vibrocap.numerics.run import cuda as on_gpu
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
@@ -49,11 +49,11 @@ def ensemble_of(law: str, runs: int):
     return recorded, parameters, initial
 
 
-# --- a stand-in for a card -------------------------------------------------------------------------------------------
+# --- a stand-in for a GPU -------------------------------------------------------------------------------------------
 
 
-class StandIn(on_card.Card):
-    """A card that is this processor: its threads run one after another, each launch as the driver would start it."""
+class StandIn(on_gpu.Gpu):
+    """A GPU that is this processor: its threads run one after another, each launch as the driver would start it."""
 
     def __init__(self, thread, reals, wholes):
         self.thread = thread
@@ -99,7 +99,7 @@ class StandIn(on_card.Card):
 
 def built(law, order=10, exact=False):
     """(layout, one thread as machine code of this processor)."""
-    layout, text = on_card.cuda_text(ensemble_of(law, 1)[0], order)
+    layout, text = on_gpu.cuda_text(ensemble_of(law, 1)[0], order)
     code = thread_code(text)
     thread = Compiled(object_code(code.replace(" contract", "") if exact else code, host()), ARGUMENTS)
 
@@ -111,7 +111,7 @@ def built(law, order=10, exact=False):
 
 def plain(law, order=10):
     """(layout, one thread as plain Python)."""
-    layout, text = on_card.cuda_text(ensemble_of(law, 1)[0], order)
+    layout, text = on_gpu.cuda_text(ensemble_of(law, 1)[0], order)
     for name, function in LIBRARY.items():
         text = text.replace(f"math.{name}(", f"{function}(")
     thread = plain_kernel(text)[THREAD]
@@ -131,20 +131,20 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
     """(results, progress, launches): blocks of two threads, launches of so many steps, so many runs at a time."""
     law, runs, budget = CASES[case]
     begun: list[int] = []
-    card = StandIn(thread, layout.real_size, layout.whole_size)
+    gpu = StandIn(thread, layout.real_size, layout.whole_size)
     with mock.patch.multiple(
-        on_card,
-        Card=lambda: card,
+        on_gpu,
+        Gpu=lambda: gpu,
         cuda_problem=lambda: None,
-        card_threads=lambda _: 3,  # rounded up to whole blocks
+        gpu_threads=lambda _: 3,  # rounded up to whole blocks
         runs_at_a_time=lambda *_: chunk,
         next_rounds=lambda before, seconds: rounds,
         BLOCK=2,
         FIRST_ROUNDS=rounds,
     ):
-        found = on_card.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
+        found = on_gpu.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
     assert found.layout == layout
-    return found.numbers, begun, card.launches
+    return found.numbers, begun, gpu.launches
 
 
 @pytest.mark.slow
@@ -184,33 +184,33 @@ def test_short_launches_and_small_chunks_change_nothing():
 
 @pytest.mark.slow
 def test_a_thread_without_fused_operations_is_that_of_plain_python():
-    """What is compiled for cards is the text, to the last bit."""
+    """What is compiled for GPUs is the text, to the last bit."""
     exact, _, _ = through_the_card("exponential", *built("exponential", exact=True))
     python, _, _ = through_the_card("exponential", *plain("exponential"))
     assert np.array_equal(exact, python)
 
 
 def test_launches_take_a_quarter_of_a_second():
-    assert on_card.next_rounds(1000, on_card.LAUNCH) == 1000
-    assert on_card.next_rounds(1000, 10.0 * on_card.LAUNCH) == 100
-    assert on_card.next_rounds(1000, 0.0) == 4000  # grows by degrees
-    assert on_card.next_rounds(1, 1e3) == 1
-    assert on_card.next_rounds(10**6, 1e-3) == on_card.MOST_ROUNDS
+    assert on_gpu.next_rounds(1000, on_gpu.LAUNCH) == 1000
+    assert on_gpu.next_rounds(1000, 10.0 * on_gpu.LAUNCH) == 100
+    assert on_gpu.next_rounds(1000, 0.0) == 4000  # grows by degrees
+    assert on_gpu.next_rounds(1, 1e3) == 1
+    assert on_gpu.next_rounds(10**6, 1e-3) == on_gpu.MOST_ROUNDS
 
 
 def test_chunks_fit_into_the_memory_of_the_card():
-    layout, _ = on_card.cuda_text(ensemble_of("exponential", 1)[0], 8)
+    layout, _ = on_gpu.cuda_text(ensemble_of("exponential", 1)[0], 8)
     bytes_per_run = 8 * (layout.run_size + layout.result_size)
-    threads = 10 * on_card.RESIDENT
-    empty = on_card.runs_at_a_time(layout, threads, 0.0)
-    small, large = (on_card.runs_at_a_time(layout, threads, gigabytes * 1e9) for gigabytes in (4.0, 8.0))
+    threads = 10 * on_gpu.RESIDENT
+    empty = on_gpu.runs_at_a_time(layout, threads, 0.0)
+    small, large = (on_gpu.runs_at_a_time(layout, threads, gigabytes * 1e9) for gigabytes in (4.0, 8.0))
     assert empty == 1
     assert small * bytes_per_run < 0.5 * 4e9
     assert (large - small) * bytes_per_run == pytest.approx(0.5 * 4e9, rel=1e-6)
-    assert on_card.runs_at_a_time(layout, threads, float("inf")) == 2**31
+    assert on_gpu.runs_at_a_time(layout, threads, float("inf")) == 2**31
 
 
-# --- code for a card -------------------------------------------------------------------------------------------------
+# --- code for a GPU -------------------------------------------------------------------------------------------------
 
 
 def assembler() -> str | None:
@@ -227,9 +227,9 @@ def assembler() -> str | None:
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_the_code_for_cards_is_complete(law, tmp_path):
     """One entry, fused double precision, nothing left to be linked, lanes in local memory; the assembler takes it."""
-    layout, code = on_card.cuda_code(ensemble_of(law, 1)[0], 8)
+    layout, code = on_gpu.cuda_code(ensemble_of(law, 1)[0], 8)
     assert code.count(".visible") == 1
-    assert f".visible .entry {on_card.ENTRY}(" in code
+    assert f".visible .entry {on_gpu.ENTRY}(" in code
     assert ".target sm_70" in code
     assert ".extern" not in code
     assert code.count("fma.rn.f64") > 500
@@ -241,14 +241,14 @@ def test_the_code_for_cards_is_complete(law, tmp_path):
     if assembler() is None:
         pytest.skip("there is no assembler (pip install nvidia-cuda-nvcc-cu12)")
     (tmp_path / "code.ptx").write_text(code)
-    for card in ("sm_80", "sm_90"):
-        command = [assembler(), f"-arch={card}", "code.ptx", "-o", "code.cubin"]
+    for gpu in ("sm_80", "sm_90"):
+        command = [assembler(), f"-arch={gpu}", "code.ptx", "-o", "code.cubin"]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         assert (tmp_path / "code.cubin").stat().st_size > 10_000
 
 
-# --- a card, or none -------------------------------------------------------------------------------------------------
+# --- a GPU, or none -------------------------------------------------------------------------------------------------
 
 ON_CARD = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
 
@@ -257,13 +257,13 @@ def test_a_card_agrees_with_the_cpu_to_rounding():
     """The same steps, modes and statuses; numbers differ by an ulp per operation, in sin, cos and exp and in what is
     fused, some 1e-13 per period as between compilers; a run near a grazing contact amplifies that, so nine of ten runs
     are held to it and all to the tolerance of the run."""
-    problem = on_card.cuda_problem()
+    problem = on_gpu.cuda_problem()
     if problem is not None:
         pytest.skip(problem)
     for law in LAWS:
         recorded, parameters, initial = ensemble_of(law, 1000)
         on_cpu = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
-        with_card = on_card.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
+        with_card = on_gpu.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
         results, expected = with_card.numbers, on_cpu.numbers
         assert np.array_equal(results[:, 0], expected[:, 0])
         assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99
@@ -278,9 +278,9 @@ def test_without_the_bindings_the_message_says_what_to_install(monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "cuda.bindings" else found(name))
     with pytest.raises(
-        ValueError, match=r'device: "cuda" needs an NVIDIA card.*no cuda-bindings.*pip install "cuda-bindings>=12.8"'
+        ValueError, match=r'device: "cuda" needs an NVIDIA GPU.*no cuda-bindings.*pip install "cuda-bindings>=12.8"'
     ):
-        on_card.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_CARD)
+        on_gpu.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_CARD)
 
 
 def bindings_found() -> bool:
@@ -290,7 +290,7 @@ def bindings_found() -> bool:
 
 @pytest.mark.skipif(not bindings_found(), reason="cuda-bindings is not installed (pip install cuda-bindings)")
 def test_without_a_card_the_message_says_what_was_found():
-    """The driver is told to show no card; where there is no driver, that is what the message says."""
+    """The driver is told to show no GPU; where there is no driver, that is what the message says."""
     call = "from vibrocap.numerics.run.cuda import cuda_problem; print(cuda_problem())"
     shown = {**os.environ, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", call], env=shown, capture_output=True, text=True, check=True)
@@ -301,7 +301,7 @@ def test_without_a_card_the_message_says_what_was_found():
 @pytest.mark.skipif(not bindings_found(), reason="cuda-bindings is not installed (pip install cuda-bindings)")
 def test_the_driver_has_what_is_asked_of_it():
     """All functions and properties by name."""
-    source = Path(on_card.__file__).read_text()
+    source = Path(on_gpu.__file__).read_text()
     driver = importlib.import_module("cuda.bindings.driver")
     asked = set(re.findall(r'ask\("(\w+)"', source))
     assert len(asked) > 12

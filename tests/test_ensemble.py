@@ -11,10 +11,10 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.codes import ASK_WORD, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.codes import ASK_MODES, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.run.motion import recorded_run
@@ -55,7 +55,7 @@ def drawn_runs(law: str, seeds: range):
 @functools.cache
 def together(law: str, seeds: range, threads: int = 1):
     """Results of the drawn systems in one ensemble, measured from the start, words asked for."""
-    budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_WORD)
+    budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_MODES)
     return ensemble_run(*drawn_runs(law, seeds), budget, threads, order=ORDER)
 
 
@@ -73,7 +73,7 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
     step; its effect on the final state is measured: that of a shift of the start by 1e-13, a thousand ulps.
     """
     results, ones = together(law, seeds), np.ones(len(seeds))
-    words = Gathered(drawn(law, 0)[0], results, ones, ones, 0.0).words
+    words = Gathered(drawn(law, 0)[0], results, ones, lambda: ones, 0.0).mode_sequences
     sensitive = 0
     for status, final, word, seed in zip(results.status, results.state, words, seeds, strict=True):
         single, shifted = alone(law, seed), alone(law, seed, 1e-13)
@@ -89,7 +89,7 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
 
 
 def spelled_from_pieces(single) -> str:
-    """The word of the last period of a recorded run, read from its pieces."""
+    """The mode sequence of the last period of a recorded run, read from its pieces."""
     last = single.pieces[single.pieces[:, 0] == BUDGET.periods - 1]
     sides = last[:, 3]
     starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
@@ -166,7 +166,7 @@ def test_a_motion_that_runs_away_says_so():
 def sliding_lanes(law: str, **budget):
     """(functions and places by name, floats, ints, trace) of the plain kernel, the first runs in its lanes."""
     system, parameters, starts = drawn_runs(law, range(LANES))
-    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None)
+    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None, False)
     kernel, (floats, ints) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
     starts[:, kernel["CONTACT_STATE"]] = 0.1
     trace = np.zeros((LANES, layout.run_size))
@@ -194,7 +194,9 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
 def test_a_new_run_finds_nothing_of_the_last():
     """What a lane counts, and how it was about to go on, begins anew with each run."""
     kernel, floats, ints, trace = sliding_lanes("lugre")
-    names = "ARRIVING EVENTS IDLE IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
+    names = (
+        "TO_DECIDE EVENTS ZERO_PROGRESS IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
+    )
     places = [kernel[name] for name in names.split()]
     ints[places] = 7
     kernel["begin_run"](floats, ints, trace, 0, 0)
@@ -219,6 +221,7 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
     counts = np.zeros(3)
     for _ in range(200):
         series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
+        series *= draw.random(series.shape) < draw.choice([0.3, 1.0])  # so that a single term decides, or many
         series[0] = draw.uniform(-1.0, 1.0, LANES)
         floats[kernel["HOLD"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
@@ -263,10 +266,10 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
 def test_a_plain_step_ends_the_decisions():
     """Decisions without advance are counted up to a dozen; after any step they are forgotten."""
     kernel, floats, ints, trace = sliding_lanes("exponential")
-    ints[kernel["IDLE"] :][:LANES] = 5
+    ints[kernel["ZERO_PROGRESS"] :][:LANES] = 5
     plain = kernel["step_simd"](floats, ints, trace, np.ones(LANES, bool))
     assert plain > 0
-    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["IDLE"] :][:LANES])
+    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["ZERO_PROGRESS"] :][:LANES])
 
 
 def test_a_motion_below_the_tolerance_keeps_its_signs():

@@ -14,9 +14,9 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import read_case
 from vibrocap.measures.during_run import SYNONYMS, measure_table, resolved
 from vibrocap.measures.measure import own_integrands
+from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.measures.standard import undefined_measures
-from vibrocap.measures.stretch import stretches
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link
@@ -81,8 +81,9 @@ def test_during_the_run_is_from_the_stored_motion(law):
     for i, ratio in enumerate(ratios):
         motion = stored_motion(system_with(LAWS[law], ratio), periods)
         stored = vc.measured(motion, names, window=2)
-        assert found["word"][i] == stored["word"] == vc.word(motion)
-        for name in set(names) - {"word"}:
+        assert found["mode_sequence"][i] == stored["mode_sequence"] == vc.mode_sequence(motion)
+        assert found["outcome"][i] == stored["outcome"]
+        for name in set(names) - {"mode_sequence", "outcome"}:
             size = max(abs(stored[name]), 1e-3 if "bristle" in name else 1.0)
             assert found[name][i] == pytest.approx(stored[name], abs=1e-9 * size, nan_ok=True), name
 
@@ -140,8 +141,8 @@ class TestAgainstArrays:
 
     def test_sticking(self, name):
         motion, found = motion_of(name), measures_of(name)
-        assert found["word"] == vc.word(motion)
-        assert len(found["word"]) > 1
+        assert found["mode_sequence"] == vc.mode_sequence(motion)
+        assert len(found["mode_sequence"]) > 1
         phases = vc.stick_phases(motion, periods=WINDOW)
         if phases is None:
             assert math.isnan(found["stick_fraction"])
@@ -200,6 +201,18 @@ def test_both_answers_about_symmetry_occur():
     found = vc.measured(still, ["symmetric", "drift"], settle=1e-6)
     assert found["symmetric"] == 1.0
     assert abs(found["drift"]) < 1e-6
+
+
+@pytest.mark.slow
+def test_symmetry_is_that_of_each_run_of_an_ensemble():
+    """The first lifts off, the second is its own mirror image, the drive of the third has no half-period symmetry."""
+    machine = vc.PendulumCapsule(normal_load="dynamic")
+    system = vc.System(machine, vc.Exponential(0.05, 0.1), vc.FourierSeries(cosine_1=1.0))
+    columns = {"drive.cosine_1": np.array([9.0, 0.05, 0.05]), "drive.cosine_2": np.array([0.0, 0.0, 0.02])}
+    found = vc.ensemble(system, columns, measures=["symmetric"], settle=1e-6, periods=300, initial={"angle": 1.0})
+    assert (found["status"] == 0).tolist() == [False, True, True]
+    assert found["settled"].tolist() == [False, True, True]
+    assert found["symmetric"] == pytest.approx([np.nan, 1.0, np.nan], nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -272,8 +285,8 @@ def test_words_of_many_letters(rests):
         periods=1,
         stuck=list(zip(marks[::2], marks[1::2], strict=True)),
     )
-    word = vc.measured(motion, "word", window=1)["word"]
-    ints = vc.word(motion)
+    word = vc.measured(motion, "mode_sequence", window=1)["mode_sequence"]
+    ints = vc.mode_sequence(motion)
     assert ints == "FS" * rests
     assert word == (ints if 2 * rests + 1 <= 104 else ints[:104] + "...")
 
@@ -372,15 +385,19 @@ class Named(vc.Dahl):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "examples").glob("*.toml")), ids=lambda p: p.stem)
 def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
-    """Of a motion that settled all others have one; `time_to_settle` is none where it did not."""
+    """Of a motion that settled all others have one; `time_to_settle` and `period` are none where it did not.
+
+    Where nothing drives a system in time, a stored motion is not asked whether it settled.
+    """
     given = read_case(path)
     motion, without = given.simulate(), undefined_measures(given.system)
     assert motion.status.ok
     travels = given.system.machine.cyclic is not None
     names = [name for name in measure_table(given.system) if travels or name not in without]
-    found = vc.measured(motion, names, settle=1e-6)
+    found = vc.measured(motion, names, settle=1e-6 if equations(given.system).timed else None)
     empty = {name for name, value in found.items() if value == "" or value != value}
-    assert empty - {"time_to_settle"} == without & set(found)
+    not_settled = set() if found["response_period"] else {"time_to_settle", "period"}
+    assert empty - not_settled == without & set(found)
 
 
 def test_what_is_derived_comes_after_what_it_needs():
@@ -392,7 +409,7 @@ def test_what_is_derived_comes_after_what_it_needs():
 # --- the ensemble ----------------------------------------------------------------------------------------------------
 
 SYSTEM = system_with(vc.Exponential())
-ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "word", "stick_fraction")
+ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "mode_sequence", "stick_fraction")
 
 
 def small_ensemble(ratios, **settings):
@@ -457,9 +474,9 @@ def test_failed_runs_are_shown_as_failed():
     statuses = [list(vc.Status)[code] for code in found["status"]]
     assert statuses == [vc.Status.TOO_MANY_EVENTS, vc.Status.FINISHED]
     assert (found["window_start"][0], found["window_periods"][0]) == (-1, 0)
-    assert found["word"].tolist() == ["", "S"]
+    assert found["mode_sequence"].tolist() == ["", "S"]
     for name in ASKED:
-        if name != "word":
+        if name != "mode_sequence":
             assert np.isnan(found[name][0])
             assert np.isfinite(found[name][1])
 

@@ -16,7 +16,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines

@@ -14,10 +14,10 @@ from vibrocap.cli import main as cli
 from vibrocap.orbits.equilibria import bifurcations
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 
-IDLE = vc.Constant()
+ZERO_PROGRESS = vc.Constant()
 
 
-def belt(law, drive=IDLE, **machine):
+def belt(law, drive=ZERO_PROGRESS, **machine):
     return vc.System(vc.Oscillator(**machine), law, drive)
 
 
@@ -47,7 +47,7 @@ def test_interval_of_rest():
 def test_set_of_rest_of_several_contacts():
     """Two blocks in a row: |k x1 + k12 (x1 - x2)| <= F and so on: a polygon, whose extent along each block follows."""
     row = vc.TwoBlockRow(stiffness=1.0, coupling_stiffness=1.2, belt_speed=0.0)
-    found = vc.equilibria(vc.System(row, vc.Coulomb(0.4, 0.4), IDLE))[0]
+    found = vc.equilibria(vc.System(row, vc.Coulomb(0.4, 0.4), ZERO_PROGRESS))[0]
     assert found.dimension == 2
     matrix = np.array([[2.2, -1.2], [-1.2, 2.2]])
     corners = np.array([np.linalg.solve(matrix, [a, b]) for a in (-0.4, 0.4) for b in (-0.4, 0.4)])
@@ -65,7 +65,7 @@ def test_bristles_at_rest_hold_what_friction_can_hold():
 
 def test_equilibria_of_a_pendulum_are_those_of_its_spring():
     """sin(theta) = rho theta: three states, the middle one a saddle."""
-    found = vc.equilibria(vc.System(vc.PendulumCapsule(stiffness=0.5), vc.Exponential(), IDLE))
+    found = vc.equilibria(vc.System(vc.PendulumCapsule(stiffness=0.5), vc.Exponential(), ZERO_PROGRESS))
     angle = float(mpmath.findroot(lambda x: mpmath.sin(x) - x / 2, 1.9))
     assert [each.state["angle"] for each in found] == pytest.approx([-angle, 0.0, angle], abs=1e-12)
     assert [each.stable for each in found] == [True, False, True]
@@ -74,7 +74,7 @@ def test_equilibria_of_a_pendulum_are_those_of_its_spring():
 def test_steady_travel_down_a_slope_is_steady_up_to_the_drift():
     """With the load 1 and a force F forward: F = R(v); the position grows with v."""
     law = vc.viscous(vc.Coulomb)(0.2, 0.3, linear_viscosity=0.5)
-    system = vc.System(vc.PendulumCapsule(), law, IDLE, environment=vc.Environment(force=0.9))
+    system = vc.System(vc.PendulumCapsule(), law, ZERO_PROGRESS, environment=vc.Environment(force=0.9))
     (found,) = vc.equilibria(system).sliding
     assert found.travel == pytest.approx((0.9 - 0.2) / 0.5, abs=1e-12)
     assert found.stable
@@ -148,7 +148,7 @@ def hopf_of_mode_coupling(draw):
     a, b, c, d = (mpmath.mpf(each) for each in (k11, k22, k12, k3))
     place = ((a - b) ** 2 / 4 + c**2 + mpmath.mpf(damping) ** 2 * (a + b) / (2 * mpmath.mpf(mass))) / (c * d)
     machine = vc.ModeCouplingBlock(mass, k11, k12, k22, k3, damping)
-    return vc.System(machine, vc.Coulomb(0.5, 20.0), IDLE), "friction.coulomb_coefficient", place
+    return vc.System(machine, vc.Coulomb(0.5, 20.0), ZERO_PROGRESS), "friction.coulomb_coefficient", place
 
 
 def hopf_of_rock(draw):
@@ -167,7 +167,7 @@ def fold_of_a_capsule(draw):
     law = vc.viscous(vc.Exponential)(low, low + drop, rate, linear_viscosity=viscous)
     a, b, d = mpmath.mpf(rate), mpmath.mpf(viscous), mpmath.mpf(low + drop) - low
     place = low + b / a * (1 + mpmath.log(a * d / b))
-    system = vc.System(vc.PendulumCapsule(), law, IDLE, environment=vc.Environment(force=float(place) * 2.0))
+    system = vc.System(vc.PendulumCapsule(), law, ZERO_PROGRESS, environment=vc.Environment(force=float(place) * 2.0))
     return system, "environment.force", place
 
 
@@ -218,7 +218,7 @@ def test_canonical_places():
 
 
 def test_frequencies_that_meet_without_damping():
-    system = vc.System(vc.ModeCouplingBlock(), vc.Coulomb(0.3, 3.0), IDLE)
+    system = vc.System(vc.ModeCouplingBlock(), vc.Coulomb(0.3, 3.0), ZERO_PROGRESS)
     (special,) = vc.equilibrium_branch(system, "friction.coulomb_coefficient", (0.1, 1.0)).special_points
     assert special.kind is vc.EquilibriumPointKind.MODE_COUPLING
     assert abs(special.parameter - ((2.0 - 1.6) ** 2 / (4.0 * 0.5) + 0.5) / 1.2) <= special.error < 1e-12

@@ -10,7 +10,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
-from vibrocap.measures.response import response_class
+from vibrocap.measures.recorded.response import response_class
 from vibrocap.physics.catalogue import machines
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -118,7 +118,7 @@ def test_never_leaves_stick(motions):
 @pytest.mark.slow
 def test_biharmonic_drive_walks_backward_only(motions):
     motion = motions["biharmonic-drive-travels"]
-    assert sorted(vc.word(motion)) == ["B", "S"]
+    assert sorted(vc.mode_sequence(motion)) == ["B", "S"]
     assert vc.stick_fraction(motion) == pytest.approx(0.5, abs=0.01)
 
 
@@ -169,7 +169,7 @@ def test_buckled_pendulum_leans_to_one_side(motions):
 def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
     assert vc.stick_fraction(motions["slow-drive-mostly-sticks"]) == pytest.approx(0.76, abs=0.01)
     assert vc.stick_fraction(motions["weight-as-load"]) == pytest.approx(1 / 3, abs=0.03)
-    assert vc.word(motions["weight-as-load"]).count("S") == 4
+    assert vc.mode_sequence(motions["weight-as-load"]).count("S") == 4
 
 
 @pytest.mark.slow

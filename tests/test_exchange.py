@@ -20,13 +20,13 @@ from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
-from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.events import BOUNDS
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 GCC = shutil.which("gcc") or ""

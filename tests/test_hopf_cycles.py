@@ -33,12 +33,12 @@ def test_stick_slip_goes_over_into_sliding_and_shrinks_to_its_hopf_point(duratio
     """Issue 27: no fold, the Hopf point and the end of sticking within their errors, whatever the idle duration."""
     found = cycles(duration)
     end, birth = found.special_points
-    assert (end.kind, birth.kind) == (SpecialKind.WORD_CHANGE, SpecialKind.HOPF)
+    assert (end.kind, birth.kind) == (SpecialKind.MODE_CHANGE, SpecialKind.HOPF)
     assert abs(end.parameter - END_OF_STICKING) <= end.error < 1e-9
     assert abs(birth.parameter - HOPF) <= birth.error < 1e-9
     assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.HOPF)
     assert "Hopf point" in str(found)
-    sticks = np.array(["S" in word for word in found.word])
+    sticks = np.array(["S" in word for word in found.mode_sequence])
     assert np.all(found.stable == sticks)
     # Each cycle once: sticking ones up to the end of sticking, then sliding ones back to the Hopf point.
     up, down = found.parameter[sticks], found.parameter[~sticks]
@@ -51,7 +51,7 @@ def test_cycles_are_born_at_the_hopf_point_and_are_those_of_the_other_way():
     sliding = vc.equilibrium_branch(belt(), OVER, RANGE)
     born = vc.hopf_cycles(sliding)
     assert born.ends == (BranchEnd.HOPF, BranchEnd.PARAMETER_BOUND)
-    assert [each.kind for each in born.special_points] == [SpecialKind.HOPF, SpecialKind.WORD_CHANGE]
+    assert [each.kind for each in born.special_points] == [SpecialKind.HOPF, SpecialKind.MODE_CHANGE]
     assert born.special_points[0].parameter == sliding.hopf_points[0].parameter
     assert abs(born.special_points[1].parameter - END_OF_STICKING) <= born.special_points[1].error
     assert born.period[0] == pytest.approx(2.0 * math.pi, abs=1e-5)
@@ -101,7 +101,7 @@ def test_without_the_turning_section_a_false_turn_comes_back(monkeypatch):
     """The planted fault: a section that stands still makes the branch turn where the cycles touch it."""
     monkeypatch.setattr(cycle_following, "_crossing", lambda closure, way: way)
     monkeypatch.setattr(cycle_following, "hopf_at_end", lambda closure, last: None)
-    monkeypatch.setattr(cycle_following, "_set_anew", lambda closure, last: None)
+    monkeypatch.setattr(cycle_following, "_set_anew", lambda *given: None)
     found = vc.branch(belt(), OVER, (1.0, 2.5), initial={"position": 2.0}, settle_periods=400, points=400)
     assert BranchEnd.HOPF not in found.ends
     assert SpecialKind.FOLD not in {each.kind for each in found.special_points}  # even then no multiplier is 1

@@ -17,10 +17,10 @@ from vibrocap.identification.result.case_section import case_section
 from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.dimensions.units import parameter_keys
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.units import parameter_keys
 from vibrocap.records.record import Record
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)

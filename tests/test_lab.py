@@ -216,7 +216,8 @@ def test_a_machine_with_stops_in_a_page(node):
 def test_a_page_has_every_measure_that_is_a_number(data):
     for form, law in zip(data["forms"], ("exponential", "lugre"), strict=True):
         table = measure_table(paper(law).case.system)
-        none = {"exponential": {"word"}, "lugre": {"word", "stick_fraction", "stick_phases"}}[law]  # it cannot stick
+        texts = {"mode_sequence", "outcome"}
+        none = {"exponential": texts, "lugre": texts | {"stick_fraction", "stick_phases"}}[law]  # it cannot stick
         assert [each["name"] for each in form["measures"]] == [name for name in table if name not in none]
         assert {"least_reaction", "mean_reaction", "largest_reaction"} < set(table)
 
@@ -239,7 +240,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     wanted = vc.ensemble(
         system,
         {"drive.amplitude": [1.5, 1.8]},
-        measures=(*names, "word", "symmetric"),
+        measures=(*names, "mode_sequence", "symmetric"),
         initial=start(system),
         periods=100,
         settle=1e-5,
@@ -248,7 +249,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
-        assert one["word"] == wanted["word"][run]
+        assert one["mode_sequence"] == wanted["mode_sequence"][run]
         assert one["mirrored"] == bool(wanted["symmetric"][run])
         for name in names:
             # rounding grows over the transient; the measures lie between 1e-2 and 1e2
@@ -289,6 +290,14 @@ def systems():
     yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
     yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))
     yield vc.System(vc.Oscillator(), vc.Exponential(), wave, environment=vc.Environment(quadratic_drag=0.1))
+
+
+def test_rules_are_the_same_whatever_was_asked_before():
+    """Whether a shape jumps is remembered of numbers, not of what stands for one."""
+    system = vc.System(vc.TwoBodyWorm(), vc.Exponential(), drives()["triangle"]())
+    paths = tuple(path for path in system.parameter_paths if type(system.parameter(path)) is float)
+    assert system.drive.continuous
+    assert "jumps, while the two-body-worm" in rules(system, paths)
 
 
 @needs_node

@@ -227,8 +227,8 @@ def test_anisotropic_levels_and_what_is_held():
     plain = vc.Exponential()
     assert law.force(0.2, (), 1, 1.1)[0] == pytest.approx(0.8 * plain.steady_force(0.2, 1.1), rel=1e-14)
     assert law.force(-0.2, (), -1, 1.1)[0] == pytest.approx(-1.5 * plain.steady_force(0.2, 1.1), rel=1e-14)
-    assert law.holding_middle(1.1) + law.holding_limit(1.1) == pytest.approx(0.8 * 1.1 * 0.45, rel=1e-14)
-    assert law.holding_middle(1.1) - law.holding_limit(1.1) == pytest.approx(-1.5 * 1.1 * 0.45, rel=1e-14)
+    assert law.holding_centre(1.1) + law.holding_limit(1.1) == pytest.approx(0.8 * 1.1 * 0.45, rel=1e-14)
+    assert law.holding_centre(1.1) - law.holding_limit(1.1) == pytest.approx(-1.5 * 1.1 * 0.45, rel=1e-14)
     assert not law.symmetric
     assert vc.anisotropic(vc.Exponential)(forward_ratio=1.2, back_ratio=1.2).symmetric
     assert vc.anisotropic(vc.Exponential) is vc.anisotropic(vc.Exponential)

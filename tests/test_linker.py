@@ -6,8 +6,8 @@ import inspect
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations
 from vibrocap.motion.held_input import with_held_input
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
@@ -38,11 +38,11 @@ def edit(monkeypatch, module, right, wrong):
 
 
 def test_what_is_offered_is_linked():
-    """Every law, alone, one by one, all lanes at once, on a card and in a browser."""
+    """Every law, alone, one by one, all lanes at once, on a GPU and in a browser."""
     linked()
     for law in (vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        for lanes, loop in ((1, None), (8, None), (1, "card"), (1, "browser")):
+        for lanes, loop in ((1, None), (8, None), (1, "gpu"), (1, "browser")):
             ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
 
 
@@ -172,7 +172,7 @@ def test_modules_import_what_runs():
             for tangent in (False, True):
                 every += [
                     recipes.ensemble_recipe(loop, stiff and not tangent, branches, tangent)
-                    for loop in ("ensemble", "simd", "card")
+                    for loop in ("ensemble", "simd", "gpu")
                 ]
     promised = {"codes", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
     imports, strays = {}, set()

@@ -12,7 +12,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.catalogue import laws
@@ -28,6 +28,7 @@ SETTINGS = {
     "max_steps": 1000,
     "window": 1,
     "settle": None,
+    "extrapolate": True,
 }
 
 

@@ -14,10 +14,10 @@ from matplotlib.patches import PathPatch
 from thinned import slow_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.motion.status import Status
+from vibrocap.plotting.look.style import blank_figure, logarithmic
 from vibrocap.plotting.studies.cells import Cell, categories, cell_labels, cells, limits
 from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
 from vibrocap.plotting.studies.view import ViewError, study_view
-from vibrocap.plotting.style import blank_figure, logarithmic
 
 xarray = pytest.importorskip("xarray")
 
@@ -29,7 +29,7 @@ ATTRIBUTES = {
     "mean_velocity": {"long_name": "travel per time", "units": "1"},
     "stick_fraction": {"long_name": "share of the window stuck (NaN: the law cannot stick)", "units": "1"},
     "cost_of_transport": {"long_name": "work per distance (infinite: no travel)", "units": "1"},
-    "word": {"long_name": "phases of the last period", "units": "1"},
+    "mode_sequence": {"long_name": "phases of the last period", "units": "1"},
 }
 NOT_FINITE, TOO_MANY_EVENTS = (list(Status).index(s) for s in (Status.NOT_FINITE, Status.TOO_MANY_EVENTS))
 NBSP = "\N{NO-BREAK SPACE}"
@@ -77,7 +77,7 @@ def study(x=None, y=None, laws=None, **attributes):
         "mean_velocity": np.where(status == 0, velocity, np.nan),
         "stick_fraction": np.where((status == 0) & (velocity > -0.05), 0.5 + velocity, np.nan),
         "cost_of_transport": np.where(status == 0, 1.0 / np.abs(velocity), np.nan),
-        "word": np.where(status == 0, np.repeat(words[:, None], len(y), axis=1), ""),
+        "mode_sequence": np.where(status == 0, np.repeat(words[:, None], len(y), axis=1), ""),
     }
     dims, coords = [MASS, TORQUE], {MASS: x, TORQUE: y}
     if laws:
@@ -256,7 +256,7 @@ def test_scale_of_costs_ends_five_decades_above_the_least():
 
 
 def test_words_have_colours_by_frequency_and_the_rest_is_grey():
-    view = study_view(study(), "word")
+    view = study_view(study(), "mode_sequence")
     groups = categories(view)
     assert len(groups.values) == 7
     counts = [int(re.search(r": (\d+)", text)[1]) for text in groups.words]
@@ -384,15 +384,15 @@ def test_unit_of_a_measure_of_ones_own_stands_in_its_label():
 
 def test_border_is_drawn_along_the_walls_of_cells():
     dataset = study(x=np.arange(16.0), y=np.arange(12.0))
-    dataset["word"][:] = "FB"
-    dataset["word"][8:] = "S"
-    ax = figure(dataset, border="word").axes[0]
+    dataset["mode_sequence"][:] = "FB"
+    dataset["mode_sequence"][8:] = "S"
+    ax = figure(dataset, border="mode_sequence").axes[0]
     lines = [each for each in ax.collections if isinstance(each, LineCollection)]
     assert len(lines) == 2  # black with a white rim
     segments = np.array(lines[0].get_segments())
     assert set(segments[:, :, 0].ravel()) == {7.5}
     assert len(segments) == 12
-    assert "border of word" in legend_of(figure(dataset, border="word"))
+    assert "border of mode sequence" in legend_of(figure(dataset, border="mode_sequence"))
     with pytest.raises(ViewError, match="--border: mean_velocity takes real values"):
         figure(dataset, border="mean_velocity")
 
@@ -401,7 +401,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
     ("measure", "laws"),
     [
         ("mean_velocity", None),
-        ("word", ["exponential", "lugre"]),
+        ("mode_sequence", ["exponential", "lugre"]),
         ("cost_of_transport", ["a", "b", "c"]),
         pytest.param("response_period", ["exponential", "lugre"], marks=pytest.mark.slow),
     ],
@@ -492,9 +492,9 @@ def test_one_axis_gives_lines_with_open_marks_where_unsettled():
 
 
 def test_one_axis_with_words_names_them_upright():
-    ax = figure(study().isel({TORQUE: 0}), "word").axes[0]
+    ax = figure(study().isel({TORQUE: 0}), "mode_sequence").axes[0]
     assert {label.get_text() for label in ax.get_yticklabels()} == set(
-        np.unique(study()["word"].values[:, 0][study()["status"].values[:, 0] == 0])
+        np.unique(study()["mode_sequence"].values[:, 0][study()["status"].values[:, 0] == 0])
     )
 
 

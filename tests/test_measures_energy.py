@@ -9,7 +9,7 @@ import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.work_balance import balanced
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 
 PERIOD = 2 * math.pi
 
@@ -127,17 +127,19 @@ def test_a_window_cuts_phases(by_hand):
 
 def test_words(by_hand):
     # cos t: forward up to pi/2 (stuck 1 to 2), back to 3 pi/2 = 4.712 (stuck 4.5 to 4.75), forward to 2 pi
-    assert vc.word(by_hand, 0) == "FSBS"
-    assert vc.word(by_hand, 1) == "FSFB"  # stuck 0.72 to 1.22 after its start
-    assert vc.word(by_hand, 2) == "FSFBFS"  # stuck 0.43 to 1.43 after its start, and again from 0.25 before its end
-    assert vc.word(by_hand, 3) == "SFBF"
+    assert vc.mode_sequence(by_hand, 0) == "FSBS"
+    assert vc.mode_sequence(by_hand, 1) == "FSFB"  # stuck 0.72 to 1.22 after its start
+    assert (
+        vc.mode_sequence(by_hand, 2) == "FSFBFS"
+    )  # stuck 0.43 to 1.43 after its start, and again from 0.25 before its end
+    assert vc.mode_sequence(by_hand, 3) == "SFBF"
 
 
 def test_reference_stick_fraction(steady):
     first40 = (0.0, 40 * PERIOD)
     if steady.system.friction.kind == "set-valued":
         assert vc.stick_fraction(steady, first40) == pytest.approx(0.0487, abs=5e-5)
-        assert vc.word(steady) == "FBSB"
+        assert vc.mode_sequence(steady) == "FBSB"
         # While it sticks the velocity is exactly zero.
         last = [phase for phase in steady.phases if phase.side == 0][-1]
         assert np.all(steady.at(np.linspace(last.start, last.end, 50)[1:-1], "velocity") == 0.0)
@@ -145,13 +147,13 @@ def test_reference_stick_fraction(steady):
     else:
         assert vc.stick_fraction(steady, first40) is None
         assert vc.stick_phases(steady) is None
-        assert vc.word(steady) == "FBFB"
+        assert vc.mode_sequence(steady) == "FBFB"
 
 
 def test_a_capsule_that_never_leaves_rest():
     motion = vc.simulate(paper_system(vc.Exponential(), 4.0, 1.2, amplitude=0.01), periods=3)
     assert vc.stick_fraction(motion) == 1.0
-    assert vc.word(motion) == "S"
+    assert vc.mode_sequence(motion) == "S"
     assert vc.stick_phases(motion).number == 1
 
 

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
 from thinned import slow_but
-from vibrocap.measures.friction_loop import LoopPoint
+from vibrocap.measures.recorded.friction_loop import LoopPoint
 
 TOP = 0.8  # greatest speed of the made-up motions X' = TOP cos t
 LAG = 0.05
@@ -129,7 +129,7 @@ def test_sliding_one_way_all_the_time():
     assert loop.forward.pure_sliding.speeds == pytest.approx((0.9, 1.1), rel=1e-12)
     assert loop.velocity_area == pytest.approx(3 * 0.01 * math.pi, rel=1e-12)
     assert loop.forward.pure_sliding.direction == "accelerating above"
-    assert vc.word(motion) == "F"
+    assert vc.mode_sequence(motion) == "F"
 
 
 def test_a_capsule_at_rest_has_no_loop():

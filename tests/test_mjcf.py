@@ -16,7 +16,7 @@ from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.contracts.samples import instances
 from vibrocap.exchange.mjcf import mujoco_model
-from vibrocap.measures.travel import drift
+from vibrocap.measures.recorded.travel import drift
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from load_motions import Block, Capsule, Law, motion, random_block, random_capsule
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
 from vibrocap.orbits.maps.variations import variational_equations

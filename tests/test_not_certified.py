@@ -13,7 +13,7 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but
 from vibrocap.motion import evidence, run_evidence
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table, parameters
@@ -107,7 +107,7 @@ def seen(system, start, periods, fault=None, tolerance=TOLERANCE):
     recorded, row = equations(system), np.array([parameter_values(system)])
     state = np.array([[start.get(name, 0.0) for name in system.state_names]])
     budget = Budget(periods, periods, 0.0, tolerance, 1000, 100_000, evidence=periods)
-    names = ensemble_kernel(recorded, 12, 1, True, None)[1].__globals__
+    names = ensemble_kernel(recorded, 12, 1, True, None, False)[1].__globals__
     with planted(names, fault) if fault else contextlib.nullcontext():
         results = ensemble_run(recorded, row, state, budget, threads=1, order=12, lanes=1, plain=True)
     return results, bool(run_evidence.certified(recorded, results, row, tolerance)[0])

@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.numerics.linker import link
@@ -202,7 +202,7 @@ def test_drift_is_that_of_a_long_simulation_and_the_twin_goes_the_other_way(law)
     assert np.abs(twin.multipliers) == pytest.approx(np.abs(found.multipliers), abs=1e-8)
     motion = found.motion()
     assert motion["position"][-1] == pytest.approx(found.drift, abs=1e-10)
-    assert found.word == {"exponential": "FBSB", "lugre": "FBFB"}[law]
+    assert found.mode_sequence == {"exponential": "FBSB", "lugre": "FBFB"}[law]
 
 
 @pytest.mark.slow
@@ -248,7 +248,7 @@ def test_leines_block_on_a_belt():
     assert found.status is vc.OrbitStatus.CONVERGED
     assert found.period == pytest.approx(12.0010312948306, abs=1e-9)
     assert list(found.multipliers) == [0.0]
-    assert found.word in ("SB", "SF")
+    assert found.mode_sequence in ("SB", "SF")
 
 
 @pytest.mark.slow

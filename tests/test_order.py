@@ -13,7 +13,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.step import implicit
 from vibrocap.numerics.run.motion import recorded_run
@@ -152,7 +152,7 @@ def implicit_error(kernel, count, exact, fault=None):
     assert run.status == DONE
     assert run.implicit_steps > 20 * run.taylor_steps
     assert len(run.events) == 3
-    coefficients, length = run.pieces[-1][5:].reshape(len(start), -1), run.pieces[-1][2]
+    coefficients, length = run.series[-1:][0], run.piece_lengths[-1]
     return np.abs(np.polynomial.polynomial.polyval(length, coefficients.T) - exact).max()
 
 

@@ -80,7 +80,7 @@ def test_work_and_settling_of_the_belt_cycle(pulled):
     assert abs(balance.stored) <= 1e-12
     assert vc.settling(pulled).period == 1
     assert vc.response_class(pulled).symmetric is None  # a running belt has a direction
-    assert vc.word(pulled) in ("SF", "FS", "SFS", "FSF")
+    assert vc.mode_sequence(pulled) in ("SF", "FS", "SFS", "FSF")
     assert vc.stick_fraction(pulled, periods=1) == pytest.approx(STICK / (STICK + SLIP), rel=1e-12)
 
 
@@ -306,7 +306,7 @@ def test_where_a_driven_block_begins_to_stick(static, frequency):
     system = vc.System(machine, Coulomb(1.0, static), vc.Harmonic(amplitude=1.5))
     found = vc.branch(system, "drive.frequency", (0.7, 0.85), initial={"position": 2.0})
     (place,) = found.special_points
-    assert place.kind.value == "change of word"
+    assert place.kind.value == "change of mode sequence"
     assert place.parameter == pytest.approx(frequency, abs=1e-9)
     if static == 1.0:
         free = system.with_parameters({"drive.frequency": frequency + 1e-9})

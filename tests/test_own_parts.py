@@ -334,7 +334,7 @@ def test_parts_of_installed_packages_are_known_and_a_broken_one_is_a_warning(ins
     package(installed, "odd-laws", "odd_laws", law_text(), "odd_laws:Bad")
     package(installed, "greedy-laws", "greedy_laws", law_text(GOOD, name="lugre"), "greedy_laws")
     with pytest.warns(RuntimeWarning, match="parts of the package") as caught:
-        known = catalogue.laws()
+        known = dict(catalogue.laws())
     said = sorted(str(each.message) for each in caught)
     assert len(said) == 3
     assert "package broken-laws: the entry point 'broken_laws' cannot be loaded: ModuleNotFoundError" in said[0]

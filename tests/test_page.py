@@ -16,11 +16,11 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.files import WriteError
 from vibrocap.identification.experiments.motions import ramp
-from vibrocap.plotting.finishing import finished, save, texts_of
 from vibrocap.plotting.fits import residual_figure
-from vibrocap.plotting.page import on_page
-from vibrocap.plotting.style import figure as empty_figure
-from vibrocap.plotting.tex import tex_text
+from vibrocap.plotting.look.finishing import finished, save, texts_of
+from vibrocap.plotting.look.page import on_page
+from vibrocap.plotting.look.style import figure as empty_figure
+from vibrocap.plotting.look.tex import tex_text
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.stick_slip import stick_slip
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-import vibrocap.motion.equations as recordings
+import vibrocap.motion.recording.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
 from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run.motion import kernel, recorded_run
 
@@ -66,9 +65,7 @@ def test_plain_python_is_the_compiled_kernel(law):
 
 def final(recorded):
     """State at the end of the last piece, which both runs put at the same time."""
-    length = recorded.pieces[-1, 2]
-    series = recorded.pieces[-1, PIECE_HEAD:].reshape(-1, 13)
-    return np.polynomial.polynomial.polyval(length, series.T)
+    return np.polynomial.polynomial.polyval(recorded.piece_lengths[-1], recorded.series[-1:][0].T)
 
 
 # --- lanes -----------------------------------------------------------------------------------------------------------
@@ -92,7 +89,7 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("STEP_LIMIT", 10_000, lane)
         kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
         if kernel.equations.hold is not None:
-            kernel.fill("ARRIVING", 1, lane)
+            kernel.fill("TO_DECIDE", 1, lane)
         else:
             kernel.fill("SIDE", 1.0, lane)
             kernel.fill("ZEROS", 1, lane)

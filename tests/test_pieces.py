@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from plausible_cases import plausible_case
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 

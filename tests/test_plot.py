@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 import vibrocap as vc
 from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, Scene, animate_motion
-from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
+from vibrocap.plotting.look.labels import filled, part_items, parts_title, symbol_text
+from vibrocap.plotting.look.trace import Trace
 from vibrocap.plotting.motion import hides_lift_off
-from vibrocap.plotting.trace import Trace
 from vibrocap.quantities.dimensional import computed
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -24,7 +24,7 @@ PANELS = [
     ("orbit", None),
     *(("branch", what) for what in (None, "drift", "period", "multipliers")),
     *(("fit", what) for what in (None, "intervals", "one")),
-    *(("map", what) for what in (None, "word")),
+    *(("map", what) for what in (None, "mode_sequence")),
     ("line", None),
     *(("basins", what) for what in (None, "attractor")),
     *(("law", what) for what in (None, "presliding")),
@@ -38,7 +38,7 @@ def results():
     velocity = 0.3 * np.sin(time)
     force = 0.2 * np.tanh(velocity / 0.01) + 0.01 * np.sin(40.0 * time)
     over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": [1.0, 2.0]}
-    study = vc.sweep(SYSTEM, over, measures=["mean_velocity", "word"], periods=20, initial={"angle": 1.0})
+    study = vc.sweep(SYSTEM, over, measures=["mean_velocity", "mode_sequence"], periods=20, initial={"angle": 1.0})
     return {
         "motion": vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
         "orbit": orbit,
@@ -433,7 +433,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
         own = [strip.get_paths()[0].get_extents() for strip in strips]
         starts = [box.x0 * motion.period for box in own if abs(0.5 * (box.y0 + box.y1) - contact) < 0.1]
         assert starts == pytest.approx([phase.start for phase in motion.phases_of(contact)], abs=1e-9)
-    assert set(vc.word(motion, contact=2)) <= set("FSB")
+    assert set(vc.mode_sequence(motion, contact=2)) <= set("FSB")
     velocity = np.concatenate([np.asarray(line.get_xdata()) for line in vc.draw_friction_loop(motion, contact=3).lines])
     at = motion.time > motion.end - motion.period
     assert np.nanmax(velocity) == pytest.approx(motion["velocity_3"][at].max(), abs=1e-3)
@@ -441,7 +441,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
         with pytest.raises(ValueError, match=f"contact should be a whole number from 1 to 3, got {contact}"):
             vc.draw_friction_loop(motion, contact=contact)
         with pytest.raises(ValueError, match=f"contact should be a whole number from 1 to 3, got {contact}"):
-            vc.word(motion, contact=contact)
+            vc.mode_sequence(motion, contact=contact)
 
 
 @pytest.mark.slow

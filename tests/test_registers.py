@@ -42,11 +42,11 @@ import vibrocap as vc
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import WIDTH
 assert WIDTH == int(sys.argv[1])
 over = {"machine.mass_ratio": np.linspace(0.05, 8.0, 101)}
-settings = {"initial": {"angle": 1.0}, "periods": 20, "tolerance": 1e-6, "measures": ["mean_velocity", "word"]}
+settings = {"initial": {"angle": 1.0}, "periods": 20, "tolerance": 1e-6, "measures": ["mean_velocity", "mode_sequence"]}
 for law in (vc.Exponential(), vc.LuGre()):
     system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
     found = vc.ensemble(system, over, **settings)
-    print([value.hex() for value in found["mean_velocity"]], list(found["word"]))
+    print([value.hex() for value in found["mean_velocity"]], list(found["mode_sequence"]))
 """
 
 

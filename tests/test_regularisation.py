@@ -16,9 +16,9 @@ from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.plotting import style as plots
-from vibrocap.plotting.finishing import save
 from vibrocap.plotting.laboratory import draw_errors, draw_steps, regularisation_figure
+from vibrocap.plotting.look import style as plots
+from vibrocap.plotting.look.finishing import save
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -153,7 +153,7 @@ def test_picture_shows_every_error_above_the_noise(made_up, tmp_path):
         ({"shape": "sine"}, "shape should be 'tanh' or 'arctan', got 'sine'"),
         ({"widths": [1e-3, -1.0]}, "widths should be a list of positive numbers"),
         ({"measure": "travel_speed"}, "there is no measure 'travel_speed'"),
-        ({"measure": "word"}, "measure should be a number, got 'word', which is a text"),
+        ({"measure": "mode_sequence"}, "measure should be a number, got 'mode_sequence', which is a text"),
         ({"system": dataclasses.replace(SYSTEM, friction=vc.LuGre())}, "only a set-valued law can be smoothed"),
         ({"system": "EM"}, "system should be a System"),
         ({"periods": 0}, "periods should be a positive number"),

@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
-from vibrocap.measures.settling import settling, stroboscopic_states
-from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.measures.recorded.settling import settling, stroboscopic_states
+from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance
@@ -122,6 +122,7 @@ def test_a_turn_is_that_of_an_independent_solver(load):
     assert "1 turn(s) of angle" in str(found)
 
 
+@pytest.mark.slow
 def test_the_two_loads_travel_opposite_ways():
     drifts = [vc.orbit(rotor(load), initial=START, settle_periods=100).drift for load in PUBLISHED]
     assert drifts[0] < 0.0 < drifts[1]
@@ -235,6 +236,109 @@ def test_cycles_of_a_motor_that_is_on_are_followed():
 
 
 @pytest.mark.slow
+def test_a_rotor_that_has_stopped_comes_to_rest():
+    """It turned seven times before: what it did on the way is no cycle, nor does it ask for more returns."""
+    stopping = rotor(drive=vc.Constant(force=0.3), damping=0.2)
+    for start in ({"angle": 0.1}, {"angle": 0.1, "angle_rate": 5.0}):
+        found = vc.orbit(stopping, initial=start, settle_periods=400)
+        assert found.status is vc.OrbitStatus.COMES_TO_REST
+        assert not found.closes
+        assert "stability" not in str(found) or "not known" in str(found)
+    again = vc.orbit(rotor(drive=vc.Constant(force=0.6), damping=0.2), initial=START, settle_periods=100)
+    assert (again.period, again.drift) == pytest.approx((2.368956199, -0.1710018514), abs=1e-8)
+
+
+# Friction that falls with speed, and a motor whose torque hardly falls: two speeds between these torques (Sommerfeld).
+FALLING = vc.Exponential(0.1, 0.8, 3.0)
+JUMPS = (0.163058786776, 0.198735774900)  # down and up
+
+
+def weak_motor(torque=0.18):
+    machine = vc.RotorCapsule(mass_ratio=4.0, damping=0.01)
+    return vc.System(machine, FALLING, vc.Constant(force=torque, duration=6.0))
+
+
+def turn_by_dop853(found):
+    """(state after the period of an orbit, but for a turn and the drift) by DOP853 from event to event."""
+
+    def rates(t, y, side):
+        s, c = math.sin(y[0]), math.cos(y[0])
+        torque = 0.18 + s - 0.01 * y[1]
+        if side == 0:
+            return [y[1], torque, 0.0, 0.0]
+        friction = side * 5.0 * (0.1 + 0.7 * math.exp(-3.0 * abs(y[3])))
+        ax, ath = np.linalg.solve([[5.0, -c], [-c, 1.0]], [-s * y[1] ** 2 - friction, torque])
+        return [y[1], ath, y[3], ax]
+
+    def holding(t, y):
+        s, c = math.sin(y[0]), math.cos(y[0])
+        return 0.8 * 5.0 - abs(c * (0.18 + s - 0.01 * y[1]) - s * y[1] ** 2)
+
+    y, t, side = np.array(list(found.state.values())), 0.0, int(np.sign(found.state["velocity"]))
+    while t < found.period:
+        guard = (lambda t, y: holding(t, y)) if side == 0 else (lambda t, y: y[3])
+        guard.terminal, guard.direction = True, -1 if side == 0 else -side
+        piece = solve_ivp(
+            lambda t, y, side=side: rates(t, y, side), (t, found.period), y, method="DOP853", rtol=1e-12, atol=1e-13,
+            events=guard,
+        )  # fmt: skip
+        t, y = float(piece.t[-1]), piece.y[:, -1].copy()
+        if piece.status == 0:
+            break
+        y[3] = 0.0
+        s, c = math.sin(y[0]), math.cos(y[0])
+        push = c * (0.18 + s - 0.01 * y[1]) - s * y[1] ** 2
+        side = 0 if side != 0 and holding(t, y) > 0.0 else int(np.sign(push))
+    return y
+
+
+@pytest.mark.slow
+def test_a_weak_motor_has_two_speeds_and_jumps_between_them():
+    """Both cycles close by an independent solver; the branch folds twice, the same seen from either of them."""
+    slow, fast = (
+        vc.orbit(weak_motor(), initial={"angle": 0.1, "angle_rate": rate}, settle_periods=300) for rate in (0.0, 8.0)
+    )
+    for found, speed in ((slow, 2.33051823), (fast, 10.2588912)):
+        assert found.closes
+        assert found.stable
+        assert TURN / found.period == pytest.approx(speed, abs=1e-7)
+        gained = turn_by_dop853(found) - np.array(list(found.state.values()))
+        assert gained == pytest.approx([TURN, 0.0, found.drift, 0.0], abs=1e-8)
+    near = [
+        vc.orbit(weak_motor(torque), initial=start.state, settle_periods=400)
+        for torque, start in ((0.1985, slow), (0.1635, fast))
+    ]
+    for start, jump, between in zip(near, reversed(JUMPS), ((0.197, 0.2), (0.163, 0.1645)), strict=True):
+        branch = vc.branch(start.system, "drive.force", between, orbit=start, points=300)
+        (fold,) = branch.kind(vc.SpecialKind.FOLD)
+        assert fold.parameter == pytest.approx(jump, abs=1e-10)
+        assert {fold.unstable_before, fold.unstable_after} == {0, 1}
+        assert not branch.kind(vc.SpecialKind.JUMP)
+    # Swept by simulation: from the slow side it jumps above the one torque, from the fast one below the other.
+    torques = [JUMPS[0] - 0.003, JUMPS[0] + 0.003, JUMPS[1] - 0.003, JUMPS[1] + 0.003]
+    for start, is_fast in ((slow, [False, False, False, True]), (fast, [False, True, True, True])):
+        over = {"drive.force": torques}
+        found = vc.ensemble(weak_motor(), over, measures=["period"], initial=start.state, periods=3000, settle=1e-6)
+        assert found["settled"].all()
+        assert (found["period"] < 1.2).tolist() == is_fast
+
+
+@pytest.mark.slow
+def test_starts_lead_to_either_speed_of_a_weak_motor_or_to_rest():
+    """It also hangs still where it starts too slow near the bottom; every start as a simulation of it alone ends."""
+    found = vc.basins(weak_motor(), {"angle": (0.0, TURN), "angle_rate": (-1.0, 12.0)}, 14, settle_periods=1000)
+    speeds = [TURN / each.motion.orbit.period if each.motion.orbit else 0.0 for each in found.attractors]
+    assert sorted(speeds) == pytest.approx([0.0, 2.33051823, 10.2588912], abs=1e-6)
+    assert (found.label >= 0).all()
+    draw = np.random.default_rng(2)
+    for i, k in zip(draw.integers(0, 14, 12), draw.integers(0, 14, 12), strict=True):
+        start = {"angle": float(found.x[i]), "angle_rate": float(found.y[k])}
+        motion = vc.simulate(weak_motor(), periods=200, initial=start, tolerance=1e-8)
+        speed = np.diff(motion.at([motion.end - 60.0, motion.end], "angle"))[0] / 60.0
+        assert speed == pytest.approx(speeds[found.label[i, k]], abs=0.2)
+
+
+@pytest.mark.slow
 def test_starts_lead_to_attractors_of_one_and_two_turns():
     found = vc.attractors(pulsed(), 60)
     assert sorted(each.motion.winding["angle"] for each in found.attractors) == [1.0, 2.0]
@@ -319,9 +423,9 @@ def test_a_kernel_remembers_both_coordinates_of_an_angle():
     floats = [0.0] * 4 + scales.tolist() + [0.0] * 15
     for mark, state in enumerate(states):
         floats[:4] = state.tolist()
-        kernel["remember"](floats, 0, mark)
+        kernel["remember"](floats, places["MARKS"], 0, mark)
     sections = section_states(system, states, scales)
     kept = np.array(floats[8:]).reshape(3, 5)[:, [0, 1, 3, 4]]
     assert kept == pytest.approx(sections, abs=1e-14)
-    assert kernel["difference"](floats, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
-    assert kernel["difference"](floats, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)
+    assert kernel["difference"](floats, 8, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
+    assert kernel["difference"](floats, 8, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)

@@ -130,7 +130,7 @@ def test_three_phases_below_the_best_keep_their_orbits():
 
 @pytest.mark.slow
 def test_branches_of_crawlers_go_through():
-    """Over the whole range in some hundred points, not a thousand; rests at the section make no change of word."""
+    """Over the whole range in some hundred points, not a thousand; rests at the section change no modes."""
     branch = vc.branch(TURNING, "drive.amplitude", (0.2, 3.0))
     assert [end.value for end in branch.ends] == ["parameter bound"] * 2
     assert len(branch) < 200

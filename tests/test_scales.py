@@ -12,10 +12,10 @@ import vibrocap as vc
 from thinned import slow_but
 from vibrocap.case.case import CaseError, case_from_text, case_text
 from vibrocap.physics.catalogue import drives, law, laws, machines
+from vibrocap.physics.dimensions.units import QUANTITIES, parameter_keys, shortest, suffix, written_in_si
 from vibrocap.physics.parameters import parameter as vc_parameter
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.parameters import parameters as vc_parameters
-from vibrocap.physics.units import QUANTITIES, parameter_keys, shortest, suffix, written_in_si
 
 EPSILON = 2.0**-52
 CAPSULE = {

@@ -17,7 +17,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
 from thinned import slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import Graph, evaluate

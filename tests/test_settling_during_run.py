@@ -45,8 +45,10 @@ def reference(states, threshold, tolerance):
 
 
 def reference_period(states, n, ratio, threshold):
-    allowed = 2.0 * threshold * max(ratio, FASTEST) ** (np.arange(1 - n, 1) / n)
+    per_period = max(ratio, FASTEST) ** (1.0 / n)
     for divisor in range(1, n):
+        earlier = 1.0 if ratio == 0.0 else per_period**-divisor  # on the other side, perhaps
+        allowed = (1.0 + earlier) * threshold * per_period ** np.arange(1.0 - n, 1.0)
         differences = np.max(np.abs(states[-n:] - states[-n - divisor : -divisor]), axis=1)
         if n % divisor == 0 and np.all(differences <= allowed):
             return divisor

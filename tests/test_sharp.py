@@ -15,7 +15,7 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from thinned import exhaustive_but, slow_but
 from vibrocap.laboratory.driven import driven_equations
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.codegen.slow_manifold import slow_bristles, slow_states
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.numerics.expressions.slow_states import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.ensemble import (
@@ -33,7 +33,7 @@ SYSTEMS = {
     "Dahl": (vc.System(BLOCKS, [vc.anisotropic(vc.LuGre)(2e3, 12.0), vc.Dahl(2e3)], vc.Harmonic(1.5)), {}),
     "jumps": (vc.System(BLOCKS, STIFF, vc.Square(1.2)), {}),
 }
-SLOW = ("worm", "beside Coulomb", "Dahl", "jumps")
+SLOW = ("blocks", "worm", "beside Coulomb", "Dahl", "jumps")
 
 
 def start_of(system, given):
@@ -93,7 +93,7 @@ def test_the_same_bits_in_any_company():
 def lanes_on_the_manifold(tolerance=1e-10):
     """(kernel, floats): the plain kernel, with both blocks fast and on their manifolds, no sweep made yet."""
     system, _ = SYSTEMS["blocks"]
-    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None)
+    layout, entry = ensemble_kernel(equations(system), ensemble_order(tolerance), LANES, True, None, False)
     kernel, budget = entry.__globals__, Budget(1, 1, 0.0, tolerance, 100, 100)
     floats, ints = prepared_lanes(layout, budget, LANES)
     starts = np.array([start_of(system, {"velocity": 0.35 + 0.01 * i, "velocity_2": -0.4}) for i in range(LANES)])

@@ -9,9 +9,9 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from stability_polynomials import DAMPED, damping, interval, longest_reach, smallest_filter, terms, undamped, wedge
 from thinned import slow_but
-from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.codegen.slow_manifold import decay_rates
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.numerics.expressions.slow_states import decay_rates
 from vibrocap.numerics.kernel.step.stabilised import POLYNOMIALS
 
 ORDERS = sorted(POLYNOMIALS)

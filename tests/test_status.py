@@ -1,4 +1,5 @@
-"""Runs that cannot go on, and runs that are refused: a status or a message that says what to do, never a traceback."""
+"""Runs that cannot go on, and runs that are refused: a status or a message that says what to do, never a traceback;
+and kinds of events, which have the numbers of the kernel."""
 
 import math
 
@@ -7,6 +8,8 @@ import pytest
 
 import vibrocap as vc
 from test_contact_modes import TOLERANCE, stick_slip
+from vibrocap.numerics.api import codes
+from vibrocap.physics import events
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.parameters import parameter_table
 
@@ -86,3 +89,13 @@ def test_every_law_with_both_levels_refuses_them_in_the_wrong_order():
         if {"static_coefficient", "coulomb_coefficient"} <= fields:
             with pytest.raises(ValueError, match="static_coefficient"):
                 law(static_coefficient=0.1, coulomb_coefficient=0.2)
+
+
+def test_kinds_of_events_stand_in_the_order_of_the_kernels_numbers():
+    numbers = {"stick": codes.STICK, "slip_forward": codes.SLIP_FORWARD, "slip_back": codes.SLIP_BACK}
+    numbers |= {"reversal": codes.REVERSAL, "graze": codes.GRAZE, "switch": codes.SWITCHED}
+    assert {kind: events.KINDS.index(kind) for kind in numbers} == numbers
+    assert events.KINDS[codes.BOUND_REACHED :] == events.BOUNDS
+    assert events.BOUNDS[codes.AMBIGUOUS_CONTACTS] == events.AMBIGUOUS
+    assert len(events.KINDS) <= codes.MACHINE_SWITCHED
+    assert set(events.KINDS) <= set(events.MEANINGS)

@@ -23,8 +23,8 @@ from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.stepped_case import SteppedCase
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
@@ -120,7 +120,7 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
 
 
 ENTRIES = ("PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
-INT_ENTRIES = ("ARRIVING", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
+INT_ENTRIES = ("TO_DECIDE", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
 
 
 @pytest.mark.parametrize("system", cases(OWN))

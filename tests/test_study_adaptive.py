@@ -45,11 +45,11 @@ def unit_square(points=SIDE, other=None):
     return {"a": (0.0, 1.0, points), "b": (0.0, 1.0, other or points)}
 
 
-def mapped(evaluate, over=None, by=("word",), **settings):
+def mapped(evaluate, over=None, by=("mode_sequence",), **settings):
     return adaptive_map(None, over or unit_square(), by, evaluate=evaluate, **settings)
 
 
-def assert_is_full_map(dataset, evaluate, name="word"):
+def assert_is_full_map(dataset, evaluate, name="mode_sequence"):
     """The label everywhere, and every edge of its border, as if the full grid had been run."""
     expected = evaluate.on_full_grid(dataset, name)
     assert np.array_equal(dataset[name].values, expected)
@@ -59,7 +59,7 @@ def assert_is_full_map(dataset, evaluate, name="word"):
 
 
 def test_circle_is_sharp_at_a_tenth_of_the_runs():
-    evaluate = Evaluator(word=words(circle))
+    evaluate = Evaluator(mode_sequence=words(circle))
     dataset = mapped(evaluate, coarse=32)
     assert_is_full_map(dataset, evaluate)
     assert 13**2 < dataset["computed"].sum() < 0.1 * SIDE**2
@@ -72,8 +72,8 @@ def test_circle_is_sharp_at_a_tenth_of_the_runs():
 
 def test_border_lines_have_the_length_of_a_circle():
     """Edges crossed along one axis: twice the diameter over the spacing, to the two edges that its ends may miss."""
-    dataset = mapped(Evaluator(word=words(circle)))
-    found = border(dataset, "word")
+    dataset = mapped(Evaluator(mode_sequence=words(circle)))
+    found = border(dataset, "mode_sequence")
     lengths = np.abs(found.segments[:, 1] - found.segments[:, 0])
     upright = lengths[:, 0] == 0.0
     assert upright.sum() == pytest.approx(2 * 0.6 * (SIDE - 1), abs=2)
@@ -100,10 +100,10 @@ def test_tongue_is_followed_to_the_width_of_one_step(margin):
         half = np.maximum(0.15 - x, 0.75 / (SIDE - 1))
         return np.abs(y - 0.45 - 0.03 * np.sin(9 * x)) < half
 
-    evaluate = Evaluator(word=words(tongue))
+    evaluate = Evaluator(mode_sequence=words(tongue))
     dataset = mapped(evaluate, coarse=32, margin=margin)
     assert_is_full_map(dataset, evaluate)
-    root_only = Evaluator(word=words(lambda x, y: tongue(x, y) & (x < 0.15)))
+    root_only = Evaluator(mode_sequence=words(lambda x, y: tongue(x, y) & (x < 0.15)))
     assert dataset["computed"].sum() > mapped(root_only, coarse=32, margin=margin)["computed"].sum() + 2 * SIDE
 
 
@@ -138,7 +138,7 @@ def test_border_is_found_wholly_or_not_at_all():
 
 
 def test_each_point_is_run_once_and_keeps_its_value():
-    functions = {"word": words(circle), "mean_velocity": lambda x, y: np.sin(40 * x) * np.exp(y)}
+    functions = {"mode_sequence": words(circle), "mean_velocity": lambda x, y: np.sin(40 * x) * np.exp(y)}
     evaluate = Evaluator(**functions)
     seen = []
     dataset = mapped(evaluate, progress=lambda done, wanted: seen.append((done, wanted)))
@@ -152,7 +152,7 @@ def test_each_point_is_run_once_and_keeps_its_value():
 
 
 def test_order_and_tiles_change_nothing():
-    functions = {"word": words(circle), "mean_velocity": lambda x, y: np.sin(9 * x) * np.exp(y) + x * y}
+    functions = {"mode_sequence": words(circle), "mean_velocity": lambda x, y: np.sin(9 * x) * np.exp(y) + x * y}
     over = {"a": (0.0, 1.0, 150), "b": (0.0, 1.0, 101)}
     whole = mapped(Evaluator(**functions), over)
     tiled = Evaluator(**functions)
@@ -160,18 +160,18 @@ def test_order_and_tiles_change_nothing():
     assert max(len(x) for x, _ in tiled.calls) == 7
     turned = Evaluator(**{name: lambda y, x, f=f: f(x, y) for name, f in functions.items()})
     assert mapped(turned, dict(reversed(over.items()))).transpose("a", "b").identical(whole)
-    renamed = Evaluator(**functions | {"word": lambda x, y: np.where(circle(x, y), "A", "ZZZZZ")})
+    renamed = Evaluator(**functions | {"mode_sequence": lambda x, y: np.where(circle(x, y), "A", "ZZZZZ")})
     assert np.array_equal(mapped(renamed, over)["computed"], whole["computed"])
 
 
 def test_island_between_coarse_points_is_missed():
     """The stated limit: within a cell of 32 steps nobody looks, until the coarse grid is finer than the island."""
     step = 1 / (SIDE - 1)
-    evaluate = Evaluator(word=words(lambda x, y: np.hypot(x - 16 * step, y - 16 * step) < 14 * step))
+    evaluate = Evaluator(mode_sequence=words(lambda x, y: np.hypot(x - 16 * step, y - 16 * step) < 14 * step))
     missed = mapped(evaluate, coarse=32)
     assert missed.attrs["runs_computed"] == 13**2
-    assert (missed["word"] == "FB").all()
-    assert len(border(missed, "word").points) == 0
+    assert (missed["mode_sequence"] == "FB").all()
+    assert len(border(missed, "mode_sequence").points) == 0
     assert_is_full_map(mapped(evaluate, coarse=16), evaluate)
 
 
@@ -179,10 +179,10 @@ def test_margin_sees_an_island_beside_a_border():
     def shapes(x, y):
         return (x < 0.26) | (np.hypot(x - 10 / 24, y - 11 / 24) < 0.03)  # the next coarse column; no coarse point in it
 
-    evaluate = Evaluator(word=words(shapes))
+    evaluate = Evaluator(mode_sequence=words(shapes))
     assert_is_full_map(mapped(evaluate, coarse=32, margin=1), evaluate)
     blind = mapped(evaluate, coarse=32, margin=0)
-    assert (blind["word"].values != evaluate.on_full_grid(blind, "word")).any()
+    assert (blind["mode_sequence"].values != evaluate.on_full_grid(blind, "mode_sequence")).any()
 
 
 def test_what_is_counted_is_filled_from_the_nearest_corner():
@@ -204,14 +204,14 @@ def test_fillings_are_bilinear_and_log_axes_are_filled_in_their_logarithm():
     def velocity(x, y):
         return 0.3 + 0.2 * np.log(x) - 0.5 * y + 0.7 * np.log(x) * y
 
-    evaluate = Evaluator(word=words(lambda x, y: y > np.log(x)), mean_velocity=velocity)
+    evaluate = Evaluator(mode_sequence=words(lambda x, y: y > np.log(x)), mean_velocity=velocity)
     over = {"a": "log:1:10:120", "b": np.linspace(0, 1, 90) ** 2}
     dataset = mapped(evaluate, over)
     assert 0 < dataset["computed"].mean() < 0.5
     error = np.abs(dataset["mean_velocity"].values - evaluate.on_full_grid(dataset, "mean_velocity"))
     assert error.max() < ROUNDING
     assert_is_full_map(dataset, evaluate)
-    middles = np.unique(border(dataset, "word").points[:, 0])
+    middles = np.unique(border(dataset, "mode_sequence").points[:, 0])
     values = dataset["a"].values
     geometric = np.sqrt(values[1:] * values[:-1])
     assert np.abs(np.concatenate((values, geometric))[:, None] - middles).min(axis=0).max() < 10 * ROUNDING
@@ -244,10 +244,10 @@ def test_zero_travel_lies_apart_from_small_travel():
 def test_unsettled_runs_can_be_left_alone():
     """Words are noise where nothing settles: left alone, the edge of that stays sharp and its inside costs little."""
     evaluate = Evaluator(
-        word=lambda x, y: np.where(circle(x, y), np.where(np.sin(1e5 * (x + 3 * y)) > 0, "FB", "FSB"), "F"),
+        mode_sequence=lambda x, y: np.where(circle(x, y), np.where(np.sin(1e5 * (x + 3 * y)) > 0, "FB", "FSB"), "F"),
         response_period=lambda x, y: np.where(circle(x, y), 0, 1),
     )
-    by = ("word", "response_period")
+    by = ("mode_sequence", "response_period")
     all_runs, few = mapped(evaluate, by=by), mapped(evaluate, by=by, refine_unsettled=False)
     assert_is_full_map(few, evaluate, "response_period")
     assert_is_full_map(all_runs, evaluate)
@@ -280,12 +280,12 @@ def test_discrete_values_are_copied_not_averaged():
 )
 def test_runs_along_a_straight_border(margin, runs):
     """A border between columns 24 and 25 of 65: each level halves the cells that it crosses and those beside them."""
-    evaluate = Evaluator(word=words(lambda x, y: x < 24.5 / 64))
+    evaluate = Evaluator(mode_sequence=words(lambda x, y: x < 24.5 / 64))
     assert mapped(evaluate, unit_square(65), margin=margin).attrs["runs_computed"] == runs
 
 
 def test_uniform_map_costs_the_coarse_grid():
-    dataset = mapped(Evaluator(word=lambda x, y: np.full(len(x), "F")))
+    dataset = mapped(Evaluator(mode_sequence=lambda x, y: np.full(len(x), "F")))
     assert dataset.attrs["runs_computed"] == 25**2
     assert dataset.attrs["rounds"] == 1
 
@@ -297,7 +297,7 @@ def signed_like_the_ensemble(function):
 
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-GOOD = Evaluator(word=words(circle), mean_velocity=lambda x, y: x - 0.3)
+GOOD = Evaluator(mode_sequence=words(circle), mean_velocity=lambda x, y: x - 0.3)
 
 
 def test_points_go_to_the_ensemble(monkeypatch):
@@ -357,7 +357,7 @@ def test_points_go_to_the_ensemble(monkeypatch):
             "mass_ratio: ",
         ),
         ({"evaluate": None}, "system should be a System"),
-        ({"by": "word"}, "by should be a list"),
+        ({"by": "mode_sequence"}, "by should be a list"),
         ({"by": ()}, "by should be a list"),
         ({"coarse": 0}, "coarse should be a whole number >= 1, got 0"),
         ({"coarse": (4, 2.5)}, "coarse should be a whole number >= 1, got 2.5"),
@@ -370,7 +370,7 @@ def test_points_go_to_the_ensemble(monkeypatch):
     ],
 )
 def test_bad_input_is_refused_before_any_work(change, message):
-    arguments = {"system": None, "over": unit_square(9), "by": ("word",), "evaluate": GOOD} | change
+    arguments = {"system": None, "over": unit_square(9), "by": ("mode_sequence",), "evaluate": GOOD} | change
     GOOD.calls.clear()
     with pytest.raises(ValueError, match=message):
         adaptive_map(**arguments)
@@ -381,9 +381,9 @@ def test_bad_input_is_refused_before_any_work(change, message):
     ("functions", "by", "message"),
     [
         (
-            {"word": lambda x, y: np.array("F")},
-            ("word",),
-            r"word should hold one value per run, shape \(4,\), got \(\)",
+            {"mode_sequence": lambda x, y: np.array("F")},
+            ("mode_sequence",),
+            r"mode_sequence should hold one value per run, shape \(4,\), got \(\)",
         ),
         (GOOD.functions, ("response_period",), "response_period should be among"),
         (GOOD.functions, ("mean_velocity",), "mean_velocity takes real values"),
@@ -398,5 +398,5 @@ def test_borders_of_what_has_none():
     dataset = mapped(GOOD, unit_square(9))
     with pytest.raises(ValueError, match="mean_velocity takes real values"):
         border(dataset, "mean_velocity")
-    with pytest.raises(ValueError, match=r"no variable 'wrod'; it has word, mean_velocity, computed"):
+    with pytest.raises(ValueError, match=r"no variable 'wrod'; it has mode_sequence, mean_velocity, computed"):
         border(dataset, "wrod")

@@ -47,7 +47,9 @@ def cheap(monkeypatch):
 
 
 def stored(out, **changes):
-    return sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word"), "out": out, "tile_runs": 5} | changes)
+    return sweep(
+        SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence"), "out": out, "tile_runs": 5} | changes
+    )
 
 
 def files(folder):
@@ -167,7 +169,7 @@ def test_a_study_begun_here_goes_on_there(tmp_path, cheap, deadly):
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
 
-SMALL = {"measures": ("mean_velocity", "word"), "periods": 20, "settle": 1e-5, "tile_runs": 20}
+SMALL = {"measures": ("mean_velocity", "mode_sequence"), "periods": 20, "settle": 1e-5, "tile_runs": 20}
 
 
 @pytest.mark.slow

@@ -48,7 +48,7 @@ def found(request, tmp_path):
         "design": {"over": RANGES, "design": Design("random", 20)},
         "cases": {"cases": [{"friction.law": "lugre"}, {"machine.mass_ratio": 3, "machine.normal_load": "weight"}]},
     }[request.param]
-    return sweep(SYSTEM, **plan, measures=("mean_velocity", "word"), out=tmp_path / "study", settle=1e-6)
+    return sweep(SYSTEM, **plan, measures=("mean_velocity", "mode_sequence"), out=tmp_path / "study", settle=1e-6)
 
 
 def rows(path):
@@ -70,7 +70,7 @@ def test_a_table_has_one_row_per_run(found, tmp_path, whole):
     words = dict(zip(found.status.attrs["flag_values"], found.status.attrs["flag_meanings"].split(), strict=True))
     assert [row["status"] for row in table] == [words[code] for code in flat["status"].values]
     assert [row["settled"] for row in table] == [str(value).lower() for value in flat["settled"].values]
-    assert [row["word"] for row in table] == list(flat["word"].values)
+    assert [row["mode_sequence"] for row in table] == list(flat["mode_sequence"].values)
     said = tomllib.loads(header)
     assert said["result"]["identity"] == found.attrs["identity"]
     assert set(said["result"]["meaning"]) == set(table[0])

@@ -21,6 +21,7 @@ SETTINGS = {
     "periods": 60,
     "window": 10,
     "settle": None,
+    "extrapolate": False,
     "tolerance": 1e-8,
     "max_events_per_period": 10_000,
     "max_steps": 50_000_000,
@@ -64,6 +65,17 @@ CHANGES = {
     "design.runs": {"over": RANGES, "design": Design("sobol", 9)},
     "range of machine.mass_ratio": {"over": {"machine.mass_ratio": "log:1:2"}, "design": Design("sobol", 8)},
 }
+
+
+def test_extrapolation_is_part_of_a_study_whose_runs_settle():
+    """Where they do not it means nothing; a record from before has none, and its runs waited."""
+    waiting, other = study(settle=1e-6), study(settle=1e-6, extrapolate=True)
+    assert waiting.identity != other.identity
+    assert differences(waiting.record(), other.record()) == ["extrapolate: stored False, asked True"]
+    assert study(extrapolate=True).identity == study().identity
+    old = other.record()
+    del old["extrapolate"]
+    assert not Study.from_record(old).extrapolate
 
 
 @pytest.mark.parametrize("what", CHANGES)

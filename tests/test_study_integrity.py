@@ -37,7 +37,9 @@ def cheap(monkeypatch):
 
 
 def stored(out, **changes):
-    return sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word"), "out": out, "tile_runs": 2} | changes)
+    return sweep(
+        SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence"), "out": out, "tile_runs": 2} | changes
+    )
 
 
 @pytest.fixture
@@ -96,14 +98,14 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a bit of a mark is flipped": (lambda place: flip(place / "done/1.0", 30), ["1.0"]),
     "a mark is that of another tile": (lambda place: shutil.copy(place / "done/0.0", place / "done/1.0"), ["1.0"]),
     "an array's folder is emptied": (
-        lambda place: [path.unlink() for path in place.glob("results.zarr/word/c.*")],
+        lambda place: [path.unlink() for path in place.glob("results.zarr/mode_sequence/c.*")],
         ["0.0", "0.1", "0.2", "1.0", "1.1", "1.2"],
     ),
 }
 ELSEWHERE = {  # the same of what belongs to no tile
     "metadata are cut": lambda place: os.truncate(place / "results.zarr/zarr.json", 30),
-    "metadata are removed": lambda place: (place / "results.zarr/word/zarr.json").unlink(),
-    "metadata are altered": lambda place: (place / "results.zarr/word/zarr.json").write_bytes(
+    "metadata are removed": lambda place: (place / "results.zarr/mode_sequence/zarr.json").unlink(),
+    "metadata are altered": lambda place: (place / "results.zarr/mode_sequence/zarr.json").write_bytes(
         (place / "results.zarr/mean_velocity/zarr.json").read_bytes()
     ),
     "a coordinate is altered": lambda place: flip(place / "results.zarr/machine.mass_ratio/c.0", 12),
@@ -113,8 +115,8 @@ ELSEWHERE = {  # the same of what belongs to no tile
     "all marks are removed": lambda place: shutil.rmtree(place / "done"),
     "what says that it is finished is altered": lambda place: flip(place / "finished", 12),
     "metadata are a folder": lambda place: (
-        (place / "results.zarr/word/zarr.json").unlink(),
-        (place / "results.zarr/word/zarr.json").mkdir(),
+        (place / "results.zarr/mode_sequence/zarr.json").unlink(),
+        (place / "results.zarr/mode_sequence/zarr.json").mkdir(),
     ),
     "a mark is of no tile": lambda place: shutil.copy(place / "done/0.0", place / "done/7.0"),
 }
@@ -196,7 +198,7 @@ def test_a_whole_store_and_none(tmp_path, whole, capsys):
 def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole):
     (whole / "finished").unlink()
     (whole / "done" / "1.0").unlink()
-    (whole / "results.zarr" / "word" / "c.1.0").unlink()
+    (whole / "results.zarr" / "mode_sequence" / "c.1.0").unlink()
     found = open_study(whole).load()
     assert (found.status[1, :2] == -1).all()
     assert found.mean_velocity[1, :2].isnull().all()
@@ -226,7 +228,7 @@ def removed_in_midrun(monkeypatch, at, act):
     return calls
 
 
-@pytest.mark.parametrize("what", ["", "results.zarr", "done", "results.zarr/word"])
+@pytest.mark.parametrize("what", ["", "results.zarr", "done", "results.zarr/mode_sequence"])
 def test_a_folder_that_goes_away_in_midrun_is_noticed_at_the_next_tile(tmp_path, monkeypatch, what):
     out = tmp_path / "out"
     calls = removed_in_midrun(monkeypatch, 3, lambda: (out / what).rename(tmp_path / "away"))
@@ -329,7 +331,15 @@ def linked(path, target):
     path.symlink_to(target)
 
 
-PLACES = ("done", "results.zarr", "unfinished", "results.zarr/word", CHUNK, "done/1.0", "results.zarr/zarr.json")
+PLACES = (
+    "done",
+    "results.zarr",
+    "unfinished",
+    "results.zarr/mode_sequence",
+    CHUNK,
+    "done/1.0",
+    "results.zarr/zarr.json",
+)
 PLACES += ("finished", "mixed", "lock", "beginning", "unfinished/host-1-2", "done/9.9", "study.json")
 
 
@@ -359,7 +369,7 @@ def test_a_file_of_the_users_in_a_study_is_not_removed(whole, place):
     assert (whole / place).read_text() == "mine"
 
 
-@pytest.mark.parametrize("place", [CHUNK, "done/1.0", "results.zarr/word/zarr.json"])
+@pytest.mark.parametrize("place", [CHUNK, "done/1.0", "results.zarr/mode_sequence/zarr.json"])
 def test_a_folder_with_something_in_it_is_refused_by_its_name(whole, place):
     (whole / place).unlink()
     (whole / place).mkdir()

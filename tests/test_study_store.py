@@ -36,7 +36,7 @@ from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes,
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
-MEASURES = ("mean_velocity", "word")
+MEASURES = ("mean_velocity", "mode_sequence")
 
 
 @pytest.fixture(autouse=True)
@@ -103,7 +103,7 @@ def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, mo
     monkeypatch.setattr("time.perf_counter", lambda: seconds * sum(len(over["machine.mass_ratio"]) for over in cheap))
     study = planned_study(
         SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
-        settings={**RUN_DEFAULTS, "window": None, "settle": None},
+        settings={**RUN_DEFAULTS, "window": None, "settle": None, "extrapolate": True},
     )  # fmt: skip
     assert tile_runs_by_time(study, tmp_path / "new") == runs
     ratios = [x for over in cheap[1:] for x in over["machine.mass_ratio"]]
@@ -148,7 +148,7 @@ def test_memory_and_store_say_the_same(tmp_path):
     assert in_memory["mean_velocity"].shape == (2, 7, 3)
     assert set(in_memory["status"].values.ravel()) == {0, 3}
     assert in_memory["mean_velocity"].isnull().equals(in_memory["status"] != 0)
-    assert set(in_memory["word"].values.ravel()) == {"", "L", "LR", "LRS"}
+    assert set(in_memory["mode_sequence"].values.ravel()) == {"", "L", "LR", "LRS"}
 
 
 @pytest.mark.parametrize("tile_runs", [1, 4, 21, 1000])
@@ -207,7 +207,7 @@ def test_files_are_those_that_zarr_writes(over):
         cases=None if over else cases,
         design=None,
         initial=None,
-        settings={"window": 10, "settle": None, **RUN_DEFAULTS},
+        settings={"window": 10, "settle": None, "extrapolate": True, **RUN_DEFAULTS},
     )
     shape = study.plan.shape
     tile = tile_shape(shape, 9 if over else 3)

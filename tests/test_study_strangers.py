@@ -47,7 +47,9 @@ def cheap(monkeypatch):
 
 
 def stored(out, **changes):
-    return sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word"), "out": out, "tile_runs": 20} | changes)
+    return sweep(
+        SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence"), "out": out, "tile_runs": 20} | changes
+    )
 
 
 @pytest.fixture
@@ -160,12 +162,12 @@ METADATA = {
     "a type that is not its own": (changed("settled", data_type="int8", fill_value=0), "data_type"),
     "an extension": (changed("mean_velocity", data_type={"name": "numpy.datetime64"}), "data_type"),
     "enormous chunks": (
-        changed("word", chunk_grid={"name": "regular", "configuration": {"chunk_shape": [2, 10**15]}}),
+        changed("mode_sequence", chunk_grid={"name": "regular", "configuration": {"chunk_shape": [2, 10**15]}}),
         "chunk_shape",
     ),
-    "an enormous array": (changed("word", shape=[2, 10**15]), "shape"),
-    "other dimensions": (changed("word", dimension_names=["x", "y"]), "dimension_names"),
-    "an unknown key": (changed("word", must_understand=True), "must_understand"),
+    "an enormous array": (changed("mode_sequence", shape=[2, 10**15]), "shape"),
+    "other dimensions": (changed("mode_sequence", dimension_names=["x", "y"]), "dimension_names"),
+    "an unknown key": (changed("mode_sequence", must_understand=True), "must_understand"),
     "an attribute that changes values": (changed("mean_velocity", attributes={"scale_factor": 2.0}), "scale_factor"),
     "an attribute that is made up": (changed("mean_velocity", attributes={"add_offset": 2.0}), "add_offset"),
     "a factor of what has none": (changed("status", attributes={"scale_factor": 2.0}), "scale_factor"),
@@ -176,19 +178,21 @@ METADATA = {
     "another unit": (changed("mean_velocity", attributes={"units": "mm/s"}), "units should be '1'"),
     "an infinite filling": (changed("status", fill_value=10**9), "fill_value"),
     "deep nesting": (
-        lambda study: (study / "results.zarr/word/zarr.json").write_text('{"a":' * 20_000 + "1" + "}" * 20_000),
+        lambda study: (study / "results.zarr/mode_sequence/zarr.json").write_text(
+            '{"a":' * 20_000 + "1" + "}" * 20_000
+        ),
         "zarr.json",
     ),
     "an array more": (
-        lambda study: shutil.copytree(study / "results.zarr/word", study / "results.zarr/more"),
+        lambda study: shutil.copytree(study / "results.zarr/mode_sequence", study / "results.zarr/more"),
         "results.zarr/more does not belong",
     ),
     "an array elsewhere": (
         lambda study: (
-            (study / "results.zarr/word").rename(study / "word"),
-            (study / "results.zarr/word").symlink_to(study / "word"),
+            (study / "results.zarr/mode_sequence").rename(study / "mode_sequence"),
+            (study / "results.zarr/mode_sequence").symlink_to(study / "mode_sequence"),
         ),
-        "results.zarr/word (does not belong|is a link)",
+        "results.zarr/mode_sequence (does not belong|is a link)",
     ),
     "format 2 beside it": (lambda study: (study / "results.zarr/.zmetadata").write_text("{}"), "does not belong"),
 }
@@ -208,7 +212,7 @@ def in_si(tmp_path):
     power = Measure.largest("power", "largest power of friction", lambda now: now.velocity, "1", "m/s")
     system = case_from_text(IN_SI.read_text(encoding="utf-8")).system
     over = {"friction.coulomb_coefficient": [0.05, 0.1]}
-    sweep(system, over=over, measures=("mean_velocity", "word", power), out=tmp_path / "si")
+    sweep(system, over=over, measures=("mean_velocity", "mode_sequence", power), out=tmp_path / "si")
     return tmp_path / "si"
 
 
@@ -264,9 +268,9 @@ def in_record(path, value):
 
 
 RECORDS = {
-    "a name that leaves the folder": in_record(("study", "measures"), ["mean_velocity", "../../word"]),
+    "a name that leaves the folder": in_record(("study", "measures"), ["mean_velocity", "../../mode_sequence"]),
     "a path that leaves the folder": in_record(("study", "plan", "axes", 0, "path"), "../x.y"),
-    "a name twice": in_record(("study", "measures"), ["word", "word"]),
+    "a name twice": in_record(("study", "measures"), ["mode_sequence", "mode_sequence"]),
     "no axes": in_record(("study", "plan", "axes"), []),
     "an unknown plan": in_record(("study", "plan"), {"kind": "pickle"}),
     "a word for a number": in_record(("tile",), ["x", 1]),
@@ -306,7 +310,7 @@ def zstd_frame(size):
     return head + (1 | 1 << 1 | min(size, 2**17) << 3).to_bytes(3, "little") + b"\0"
 
 
-@pytest.mark.parametrize("name", ["mean_velocity", "word", "status"])
+@pytest.mark.parametrize("name", ["mean_velocity", "mode_sequence", "status"])
 @pytest.mark.parametrize("data", [b"", b"no frame", zstd_frame(2**40), zstd_frame(2**17), zstd_frame(8)])
 def test_a_chunk_that_unpacks_to_something_else_is_refused_before_it_is_unpacked(study, name, data, capsys):
     rechunk(study, name, data)
@@ -339,7 +343,7 @@ def test_the_size_in_a_frame():
 def test_what_this_package_writes_is_read(tmp_path, how):
     found = stored(tmp_path / "a", **how)
     xr.testing.assert_identical(
-        found.load(), sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word")} | how)
+        found.load(), sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence")} | how)
     )
     assert verify_study(tmp_path / "a").finished
 
@@ -363,5 +367,5 @@ def test_stores_of_the_first_format_are_read_and_not_gone_on_with(study, capsys)
     assert "has no checksums" in capsys.readouterr().out
     with pytest.raises(CaseError, match=r"an earlier format .* begin anew"):
         stored(study, resume=True)
-    (study / "results.zarr" / "word" / "c.0.0").unlink()
-    assert verify_study(study).damaged == {(0, 0): "word is missing"}
+    (study / "results.zarr" / "mode_sequence" / "c.0.0").unlink()
+    assert verify_study(study).damaged == {(0, 0): "mode_sequence is missing"}

@@ -29,11 +29,11 @@ def test_the_dataset_is_labelled(cheap):
     found = sweep(
         SYSTEM,
         over={"machine.mass_ratio": "1:3:5", "drive.amplitude": [1.0, 2.0], "initial.angle": [0.0, 0.1, 0.2]},
-        measures=["mean_velocity", "word", "response_period"],
+        measures=["mean_velocity", "mode_sequence", "response_period"],
         settle=1e-6,
         window=7,
     )
-    assert list(found) == [*ALWAYS, "mean_velocity", "word", "hidden_lift_off"]
+    assert list(found) == [*ALWAYS, "mean_velocity", "mode_sequence", "hidden_lift_off"]
     assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
     assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
     assert found["machine.mass_ratio"].attrs["units"] == "1"
@@ -43,7 +43,7 @@ def test_the_dataset_is_labelled(cheap):
     names = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))
     assert names == {-1: "not_run"} | {i: status.value.replace(" ", "_") for i, status in enumerate(Status)}
     assert (found.attrs["window"], found.attrs["settle"], found.attrs["periods"]) == (7, 1e-6, 60)
-    assert found["word"].sel({"machine.mass_ratio": 3.0, "drive.amplitude": 2.0}).shape == (3,)
+    assert found["mode_sequence"].sel({"machine.mass_ratio": 3.0, "drive.amplitude": 2.0}).shape == (3,)
 
 
 def alone(case, **settings):
@@ -200,7 +200,7 @@ def test_size_in_words():
 def test_the_engine_gives_what_single_ensembles_give(tmp_path):
     from vibrocap import ensemble
 
-    settings = {"measures": ("mean_velocity", "stick_fraction", "word"), "periods": 30, "settle": 1e-5}
+    settings = {"measures": ("mean_velocity", "stick_fraction", "mode_sequence"), "periods": 30, "settle": 1e-5}
     over = {"friction.law": ["exponential", "lugre"], "machine.mass_ratio": "1:4:3", "initial.angle": [0.0, 0.5]}
     found = sweep(SYSTEM, over=over, tile_runs=4, out=tmp_path / "a", **settings)
     for law in (Exponential(), LuGre()):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.physics import symbols
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
 from vibrocap.physics.parameters import parameter_table
@@ -39,6 +39,7 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
         *vc.Actuator(limit=1.0, command_limit=1.0).states,
         *vc.PositionPID.all_states,
         *vc.SampledPositionPID.all_states,
+        *vc.FrictionObserver.all_states,
     }
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
     names = {"time", "side", "impulse", "command", "reference", "controller_work"}

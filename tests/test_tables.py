@@ -64,15 +64,17 @@ def test_a_motion_without_units_has_none_in_its_headings(tmp_path):
 def test_headings_of_a_study_carry_their_units_by_choice(tmp_path):
     case = case_from_text(SI)
     over = {"drive.frequency_Hz": [0.9, 1.0], "friction.coulomb_coefficient": [0.05, 0.1]}
-    study = vc.sweep(case.system, over, initial=case.initial, periods=2, measures=["mean_velocity", "drift", "word"])
+    study = vc.sweep(
+        case.system, over, initial=case.initial, periods=2, measures=["mean_velocity", "drift", "mode_sequence"]
+    )
     heads = first_line(write_study(study, tmp_path / "study.csv", unit_headings=True))
     assert heads[:2] == ["drive.frequency_Hz", "friction.coulomb_coefficient"]
-    assert {"mean_velocity [m/s]", "drift [m]", "word", "status"} <= {*heads}
+    assert {"mean_velocity [m/s]", "drift [m]", "mode_sequence", "status"} <= {*heads}
     pandas = pytest.importorskip("pandas")
     pytest.importorskip("openpyxl")
     assert list(pandas.read_excel(write_study(study, tmp_path / "study.xlsx", unit_headings=True))) == heads
     units = tomllib.loads((tmp_path / "study.csv.toml").read_text())["result"]["units"]
-    assert (units["drive.frequency_Hz"], units["mean_velocity"], units["word"]) == ("Hz", "m/s", "1")
+    assert (units["drive.frequency_Hz"], units["mean_velocity"], units["mode_sequence"]) == ("Hz", "m/s", "1")
     arrays = pytest.importorskip("scipy.io").loadmat(
         write_study(study, tmp_path / "study.mat"), squeeze_me=True, simplify_cells=True
     )

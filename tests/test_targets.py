@@ -10,7 +10,7 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.run.ensemble import (
     Budget,

@@ -14,8 +14,8 @@ from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
-from vibrocap.physics.conversion import quantity_in_si
-from vibrocap.physics.scales import SIScales
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.physics.dimensions.scales import SIScales
 
 CASE = """\
 [machine]
@@ -279,7 +279,7 @@ def test_convert_writes_the_other_form_and_back(place, capsys):
 
 # --- sweeps -----------------------------------------------------------------------------------------------------------
 OVER = {"machine.capsule_mass_kg": [0.3, 0.5], "drive.frequency_Hz": "0.8:1.4:3"}
-MEASURES = ("mean_velocity", "drive_work", "word", "largest_angle_rate")
+MEASURES = ("mean_velocity", "drive_work", "mode_sequence", "largest_angle_rate")
 
 
 @pytest.mark.slow
@@ -373,7 +373,7 @@ def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
 
 def test_an_adaptive_map_in_si_is_the_map_without_units():
     system = case_from_text(PRESSED).system
-    how: dict = {"by": ["word"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
+    how: dict = {"by": ["mode_sequence"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
     over = {"machine.capsule_mass_kg": "0.3:0.5:3", "drive.frequency_Hz": "0.8:1.4:3"}
     found = vc.adaptive_map(system, over, **how)
     plain = {

@@ -252,7 +252,7 @@ def test_units_that_are_missing_or_not_known_are_named(place, capsys, words, sai
 # --- pictures ---------------------------------------------------------------------------------------------------------
 def test_pictures_of_branches_are_in_si():
     from vibrocap.orbits.continuation.branch import branch
-    from vibrocap.plotting.branches import branch_figure
+    from vibrocap.plotting.steady.branches import branch_figure
 
     system = case_from_text(BENCH).system
     found = branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
@@ -271,7 +271,7 @@ def test_pictures_of_branches_are_in_si():
 
 def test_pictures_of_basins_are_in_si():
     from vibrocap.orbits.attractors.basins import basins
-    from vibrocap.plotting.basins import basin_figure
+    from vibrocap.plotting.steady.basins import basin_figure
 
     system = case_from_text(BENCH).system
     found = basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
@@ -290,7 +290,7 @@ def test_pictures_of_basins_are_in_si():
 
 
 def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
-    from vibrocap.plotting import finishing
+    from vibrocap.plotting.look import finishing
 
     seen = []
     monkeypatch.setattr(finishing, "save", lambda figure, *rest: seen.append(figure.axes[0]))
@@ -319,7 +319,9 @@ def test_basins_remember_the_keys_of_their_plane():
 def test_headings_say_what_is_in_si():
     """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
     system = case_from_text(BENCH).system
-    words = vc.sweep(system, {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]}, measures=["word"])
+    words = vc.sweep(
+        system, {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]}, measures=["mode_sequence"]
+    )
     texts = " ".join(text.get_text() for text in vc.figure(words).texts).replace("\n", " ")
     assert "in SI" in texts
     assert "dimensionless" not in texts
@@ -331,7 +333,7 @@ def test_headings_say_what_is_in_si():
 
 
 def test_the_axes_of_basins_are_those_of_their_plane():
-    from vibrocap.plotting.basins import draw_basins
+    from vibrocap.plotting.steady.basins import draw_basins
 
     found = computed(vc.basins(case_from_text(BENCH).system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2))
     assert draw_basins(found, axes=("angle", "velocity")).get_xlabel() == r"initial pendulum angle $\theta$ [rad]"

@@ -17,7 +17,7 @@ import vibrocap as vc
 from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
 from thinned import exhaustive_but, slow_but
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused, webassembly_module
 from vibrocap.numerics.compiler.own_functions import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY

@@ -20,8 +20,12 @@ def travelled(mass_ratio: float, periods: int = 40) -> tuple[float, bool]:
         raise RuntimeError(motion.status.text)
     slips = [event.time for event in motion.events if event.kind.startswith("slip")]
     velocity: vc.MeanVelocity = vc.mean_velocity(motion, periods=10)
-    print(motion["position"][-1], len(slips), vc.drift(motion), vc.word(motion), vc.settling(motion).settled)
-    print(vc.energy_balance(motion).residual, vc.measured(motion, ["drift", "word"]), vc.response_class(motion).kind)
+    print(motion["position"][-1], len(slips), vc.drift(motion), vc.mode_sequence(motion), vc.settling(motion).settled)
+    print(
+        vc.energy_balance(motion).residual,
+        vc.measured(motion, ["drift", "mode_sequence"]),
+        vc.response_class(motion).kind,
+    )
     return velocity.value, velocity.settled
 
 
@@ -61,7 +65,10 @@ def sweeps(system: vc.System, folder: Path) -> Path:
     spread = vc.sweep(system, {"machine.mass_ratio": (1.0, 3.0)}, design=design, settle=1e-5)
     found = vc.ensemble(system, {"machine.mass_ratio": [1.0, 2.0]}, periods=3)
     print(
-        study["mean_velocity"].values, spread.sizes, found["mean_velocity"].mean(), vc.measure_table()["word"].meaning
+        study["mean_velocity"].values,
+        spread.sizes,
+        found["mean_velocity"].mean(),
+        vc.measure_table()["mode_sequence"].meaning,
     )
     return vc.write_study(vc.open_study(folder), "study.nc")
 

@@ -52,7 +52,7 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
                  "machine.mass_ratio=1:3:1.5",
                  "machine.mass_ratio=log:0:3:4", "friction.law=lugree", "m[/x]=1:2:3"),
             ),
-            "--measure": (("mean_velocity", "word"), ("velocity", "m[/x]")),
+            "--measure": (("mean_velocity", "mode_sequence"), ("velocity", "m[/x]")),
             "--tolerance": SETTINGS["--tolerance"],
             "--window": (("1",), ("0", "-1", "x", "1.5")),
             "--settle": (("1e-6",), ("nan", "-1", "x")),

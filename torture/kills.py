@@ -37,7 +37,7 @@ STUDIES = {
     },
     "cases": {"cases": [{"friction.law": "lugre"}, {"machine.mass_ratio": 3.0}], "tile_runs": 1},
 }
-MEASURES = ("mean_velocity", "word")
+MEASURES = ("mean_velocity", "mode_sequence")
 
 
 def prepare() -> None:

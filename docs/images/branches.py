@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 
 import vibrocap as vc
-from vibrocap.plotting.branches import branch_figure
-from vibrocap.plotting.finishing import save
+from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.steady.branches import branch_figure
 
 if __name__ == "__main__":
     start = {"angle": math.pi / 3}

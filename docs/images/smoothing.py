@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.laboratory.regularisation import regularisation_error, width_for
-from vibrocap.plotting import style as plots
-from vibrocap.plotting.colours import BLACK
 from vibrocap.plotting.laboratory import draw_errors, draw_steps
+from vibrocap.plotting.look import style as plots
+from vibrocap.plotting.look.colours import BLACK
 
 START = {"angle": math.pi / 3}
 WIDTHS = np.logspace(-1, -7, 13)

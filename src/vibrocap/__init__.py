@@ -6,9 +6,9 @@ A name is imported from where it stands when it is first asked for, so that `imp
 import vibrocap.working_folder  # noqa: F401, I001  # before all that a stranger's folder could give
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.doors import opened as _opened
+from vibrocap.lazy_imports import lazy as _lazy
 
-if TYPE_CHECKING:  # read by type checkers, and by `_opened`
+if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.citations.cite import Citations, cite
@@ -18,6 +18,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
+    from vibrocap.design.shapes import drive_shape
+    from vibrocap.design.steering.steer import steer
+    from vibrocap.design.steering.steering import ScheduleSegment, Steering, SteeringStatus
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
     from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -46,10 +49,11 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
     from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
     from vibrocap.measures.during_run import measure_table, measured
-    from vibrocap.measures.energy import EnergyBalance, energy_balance
     from vibrocap.measures.ensemble import ensemble
-    from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
-    from vibrocap.measures.limits import (
+    from vibrocap.measures.measure import Measure
+    from vibrocap.measures.recorded.energy import EnergyBalance, energy_balance
+    from vibrocap.measures.recorded.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
+    from vibrocap.measures.recorded.limits import (
         FrictionalLimits,
         boundary_velocity,
         frictional_limits,
@@ -57,11 +61,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         steady_friction,
         steady_slope,
     )
-    from vibrocap.measures.measure import Measure
-    from vibrocap.measures.response import ResponseClass, response_class
-    from vibrocap.measures.settling import Settling, settling
-    from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
-    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity, winding
+    from vibrocap.measures.recorded.response import ResponseClass, response_class
+    from vibrocap.measures.recorded.settling import Settling, settling
+    from vibrocap.measures.recorded.sticking import StickPhases, mode_sequence, stick_fraction, stick_phases
+    from vibrocap.measures.recorded.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
@@ -92,9 +95,15 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         equilibrium_branch,
     )
     from vibrocap.orbits.equilibria.following import EquilibriumEnd
-    from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.orbits.maps.itinerary import ModeChange
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.controllers.computed_torque import (
+        AngleComputedTorque,
+        PositionComputedForce,
+        StrokeComputedTorque,
+    )
+    from vibrocap.physics.controllers.friction_observer import FrictionObserver
     from vibrocap.physics.controllers.pid import (
         AnglePID,
         PositionPID,
@@ -103,6 +112,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
         SampledVelocityPI,
         VelocityPI,
     )
+    from vibrocap.physics.controllers.sliding_mode import AngleSlidingMode, PositionSlidingMode
+    from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.fourier_series import FourierSeries
@@ -112,6 +123,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.drives.phases import Phases
     from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.drives.scheduled import scheduled
     from vibrocap.physics.drives.seven_phase import SevenPhase
     from vibrocap.physics.drives.square import Square
     from vibrocap.physics.drives.table import DriveTable
@@ -152,19 +164,19 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
-    from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
-    from vibrocap.plotting.basins import draw_basins
-    from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
-    from vibrocap.plotting.diagrams import draw_bifurcation
-    from vibrocap.plotting.equilibria import draw_equilibria
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.fronts import draw_front
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
+    from vibrocap.plotting.look.style import style
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.steady.basins import draw_basins
+    from vibrocap.plotting.steady.branches import draw_branch, draw_floquet_multipliers
+    from vibrocap.plotting.steady.diagrams import draw_bifurcation
+    from vibrocap.plotting.steady.equilibria import draw_equilibria
+    from vibrocap.plotting.steering import draw_steering
     from vibrocap.plotting.studies.maps import draw_study
-    from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
@@ -184,7 +196,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
 __version__: str
 
 if not TYPE_CHECKING:  # which would let every name pass
-    _asked_for = _opened(__name__, "vibrocap.quantities.opening:opened_in_si")
+    _asked_for = _lazy(__name__, "vibrocap.quantities.opening:opened_in_si")
 
     def __getattr__(name: str) -> Any:
         if name != "__version__":
@@ -211,7 +223,7 @@ __all__ += ["border", "ensemble"]
 # measures
 __all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "winding", "MeanVelocity"]
 __all__ += ["settling", "Settling", "response_class", "ResponseClass", "energy_balance", "EnergyBalance"]
-__all__ += ["stick_fraction", "stick_phases", "StickPhases", "word", "friction_loop", "FrictionLoop"]
+__all__ += ["stick_fraction", "stick_phases", "StickPhases", "mode_sequence", "friction_loop", "FrictionLoop"]
 __all__ += ["friction_curve", "FrictionCurve", "frictional_limits", "FrictionalLimits", "boundary_velocity"]
 __all__ += ["offset_points", "steady_friction", "steady_slope"]
 # friction laws under test
@@ -247,6 +259,8 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 __all__ += ["Actuator", "Environment"]
 # what controls it
 __all__ += ["AnglePID", "PositionPID", "SampledAnglePID", "SampledPositionPID", "SampledVelocityPI", "VelocityPI"]
+__all__ += ["AngleComputedTorque", "FrictionObserver", "PositionComputedForce", "StrokeComputedTorque"]
+__all__ += ["AngleSlidingMode", "PositionSlidingMode"]
 # what to cite
 __all__ += ["cite", "Citations"]
 # machines
@@ -264,18 +278,19 @@ __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
-__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table"]
+__all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table", "scheduled"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
 __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
-__all__ += ["SpecialKind", "WordChange", "branch_dataset"]
+__all__ += ["SpecialKind", "ModeChange", "branch_dataset"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
-__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness"]
+__all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
+__all__ += ["steer", "Steering", "SteeringStatus", "ScheduleSegment"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
@@ -284,7 +299,7 @@ __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidat
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front", "draw_steering"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

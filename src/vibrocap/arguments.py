@@ -116,6 +116,12 @@ def check_one_of(field: str, value: Any, known: Iterable[str]) -> None:
         raise ArgumentError(field, f"should be one of {listed(names)}, got {shown(value)}")
 
 
+def check_choice(field: str, value: Any) -> None:
+    """ArgumentError for what is neither True nor False."""
+    if not isinstance(value, bool):
+        raise ArgumentError(field, f"should be True or False, got {shown(value)}")
+
+
 def check_threshold(field: str, value: Any) -> None:
     """ArgumentError for what is neither None nor a threshold to which motions can settle."""
     if value is not None and not is_positive(value):

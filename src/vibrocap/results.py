@@ -1,8 +1,8 @@
 """What results have in common: equal by value, short in a line, a small page in a notebook, at hand as tables.
 
 A result is what the package gives back: a motion, an orbit, a branch, a fit. It is a frozen record. What rooms above
-its own make of it (a picture, labelled arrays) are public functions; the methods here ask for them by name at the door
-of the package, `vibrocap/__init__.py`, when they are called. So no room imports one above it.
+its own make of it (a picture, labelled arrays) are public functions; the methods here ask for them by name in
+`vibrocap/__init__.py` when they are called. So no room imports one above it.
 """
 
 import dataclasses

@@ -24,12 +24,12 @@ from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
 from vibrocap.inputs import read_input
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import UNDECLARED, undeclared
 from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.parameters import ParameterError, parameter_table
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
-from vibrocap.physics.units import UNDECLARED, undeclared
 from vibrocap.quantities.declared import ByName, Context, WithoutUnits
 from vibrocap.quantities.dimensional import in_si
 

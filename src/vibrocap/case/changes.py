@@ -7,8 +7,16 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.sections import CHOICES, chosen_classes, is_kind, is_part, kind_key, of_further_contact
 from vibrocap.case.units import form_of
 from vibrocap.physics.carry_over import carried_names, lacking
+from vibrocap.physics.dimensions.units import (
+    Key,
+    effort_of,
+    one_way,
+    parameter_keys,
+    same_without_units,
+    state_keys,
+    state_units,
+)
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import Key, effort_of, one_way, parameter_keys, same_without_units, state_keys, state_units
 
 Classes = Mapping[str, Any]
 

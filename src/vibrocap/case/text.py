@@ -6,10 +6,10 @@ from typing import Any
 
 from vibrocap.case.sections import kind_key
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import state_keys, units_of, written, written_in_si
 from vibrocap.physics.parameters import given_parameters, parameter_table
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
-from vibrocap.physics.units import state_keys, units_of, written, written_in_si
 
 Section = Mapping[str, Any]
 

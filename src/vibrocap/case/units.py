@@ -10,10 +10,10 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.case.sections import kind_key
-from vibrocap.physics.conversion import part_without_units, states_without_units, with_gravity
+from vibrocap.physics.dimensions.conversion import part_without_units, states_without_units, with_gravity
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import effort_of, one_way, parameter_keys, state_keys, state_units, units_of
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.scales import Scales
-from vibrocap.physics.units import effort_of, one_way, parameter_keys, state_keys, state_units, units_of
 
 SI, DIMENSIONLESS = "SI", "dimensionless"
 WORDS = (SI, DIMENSIONLESS)

@@ -67,6 +67,7 @@ METHODS = (
     Method("local refinement of designs (COBYQA)", "ragonneau2022", ("optimise",)),
     Method("Pareto fronts (NSGA-II)", "deb2002", ("optimise",)),
     Method("conditional value at risk", "rockafellar2000", ("optimise", "robust")),
+    Method("extrapolation of settling runs (reduced rank)", "sidi2017", ("optimise", "robust", "sweep")),
     Method("Sobol indices", "saltelli2010", ("robust",)),
     Method("largest speed at a stroke", "chernousko2002", ("bound",)),
     Method("intervals that hold where errors are not alike", "white1980; mackinnon1985", ("fit",)),

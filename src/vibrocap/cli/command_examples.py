@@ -25,7 +25,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "sweep": (
         "vibrocap sweep case.toml --over drive.amplitude=1:3:20 --out line",
         "vibrocap sweep case.toml --over machine.mass_ratio=log:0.2:8:20"
-        " --over drive.amplitude=1:3:10 --measure mean_velocity,word --out map",
+        " --over drive.amplitude=1:3:10 --measure mean_velocity,mode_sequence --out map",
         "vibrocap sweep case.toml --over friction.law=lugre,dahl --export laws.csv",
     ),
     "verify": ("vibrocap verify map",),
@@ -58,6 +58,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "calibrate": (
         "vibrocap calibrate examples/bench-in-si.toml --to examples/bench-in-si-speeds.csv "
         "--over friction.coulomb_coefficient=0.02:0.2 --over machine.damping_N_m_s_per_rad=0.02:0.3 --out calibrated",
+    ),
+    "steer": (
+        "vibrocap steer examples/travels-by-stick-slip.toml --to 5 --tolerance 0.01",
+        "vibrocap steer examples/bench-in-si.toml --to 0.25m --tolerance 1cm"
+        " --uncertain friction.coulomb_coefficient=0.048:0.052 --out steer --plot steer.png",
+        "vibrocap simulate steer/steered.toml --plot steered.png",
     ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),

@@ -129,7 +129,7 @@ def measure_names(asked: Any) -> Offered:
 def paths_of_case(asked: Any) -> Offered:
     """Every path of the case on the line that can be varied; behind PATH= of a kind of part what there is of it."""
     from vibrocap.case.sections import kind_paths, kinds_of
-    from vibrocap.physics.conversion import paths_in_si
+    from vibrocap.physics.dimensions.conversion import paths_in_si
     from vibrocap.studies.plan.variation import paths
 
     if (system := _system(asked)) is None:
@@ -191,14 +191,14 @@ def _system(asked: Any) -> System | None:
 
 def _without_unit(plain: Iterable[str], system: System) -> list[str]:
     """Paths of a system in SI that have no unit there either."""
-    from vibrocap.physics.conversion import quantity_in_si
+    from vibrocap.physics.dimensions.conversion import quantity_in_si
 
     return [path for path in plain if quantity_in_si(path, system).plain == quantity_in_si(path, system).path]
 
 
 def _meaning(path: str, system: System) -> str:
     """What the parameter of a path is; empty for a state and for a kind of part."""
-    from vibrocap.physics.conversion import path_in_si
+    from vibrocap.physics.dimensions.conversion import path_in_si
     from vibrocap.physics.parameters import parameter_table
 
     place = path_in_si(path, system.parts)

@@ -6,12 +6,13 @@ with its status and what was computed until then; 130 interrupted.
 
 import collections
 import contextlib
+import functools
+import importlib
 import inspect
 import io
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,26 +21,9 @@ from cyclopts import App, CycloptsError, Parameter
 from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
-from vibrocap.cli.commands.bound import bound
-from vibrocap.cli.commands.branch import basins, branch
-from vibrocap.cli.commands.calibrate import calibrate
-from vibrocap.cli.commands.cite import cite
-from vibrocap.cli.commands.crossing import crossing
-from vibrocap.cli.commands.equilibria import equilibria
-from vibrocap.cli.commands.export import export
-from vibrocap.cli.commands.fit import fit
-from vibrocap.cli.commands.friction import friction, limits
-from vibrocap.cli.commands.lab import lab
-from vibrocap.cli.commands.optimise import optimise
-from vibrocap.cli.commands.orbit import orbit
-from vibrocap.cli.commands.records import datasets, stick_slip
-from vibrocap.cli.commands.robust import robust
-from vibrocap.cli.commands.simulate import simulate
-from vibrocap.cli.commands.start import convert, examples, new
-from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
 from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
-from vibrocap.cli.parts import check, taking_parts
+from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import (
     BROKEN_PIPE,
@@ -125,6 +109,7 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
         write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
         .bashrc or .zshrc
     """
+    app = app_of()
     text = script(app, shell)
     if install:
         path = app.install_completion(shell=shell)
@@ -141,37 +126,84 @@ def paragraphs(command: Callable) -> str:
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in said.split("\n\n"))
 
 
-app = App(
-    name="vibrocap",
-    help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
-    help_epilogue=BEGIN,
-    help_format="plaintext",
-    version=lambda: version("vibrocap"),
-    result_action="return_value",
-    default_parameter=Parameter(negative=()),
-    suppress_keyboard_interrupt=False,  # `main` says what was interrupted
-)
-WITH_PICTURES = (simulate, plot, branch, basins, equilibria, optimise, fit, stick_slip)
-# They know no part, or see to it themselves.
-WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
-OWN_OFFERS = {
-    examples: {"names": example_names},
-    check: {"names": part_names},
-    optimise: {"against": measure_names},
+# name of a command: the module in `cli/` that holds its function, in the order in which they are listed
+COMMANDS = {
+    "new": "commands.start",
+    "examples": "commands.start",
+    "reproduce": "main",
+    "simulate": "commands.simulate",
+    "convert": "commands.start",
+    "limits": "commands.friction",
+    "sweep": "commands.sweep",
+    "measures": "commands.sweep",
+    "verify": "commands.sweep",
+    "plot": "commands.sweep",
+    "orbit": "commands.orbit",
+    "branch": "commands.branch",
+    "basins": "commands.branch",
+    "crossing": "commands.crossing",
+    "equilibria": "commands.equilibria",
+    "optimise": "commands.optimise",
+    "robust": "commands.robust",
+    "bound": "commands.bound",
+    "calibrate": "commands.calibrate",
+    "steer": "commands.steer",
+    "lab": "commands.lab",
+    "export": "commands.export",
+    "friction": "commands.friction",
+    "fit": "commands.fit",
+    "check": "parts",
+    "stick-slip": "commands.records",
+    "datasets": "commands.records",
+    "cite": "commands.cite",
+    "completion": "main",
 }
-for command in (
-    new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    equilibria, optimise, robust, bound, calibrate, lab, export, friction, fit, check, stick_slip, datasets, cite,
-    completion,
-):  # fmt: skip
-    if isinstance(command, App):  # it has its own examples
-        app.command(command)
-    else:
-        shown = examples_of(command.__name__.replace("_", "-"))
-        run = completing(**OWN_OFFERS.get(command, {}))(command)
-        run = taking_page(run) if command in WITH_PICTURES else run
-        run = run if command in WITHOUT_PARTS else taking_parts(run)
-        app.command(run, help=paragraphs(command), help_epilogue=shown)
+WITH_PICTURES = ("simulate", "plot", "branch", "basins", "equilibria", "optimise", "steer", "fit", "stick-slip")
+# They know no part, or see to it themselves.
+WITHOUT_PARTS = ("examples", "completion", "reproduce", "verify", "plot", "friction", "stick-slip", "datasets")
+OWN_OFFERS = {
+    "examples": {"names": example_names},
+    "check": {"names": part_names},
+    "optimise": {"against": measure_names},
+}
+
+
+@functools.cache
+def app_of(*names: str) -> App:
+    """The command line with these commands, whose modules are imported; by default with all."""
+    made = App(
+        name="vibrocap",
+        help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
+        help_epilogue=BEGIN,
+        help_format="plaintext",
+        version=_version,
+        result_action="return_value",
+        default_parameter=Parameter(negative=()),
+        suppress_keyboard_interrupt=False,  # `main` says what was interrupted
+    )
+    for name in names or COMMANDS:
+        command = getattr(importlib.import_module(f"vibrocap.cli.{COMMANDS[name]}"), name.replace("-", "_"))
+        if isinstance(command, App):  # it has its own examples
+            made.command(command)
+            continue
+        run = completing(**OWN_OFFERS.get(name, {}))(command)
+        run = taking_page(run) if name in WITH_PICTURES else run
+        run = run if name in WITHOUT_PARTS else taking_parts(run)
+        made.command(run, help=paragraphs(command), help_epilogue=examples_of(name))
+    return made
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("vibrocap")
+
+
+def __getattr__(name: str) -> Any:
+    """`app`: the command line with all commands."""
+    if name == "app":
+        return app_of()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _silence() -> None:
@@ -199,9 +231,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    app = app_of(*(name for name in given[:1] if name in COMMANDS))  # one that is named needs no other
     try:
         with _nothing_read_is_replaced():
-            code = int(app(arguments, exit_on_error=False, print_error=False) or OK)
+            code = int(app(given, exit_on_error=False, print_error=False) or OK)
         sys.stdout.flush()
         return code
     except (CaseError, Refusal) as error:

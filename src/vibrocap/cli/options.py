@@ -16,7 +16,7 @@ from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, su
 from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
 from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
-from vibrocap.physics.conversion import Quantity, quantity
+from vibrocap.physics.dimensions.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf", ".tex"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
@@ -154,7 +154,7 @@ def writable_picture(option: str, path: Path | None) -> None:
         writable_file(option, path, PICTURES)
         needs(option, "matplotlib")
         if path.suffix.lower() == ".tex":
-            from vibrocap.plotting.tex import tex_system
+            from vibrocap.plotting.look.tex import tex_system
 
             try:
                 tex_system()

@@ -8,7 +8,7 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import Refusal, also_taking, needs
-from vibrocap.plotting.page import inches, on_page
+from vibrocap.plotting.look.page import inches, on_page
 
 OPTIONS: dict[str, tuple[Any, Any]] = {
     "width": (str | None, None),
@@ -48,7 +48,7 @@ def _styled(path: Path | None) -> contextlib.AbstractContextManager:
     if path is None:
         return contextlib.nullcontext()
     needs("--style", "matplotlib")
-    from vibrocap.plotting.style import read_style_sheet, with_settings
+    from vibrocap.plotting.look.style import read_style_sheet, with_settings
 
     if not path.is_file():
         raise Refusal(f"--style: {str(path)!r} is no file")

@@ -6,15 +6,28 @@ from typing import Any
 
 from vibrocap.contracts.samples import draws
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 20
-KINDS = {"displacement": "oscillator", "speed": "oscillator", "number": "pendulum-capsule"}  # what each is tried on
+KINDS = ("displacement", "speed", "number")  # of references
+TRIED = ("oscillator", "two-mass-capsule", "pendulum-capsule")  # on the first that has what it measures
 
 
 def machine_for(controller: Any) -> Any:
     """A machine of the package that has what a controller measures."""
-    return machines()[KINDS[controller.reference]]()
+    tried = [machines()[kind]() for kind in TRIED]
+    return next((machine for machine in tried if not _unknown(controller, machine)), tried[0])
+
+
+def _unknown(controller: Any, machine: Any) -> list[str]:
+    """What it measures or accelerates that a machine has not."""
+    names = [name for name in controller.measures(machine) if name.removesuffix("_rate") not in (SIDE, CURVATURE)]
+    found = [name for name in names if name.removesuffix("_rate") not in machine.states]
+    if controller.orders == "acceleration":  # not of a body that rubs, where rest would be cancelled
+        told, rub = controller.accelerated(machine), machine.contact_states
+        found += [told] if told not in machine.states or told in rub else []
+    return found
 
 
 def declarations(controller: Any) -> str | None:
@@ -32,7 +45,7 @@ def declarations(controller: Any) -> str | None:
         return f"effort_states: should be named by states, got {missing[0]!r}"
     machine = machine_for(controller)
     names = controller.measures(machine)
-    unknown = [name for name in names if name.removesuffix("_rate") not in machine.states]
+    unknown = _unknown(controller, machine)
     if unknown or not names:
         what = f"got {unknown[0]!r}" if unknown else "got none"
         return f"measures: should name states of the machine or their rates, {', '.join(machine.states)}, {what}"
@@ -45,7 +58,9 @@ def finite(controller: Any) -> str | None:
     if len(scales) != count or not all(scale > 0.0 for scale in scales):
         return f"scales: should be {count} positive numbers, got {scales}"
     for given in _samples(controller):
-        command, rates, guards = (getattr(controller, each)(*given) for each in ("command", "rates", "switches"))
+        command, rates = controller.command(*given), controller.rates(*given)
+        told = controller.orders == "acceleration"
+        guards = controller.effort_switches(0.7, *given) if told else controller.switches(*given)
         if controller.sampled:
             found = controller.after_sample(*given), controller.after_action(given[2])
             if wrong := [each for each in found if len(each) != count - 1]:

@@ -22,7 +22,7 @@ def periodic(drive: Any) -> str | None:
     times, size = _sampled(still)
     for t in times:
         now, later = still.value(t), still.value(t + still.period)
-        if not abs(later - now) <= 64 * EPSILON * size:
+        if not abs(later - now) <= _rounding(still) * size:
             return f"value: is {now:g} at time {t:g}, and {later:g} a period later ({still.period:g}); it should repeat"
     return None
 
@@ -34,7 +34,7 @@ def odd(drive: Any) -> str | None:
     still = _unramped(drive)
     times, size = _sampled(still)
     asymmetry = max(abs(still.value(t + still.period / 2) + still.value(t)) for t in times)
-    if (asymmetry <= 64 * EPSILON * size) != still.odd:
+    if (asymmetry <= _rounding(still) * size) != still.odd:
         return (
             f"odd: is {still.odd}, but value(t + period/2) + value(t) is up to {asymmetry:g}; a drive is odd where "
             "that is 0 at all times"
@@ -55,6 +55,11 @@ def slopes(drive: Any) -> str | None:
             if not abs(found - rate) <= SLOPE_ERROR * (abs(rate) + size):
                 return f"{name}: is {found:g} at time {t:g}, where the {below} changes at a rate of {rate:g}"
     return None
+
+
+def _rounding(drive: Any) -> float:
+    """Of a value over the size of the drive: that of the time counts once for each of the waves in a period."""
+    return 64 * EPSILON * max(1.0, drive.period / drive.time_scale)
 
 
 def _between_corners(drive: Any) -> list[float]:

@@ -99,7 +99,7 @@ def kind(law: Any) -> str | None:
     """At rest it is what its kind says: what it holds, and no jump of a force that goes on."""
     if law.kind == "set-valued":
         forward, back = (law.force(0.0, (), side, 1.3)[0] for side in (1, -1))
-        middle, limit = law.holding_middle(1.3), law.holding_limit(1.3)
+        middle, limit = law.holding_centre(1.3), law.holding_limit(1.3)
         if not middle - limit - 4 * EPSILON <= back < 0.0 < forward <= middle + limit + 4 * EPSILON:
             return (
                 f"holding_limit: at rest it holds from {middle - limit:g} to {middle + limit:g}, but slides with "
@@ -107,7 +107,7 @@ def kind(law: Any) -> str | None:
                 "with, or it could neither stick nor slide"
             )
         if (middle == 0.0) != law.symmetric:
-            return f"holding_middle: is {middle:g}, while `symmetric` is {law.symmetric}"
+            return f"holding_centre: is {middle:g}, while `symmetric` is {law.symmetric}"
         return None
     bends = 0
     for draw in draws(10):

@@ -6,7 +6,7 @@ from typing import Any
 
 from vibrocap.contracts.controller_clauses import machine_for
 from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
@@ -17,7 +17,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System

@@ -140,7 +140,7 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     load = system.law_loads[0]
     kinetic = _least_friction(law, load)
     fast = [abs(law.force(side * speed, (), side, load)[0]) for side in (1.0, -1.0) for speed in (1e-12, 1.0, 1e12)]
-    if max(*fast, law.holding_limit(load)) - kinetic > 1e-12 * kinetic or law.holding_middle(load) != 0.0:
+    if max(*fast, law.holding_limit(load)) - kinetic > 1e-12 * kinetic or law.holding_centre(load) != 0.0:
         return f"{name}: friction is not the same at all speeds, at rest and in both directions"
     stroke = _stroke(system.drive)
     if isinstance(stroke, str):

@@ -1,7 +1,7 @@
 """pareto_front(system, over=...): the designs of which none betters another in two measures at once."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +106,7 @@ def pareto_front(
     objectives: Sequence[str | Measure] = ("mean_velocity", "cost_of_transport"),
     *,
     senses: Sequence[str | None] = (None, None),
+    through: Callable[..., Mapping[str, Any]] | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[ByName] | None = None,
     evaluations: int = 10_000,
@@ -127,7 +128,7 @@ def pareto_front(
     `optimise`: settled, certified, stable by a margin. Measures are those of the orbits.
 
     objectives: two measures; senses: "maximise" or "minimise" of each; by default costs and times are minimised
-    over, subject_to, starts, seed, margin, periods, settle, tolerance, store, resume, threads: see `optimise`
+    over, through, subject_to, starts, seed, margin, periods, settle, tolerance, store, resume, threads: see `optimise`
     evaluations: designs, about (a whole number of populations of 128)
 
     Returns a `ParetoFront`. Raises CaseError with every complaint about the problem, ArgumentError for another
@@ -144,6 +145,7 @@ def pareto_front(
         list(senses),
         subject_to,
         starts,
+        through=through,
         periods=periods,
         settle=settle,
         tolerance=tolerance,
@@ -241,7 +243,7 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
     for k in front:
         shares = every.shares[design[k]]
         state = every.end(problem.system.state_names, int(design[k]), int(start[k]))
-        steady = settled_orbit(problem.of(problem.space.design(shares)), state)
+        steady = settled_orbit(problem.of(problem.space.parameters(shares)), state)
         near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
             why = reason_against(steady, near, problem.goal)

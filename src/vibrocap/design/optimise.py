@@ -1,7 +1,7 @@
 """optimise(system, over=...): the design whose settled, stable motion is best, and what keeps it from being better."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +51,9 @@ class Optimum(Result):
 
     Values, limits and slopes are in the units that the paths and the measure have in the results of the system.
     status: `OptimumStatus`; with anything but FOUND there is no design: `design`, `value` and `orbit` are None
-    design: values by path, as the paths were given; value: of the measure `measure`, in `unit`; size where a twin
-        travels the other way; maximised: whether it was to be large; scale: what one dimensionless unit is in `unit`
+    design: values by path, or by name, as they were given; value: of the measure `measure`, in `unit`; its size where a
+        twin travels the other way, else with its sign; maximised: whether it was to be large; scale: what one
+        dimensionless unit is in `unit`
     orbit: its steady motion, closed to rounding, with its multipliers
     constraints: values of the constrained measures, by constraint
     limits: what keeps it from being better, by name; slopes: d(value)/d(variable) below and above it
@@ -147,6 +148,7 @@ def optimise(
     objective: str | Measure = "mean_velocity",
     *,
     sense: str | None = None,
+    through: Callable[..., Mapping[str, Any]] | None = None,
     subject_to: str | Sequence[str] = (),
     starts: Sequence[ByName] | None = None,
     guesses: Sequence[Mapping[str, Any]] = (),
@@ -173,7 +175,10 @@ def optimise(
 
     over: {path: (low, high) or "LOW:HIGH" or "log:LOW:HIGH"}, or a list of choices (words, three or more numbers)
     objective: the measure; sense: "maximise" or "minimise"; by default costs and times are minimised, all else is
-        maximised. Of a system with mirror twins the size of travel counts, not its sign
+        maximised. Of a system with mirror twins the size of travel counts, not its sign; a design whose drive, unlike
+        that of the system, has no twin keeps the sign in its value
+    through: None, or a function of variables of one's own, as in `robustness`: `over` then names its arguments, it is
+        called with an array [n] of each and returns arrays by path, such as those of `drive_shape`
     subject_to: constraints such as "least_reaction > 0.1", limits in SI where the results of the system are
     starts: from which each design runs, by state; by default the start of the case. Its best motion counts
     guesses: designs with which the search begins, such as `Optimum.design` of a smaller problem; none is needed
@@ -198,6 +203,7 @@ def optimise(
         [sense],
         subject_to,
         starts,
+        through=through,
         periods=periods,
         settle=settle,
         tolerance=tolerance,
@@ -231,7 +237,7 @@ def _refined(
         if accepted == REFINED:
             break
         shares, cost = each.shares, each.cost
-        steady = settled_orbit(problem.of(problem.space.design(shares)), each.state)
+        steady = settled_orbit(problem.of(problem.space.parameters(shares)), each.state)
         near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
         if near is None or near.best is None or not near.best.allowed:
             rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
@@ -305,7 +311,7 @@ def _optimum(
         begun = {name: x for name, x in start.items() if name in system.state_names}
         found = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
-    turned = goal.size and value < 0.0
+    turned = goal.size and value < 0.0 and steady.system.mirrored
     steady = steady.twin() if turned else steady
     runs = evaluated(problem, best.shares[None])
     with np.errstate(invalid="ignore"):

@@ -8,7 +8,7 @@ from typing import Any
 from vibrocap.arguments import require
 from vibrocap.case.case import Case
 from vibrocap.exchange.mjcf import MujocoModel, directed_level, mujoco_model
-from vibrocap.measures.travel import drift
+from vibrocap.measures.recorded.travel import drift
 from vibrocap.motion.trajectory import Trajectory
 
 

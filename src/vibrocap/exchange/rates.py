@@ -9,11 +9,11 @@ import functools
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.exchange.stepped_case import SteppedCase
-from vibrocap.motion.equations import Equations, parameter_values
+from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.physics.events import CONTACT
 from vibrocap.physics.machines.machine import Imposed
-
-COUNTED = ("stick", "slip_forward", "slip_back", "reversal")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Rates:
     @functools.cached_property
     def counted(self) -> list[str]:
         """Kinds of event that are counted."""
-        return list(dict.fromkeys((*COUNTED, *self.switches)))
+        return list(dict.fromkeys((*CONTACT, *self.switches)))
 
     @functools.cached_property
     def values(self) -> list[float]:

@@ -13,17 +13,18 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
-from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
-from vibrocap.physics.conversion import quantity_in_si
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.physics.closed_loop.sampling import check_unsampled
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.physics.dimensions.units import over_seconds
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.parameters import bounds
-from vibrocap.physics.sampling import check_unsampled
 from vibrocap.physics.system import System
-from vibrocap.physics.units import over_seconds
 
 INPUTS = ("drive",)
 AT_EVENT, REFUSED = codes.DONE, codes.TRACE_FULL  # codes that a stepper has no other use for

@@ -7,8 +7,8 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, shown, suggestion
 from vibrocap.exchange.stepped_case import NO_UNITS, PortScales, SteppedCase
-from vibrocap.motion.equations import parameter_values
 from vibrocap.motion.held_input import INPUT_NAMES
+from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.motion.simulate import STATUSES
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory

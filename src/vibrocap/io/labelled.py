@@ -90,7 +90,7 @@ def _branch_table(branch: Branch) -> "pandas.DataFrame":
 
     states = dict(zip(branch.system.state_names, branch.states.T, strict=True))
     largest = np.max(np.abs(branch.multipliers), axis=1, initial=0.0)
-    names = ("period", "drift", "mean_velocity", "stable", "word", "arclength")
+    names = ("period", "drift", "mean_velocity", "stable", "mode_sequence", "arclength")
     found = {branch.over: branch.parameter, **{name: getattr(branch, name) for name in names}}
     return pandas.DataFrame(found | {"largest_multiplier": largest} | states).rename_axis("point")
 

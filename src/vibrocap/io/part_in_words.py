@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
 from vibrocap.physics.parameters import described, given_parameters, parameter_table
 from vibrocap.physics.system import System
-from vibrocap.physics.units import Units, parameter_keys, suffix, unit_name, written_in_si
 
 
 def in_words(part: Any, system: System, digits: int = 6) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, require
 from vibrocap.files import replacing
-from vibrocap.physics.units import suffix
+from vibrocap.physics.dimensions.units import suffix
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
 HEADED = (".csv", ".xlsx")  # what has headings

@@ -19,10 +19,10 @@ from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_prese
 from vibrocap.numerics.api import browser_module, series_order
 from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.closed_loop.sampling import check_unsampled
+from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.sampling import check_unsampled
 from vibrocap.physics.system import OPTIONAL, System
-from vibrocap.physics.units import effort_of
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
 SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
@@ -121,7 +121,7 @@ def _names(asked: Iterable[str], own: str | None, usual: Iterable[str]) -> list[
 
 def _key(system: System) -> tuple:
     """What tells the forms of a page apart."""
-    from vibrocap.motion.equations import form
+    from vibrocap.motion.recording.equations import form
 
     return form(system)
 

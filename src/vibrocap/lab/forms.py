@@ -7,17 +7,17 @@ from typing import Any
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, rules
-from vibrocap.motion.corners import Corners
-from vibrocap.motion.equations import equations
-from vibrocap.motion.recorded_machine import recorded_room, recorded_scene
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.recorded_machine import recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
+from vibrocap.numerics.expressions.corners import Corners
+from vibrocap.physics.dimensions.units import DRIVE_UNITS, QUANTITIES, state_units
 from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
-from vibrocap.physics.units import DRIVE_UNITS, QUANTITIES, state_units
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
 # Of maps: below 1e-9, where `ensemble` has the order of a motion too, no slower here than order 10 at 1e-8, and a page
@@ -26,7 +26,7 @@ ENSEMBLE_TOLERANCES = {10: 1e-7, 12: 5e-10, 16: 5e-10}
 OBSERVED = ("friction", "holding_force", "drive", "energy", "contact_energy", "contact_velocity")
 # Places that the page's engine fills or reads; the rest is the kernels' own affair.
 PLACES = (
-    *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "ARRIVING", "ZEROS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT"),
+    *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "TO_DECIDE", "ZEROS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT"),
     *("PIECES", "PIECE_LIMIT", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT", "PIECE_START", "RECORDED_EVENT_START"),
     *("RUN", "STEP_LIMIT", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
     *(
@@ -37,7 +37,7 @@ PLACES = (
         "SIDE",
         "SIDE_TOLD",
         "TOLERANCE",
-        "UNSAFE_SPEED",
+        "REFUTED_SPEED",
         "FAR_SPEED",
         "CONTACT_RESIDUAL",
     ),

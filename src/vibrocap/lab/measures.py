@@ -11,13 +11,13 @@ from vibrocap.lab.written import Ways, Written, chosen, text_of
 from vibrocap.measures.during_run import asked_groups, measure_table, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Reduction, Standard, own_integrands
-from vibrocap.measures.response import MIRRORED
-from vibrocap.motion.equations import equations
+from vibrocap.measures.recorded.response import MIRROR_SHARE
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
 
-ASKED = codes.ASK_SYMMETRY | codes.ASK_WORD  # of a motion on show: what the readouts say
+ASKED = codes.ASK_SYMMETRY | codes.ASK_MODES  # of a motion on show: what the readouts say
 
 
 def gathered_functions(system: System) -> Integrands | None:
@@ -65,14 +65,15 @@ def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name
         period = np.array([Written(1.0, "T", ways)], dtype=object)
         mirrored = np.array([ways.answer("m")])
         threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
-        return values(ordered, Gathered(system, RunResults(layout, numbers), period, mirrored, threshold))[name][0]
+        gathered = Gathered(system, RunResults(layout, numbers), period, lambda: mirrored, threshold)
+        return values(ordered, gathered)[name][0]
 
     ends = ways.through(asked)
     return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])
 
 
 def result_record(kernel: BrowserKernel) -> dict[str, Any]:
-    """Where the rest of a result stands: its head by name, the word of its last period, how far it is from a mirror."""
+    """Where the rest of a result stands: its head by name, its mode sequence, how far it is from its mirror image."""
     layout = kernel.layout
     letters = layout.gathered_slice("LETTERS")
     return {
@@ -80,6 +81,6 @@ def result_record(kernel: BrowserKernel) -> dict[str, Any]:
         "letters": [letters.start, letters.stop, codes.LETTERS_PER_PLACE],
         "letter_count": layout.gathered_slice("LETTER_COUNT").start,
         "asymmetry": layout.gathered_slice("ASYMMETRY").start,
-        "mirrored": MIRRORED,
+        "mirrored": MIRROR_SHARE,
         "asked": ASKED,
     }

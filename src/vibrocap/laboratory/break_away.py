@@ -8,10 +8,11 @@ import numpy as np
 
 from vibrocap.laboratory.checks import check_motion, check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
-from vibrocap.measures.stretch import stretches
+from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.events import SLIP_FORWARD
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.system import System
@@ -118,7 +119,7 @@ def _break_away(motion: Trajectory, rate: float) -> tuple[tuple[float, ...], Pul
     friction = motion.piece_observables(("friction",), index, time - motion.piece_start[index])[0]
     place, velocity = motion.states(time)[:2]
     pull = Pull(rate, time, rate * time, friction, place, velocity)
-    slips = motion.event_times[motion.event_kinds == "slip_forward"]
+    slips = motion.event_times[motion.event_kinds == SLIP_FORWARD]
     if motion.system.friction.kind == "set-valued" and len(slips):
         at, peaked = int(np.searchsorted(time, slips[0])), True
     else:

@@ -62,7 +62,7 @@ def contact_sizes(law: Law, load: float = 1.0) -> ContactSizes:
     steady = max(abs(float(law.steady_force(float(v), load))) for v in SPEEDS[speed >= SPEEDS])
     held = 0.0
     if law.kind == "set-valued":
-        held = float(law.holding_limit(load)) + abs(float(law.holding_middle(load)))
+        held = float(law.holding_limit(load)) + abs(float(law.holding_centre(load)))
     force = max(float(pull.max()), steady, held) or 1.0
     half = int(np.argmax(pull >= 0.5 * force))
     if law.internal and half > 1:

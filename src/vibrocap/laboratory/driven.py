@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number, suggestion
-from vibrocap.motion.equations import is_recorded
+from vibrocap.motion.recording.equations import is_recorded
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import DrivenEquations, codes, driven_runs, sharpness
 from vibrocap.numerics.expressions.graph import Graph, evaluate

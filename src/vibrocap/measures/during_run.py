@@ -21,10 +21,10 @@ from vibrocap.measures.measure import (
     signs_of_extremes,
 )
 from vibrocap.measures.of_measure import ByMeasure
+from vibrocap.measures.recorded.travel import travelling
+from vibrocap.measures.recorded.windows import usual_window, whole_periods
 from vibrocap.measures.standard import TRAVEL, known_measure, standard_measures
-from vibrocap.measures.travel import travelling
-from vibrocap.measures.windows import usual_window, whole_periods
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import codes, replayed
 from vibrocap.physics.system import System
@@ -48,7 +48,6 @@ SYNONYMS = {
     "force": "peak_friction",
     "dissipation": "contact_sliding_work",
     "hysteresis": "displacement_loop_area",
-    "period": "response_period",
     "settling_time": "time_to_settle",
     "symmetry": "symmetric",
     "bounces": "impacts",
@@ -76,9 +75,9 @@ def measured(
     measures: names of `measure_table(motion.system)`, or measures of one's own
     window: the last so many whole drive periods are measured where nothing settles; 10, or all where there are fewer
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
-        motion has settled, as in an ensemble that stops there
+        motion has settled, as in an ensemble that stops there; of a motion that nothing drives in time None
 
-    Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
+    Returns numbers (for "mode_sequence" a text) by name. Raises ValueError for a motion that did not go to its end.
     """
     asked, needed = resolved(measures, motion.system)
     check_travel(needed, motion.system)
@@ -91,11 +90,14 @@ def measured(
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
+    if settle and not recording.timed:
+        cure = "ensemble() settles runs by their returns, orbit() closes the cycle"
+        raise ArgumentError("settle", f"should be None, as nothing drives the system in time; {cure}")
     threshold, gathered = float(settle or 0.0), (asked_groups(needed), own_integrands(needed, recording))
     given = (recording, parameter_values(motion.system), motion, int(window), threshold)
     results = replayed(*given, *gathered, _switch_times(motion))
-    mirrored = np.array([motion.system.mirrored])
-    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, threshold)
+    period = np.array([motion.period])
+    runs = Gathered(motion.system, results, period, lambda: np.array([motion.system.mirrored]), threshold)
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
 

@@ -1,37 +1,46 @@
 """ensemble(system, over, ...): one run per entry of equally long lists of parameters, a few numbers of each."""
 
 import copy
+import dataclasses
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, check_whole, is_number, suggestion
+from vibrocap.arguments import (
+    ArgumentError,
+    check_choice,
+    check_one_of,
+    check_threshold,
+    check_whole,
+    is_number,
+    suggestion,
+)
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import FINAL, ByMeasure
-from vibrocap.measures.windows import usual_window
+from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.work_balance import balanced
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.start import check_room
 from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.physics.conversion import values_without_units
+from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
+from vibrocap.physics.dimensions.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.sampling import MOST_SAMPLES
 from vibrocap.physics.system import System
 from vibrocap.progress import reporting
 from vibrocap.quantities.declared import ByName
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
-CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
+GPU_CHUNK = 2**20  # the same of a GPU, which works on a hundred thousand at once
 DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
 INITIAL = "initial."
@@ -52,6 +61,7 @@ def ensemble(
     periods: int = 60,
     window: int | None = None,
     settle: float | None = None,
+    extrapolate: bool = True,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
@@ -71,22 +81,30 @@ def ensemble(
         there are fewer
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
-        period (one or more drive periods) more
+        period (one or more drive periods) more. Where nothing drives the system in time, a run ends when the states in
+        which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 62), and is
+        measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
+        then per turn
+    extrapolate: whether a run that settles may go on from the extrapolated limit of its stroboscopic states instead of
+        waiting for it, where that limit returns to itself within the threshold, with the run's own mode sequence (see
+        docs/numerics.md); never where `time_to_settle` is measured, of a rotor, of a response of several periods, or
+        where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
+    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/gpu.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
-    Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
-    0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
-    where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
-    events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
-    defect; where works are measured, also what they lack of the energy that it stores.
+    Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods
+    (of a cycle with a period of its own in returns), 0 where not settled; "window_start" and "window_periods" in drive
+    periods (-1 and 0 where none was begun; of a turn of a cycle 1); then the measures, NaN (for "mode_sequence" an
+    empty text) where the run failed. A run is "not certified", with its measures, where evidence taken as it ran is
+    beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its events, and over its last response
+    (else its last period) the forces at rest, the sign of the velocity and the defect; where works are measured, also
+    what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
+    those of a GPU agree with them to rounding. Raises ValueError, naming the field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures, system)
@@ -108,6 +126,7 @@ def ensemble(
     else:
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
     check_threshold("settle", settle)
+    check_choice("extrapolate", extrapolate)
     _check_values(system, columns)
     _check_room(system, columns, start)
     budget = numerics.Budget(
@@ -119,6 +138,7 @@ def ensemble(
         max_steps=int(max_steps),
         asked=asked_groups(needed),
         evidence=1,
+        extrapolate=extrapolate and not asked_groups(needed) & numerics.codes.ASK_TRANSIENT,
     )
     runs = len(next(iter(columns.values())))
     finals = [FINAL + name for name in system.state_names] if final_states else []
@@ -126,7 +146,7 @@ def ensemble(
     done = 0
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
-        for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
+        for chosen in _chunks(system, columns, GPU_CHUNK if device == "cuda" else CHUNK):
             report = None if tell is None else lambda begun, base=done: tell(base + begun)
             values = {path: column[chosen] for path, column in columns.items()}
             part = _measured(system, values, start, budget, needed, run_all, report)
@@ -159,12 +179,22 @@ def _measured(
         elif path in recording.parameter_paths:
             parameters[:, recording.parameter_paths.index(path)] = column
     integrands = own_integrands(needed, recording)
+    if budget.threshold > 0.0 and not recording.timed:
+        budget = dataclasses.replace(budget, returns=True, asked=budget.asked | numerics.codes.ASK_EXTREMES)
     results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
     period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
     status = STATUS_CODES[results.status]
     finished = status == FINISHED
-    gathered = Gathered(one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold)
-    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold)
+    scales = [np.broadcast_to(each, runs) for each in evaluate(recording.scales, 0.0, states.T, 1.0, parameters.T)]
+    sizes = np.column_stack(scales)
+
+    def mirrored() -> np.ndarray:
+        return _mirrored(one, columns)
+
+    everything = Gathered(one, results, period, mirrored, budget.threshold, sizes)
+    gathered = Gathered(
+        one, results[finished], period[finished], lambda: mirrored()[finished], budget.threshold, sizes[finished]
+    )
     begun = results.head("window_start") >= 0
     good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
     if budget.asked & numerics.codes.ASK_INTEGRALS:
@@ -173,7 +203,7 @@ def _measured(
     found = {
         "status": status,
         "settled": everything.settled,
-        "response_period": results.head("response_period").astype(np.int16),
+        "response_period": everything.response_period.astype(np.int16),
         "window_start": results.head("window_start").astype(np.int32),
         "window_periods": np.where(begun, everything.periods, 0).astype(np.int32),
         **{FINAL + name: results.state[:, i] for i, name in enumerate(recording.state_names)},
@@ -239,7 +269,7 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     compares its fields is made for every combination that they take.
     """
     runs: dict[int, None] = {}
-    for column in columns.values():
+    for column in (each for path, each in columns.items() if not path.startswith(INITIAL)):
         kinds = np.unique(column.astype(str), return_index=True)[1] if column.dtype == object else ()
         runs |= dict.fromkeys((0, *map(int, kinds)))
         if column.dtype != object:

@@ -1,14 +1,18 @@
 """What was gathered of many runs over their windows, by name: from this the standard measures are read."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.measures.travel import travelling
+from vibrocap.measures.recorded.travel import travelling
 from vibrocap.numerics.api import RunResults
+from vibrocap.physics import events
 from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
+STILL = 10.0  # thresholds of settling by which a state changes that stands still
+FEW_RETURNS = 2  # fewer are none to speak of
 LETTERS = {1: "F", 2: "S", 3: "B"}
 # Of every run, asked for or not; how they are stored: `studies/store/zarr_form.py`.
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
@@ -19,30 +23,77 @@ class Gathered:
     """Results of runs of systems of one form; every quantity is an array [runs].
 
     system: one of them, for names and kinds; results: of the kernel
-    period: drive period of each run; mirrored: whether it has the half-period symmetry
+    period: drive period of each run; mirrored: says whether it has the half-period symmetry, where that is asked for
     threshold: of settling; 0 where it was not looked for
+    scales: [runs, states] natural sizes, of runs that settle by their returns (`numerics/kernel/observe/returns.py`)
     """
 
     system: System
     results: RunResults
     period: np.ndarray
-    mirrored: np.ndarray
+    mirrored: Callable[[], np.ndarray]
     threshold: float
+    scales: np.ndarray | None = None
 
     @property
     def settled(self) -> np.ndarray:
-        """Whether the run was measured over one response period of its settled motion."""
-        return self.results.head("response_period") > 0
+        """Whether the run was measured over one response period, or one turn of the cycle, of its settled motion.
+
+        What makes no returns has to stand still: marks at equal distances also stand still where that is its period.
+        """
+        found = self.results.head("response_period") > 0
+        return found & ((self.cycle_time > 0.0) | self.still) if self.results.layout.returns else found
+
+    @property
+    def response_period(self) -> np.ndarray:
+        """Drive periods, or returns of a cycle, after which the settled motion repeats; 0 where it has not settled."""
+        found = self.results.head("response_period")
+        return np.where(self.settled, found, 0) if self.results.layout.returns else found
+
+    @property
+    def cycle_time(self) -> np.ndarray:
+        """Length of a window that is a turn of a cycle, from one return to another; 0 of any other window."""
+        returns = self.results.layout.returns
+        return self.results.entry("CYCLE_TIME") if returns else np.zeros(len(self.results))
+
+    @property
+    def still(self) -> np.ndarray:
+        """Whether nothing moves in the window but the cyclic coordinate: rest or steady sliding."""
+        system, results = self.system, self.results
+        assert self.scales is not None
+        moving = [name not in (system.cyclic, *system.switched) for name in system.state_names]
+        extents = results.entries("LARGEST") - results.entries("LEAST")
+        return np.all(extents[:, moving] <= STILL * self.threshold * self.scales[:, moving], axis=1)
+
+    @property
+    def outcome(self) -> np.ndarray:
+        """What each motion has become, in words."""
+        unsettled = np.full(len(self.results), "not settled", dtype="U32")
+        if not self.results.layout.returns:
+            return np.where(self.settled, "periodic", unsettled)
+        few = self.results.entry("RETURNS") < FEW_RETURNS
+        unsettled = np.where(few, "not settled: no returns", "not settled: no repetition")
+        return np.where(self.settled, np.where(self.still, "equilibrium", "cycle"), unsettled)
 
     @property
     def periods(self) -> np.ndarray:
-        """Drive periods in the window."""
-        return self.results.head("periods") - self.results.head("window_start")
+        """Drive periods in the window; 1 where it is a turn of a cycle."""
+        found = self.results.head("periods") - self.results.head("window_start")
+        return np.where(self.cycle_time > 0.0, 1, found) if self.results.layout.returns else found
 
     @property
     def time(self) -> np.ndarray:
         """Length of the window."""
-        return self.periods * self.period
+        found = self.periods * self.period
+        return np.where(self.cycle_time > 0.0, self.cycle_time, found) if self.results.layout.returns else found
+
+    @property
+    def time_to_settle(self) -> np.ndarray:
+        """Time after which the motion stays within the threshold of where it goes, where it has settled."""
+        found = self.results.head("since") * self.period
+        if not self.results.layout.returns:
+            return found
+        return np.where(self.cycle_time > 0.0, self.results.entry("SETTLED_TIME"), found)
 
     @property
     def displacement(self) -> np.ndarray:
@@ -70,12 +121,12 @@ class Gathered:
         strikes the stop more often than it leaves it.
         """
         names = self.system.placed.switch_events
-        if "impact" not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+        if events.IMPACT not in names or "OCCURRED" not in dict(self.results.layout.gathered):
             return self.nowhere  # a run may also end where it would strike
         counts = self.results.entries("OCCURRED")
         names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
-        struck = counts[:, [name == "impact" for name in names]].sum(axis=1)
-        opened = counts[:, [name == "stop_opened" for name in names]].sum(axis=1)
+        struck = counts[:, [name == events.IMPACT for name in names]].sum(axis=1)
+        opened = counts[:, [name == events.STOP_OPENED for name in names]].sum(axis=1)
         rigid = IMPACT in self.system.placed.channels
         return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
 
@@ -85,14 +136,27 @@ class Gathered:
         return np.full(len(self.results), np.nan)
 
     @property
-    def words(self) -> np.ndarray:
-        """The word of the last period of each window, an array of text; see `measures.sticking.word`."""
+    def mode_sequences(self) -> np.ndarray:
+        """Mode sequences of the last period of each window, an array of text; see `sticking.mode_sequence`.
+
+        That of a cycle begins where it comes first in the alphabet, at whichever return the window began.
+        """
         sequences, which = self.results.letters()
-        return np.array([_word(*sequence) for sequence in sequences], dtype=str)[which]
+        found = [_letters(*sequence) for sequence in sequences]
+        modes = np.array(found, dtype=str)[which]
+        if not self.results.layout.returns:
+            return modes
+        turned = np.array([_first_turned(each) for each in found], dtype=str)[which]
+        return np.where(self.cycle_time > 0.0, turned, modes)
 
 
-def _word(sides: tuple[int, ...], complete: bool) -> str:
-    """The word of a sequence of sides."""
+def _first_turned(modes: str) -> str:
+    """The same cycle of phases, begun at the place that comes first in the alphabet."""
+    return modes if modes.endswith("...") else min((modes[i:] + modes[:i] for i in range(len(modes))), default="")
+
+
+def _letters(sides: tuple[int, ...], complete: bool) -> str:
+    """The mode sequence, in letters, of a sequence of sides."""
     letters = [LETTERS[side] for side in sides]
     if not complete:
         return "".join(letters) + "..."  # there is no telling how the period ends

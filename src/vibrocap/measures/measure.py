@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import Equations
 from vibrocap.numerics.api import Integrands, integrands_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 
 Function = Callable[["Instant"], Any]
@@ -68,6 +68,11 @@ class Measure:
     def __post_init__(self):
         if not self.name.isidentifier() or keyword.iskeyword(self.name):
             raise ValueError(f"name of a measure should be a Python name such as 'peak_power', got {self.name!r}")
+
+    @property
+    def is_text(self) -> bool:
+        """Whether its values are texts, no numbers."""
+        return isinstance(self.how, Standard) and self.how.text
 
     @classmethod
     def mean(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":

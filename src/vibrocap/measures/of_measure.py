@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import known_measure
-from vibrocap.physics.conversion import Along
+from vibrocap.physics.dimensions.conversion import Along
 from vibrocap.quantities.declared import Context, Declared, In
 
 FINAL = "final."  # before the name of a state in which a run ended

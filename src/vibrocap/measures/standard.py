@@ -8,17 +8,18 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
-from vibrocap.measures.response import MIRRORED
-from vibrocap.motion.equations import equations
+from vibrocap.measures.recorded.response import MIRROR_SHARE
+from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, quantity_unit, state_units
 
 
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
@@ -33,7 +34,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
 
 
 def undefined_measures(system: System) -> frozenset[str]:
-    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty word, or refused.
+    """Names of standard measures that mean nothing for any motion of a system: NaN, an empty text, or refused.
 
     A study over kinds of parts may ask for them all the same, for what another kind has.
     """
@@ -41,8 +42,8 @@ def undefined_measures(system: System) -> frozenset[str]:
     nothing = {
         "stick_fraction": kind != "set-valued",
         "stick_phases": kind != "set-valued",
-        "word": kind == "smooth",
-        "symmetric": not system.mirrored,
+        "mode_sequence": kind == "smooth",
+        "symmetric": not (system.mirrored and equations(system).timed),
         LOAD_WATCH: system.machine.follows_load,
         **{f"{channel}_work": channel not in system.channels for channel in CONTACT_CHANNELS},
         **{each.name: system.cyclic is None for each in (*TRAVEL, _cost_of_transport("drive"))},
@@ -86,7 +87,7 @@ def _standard_measures(
         *FRICTION,
         *_drive_peaks(None if system is None else system.machine.effort, source),
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
-        *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
+        *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if system is None or "reaction" in equations(system).observables else ()),
     ]
@@ -137,25 +138,25 @@ def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
     return values if runs.system.friction.kind == "set-valued" else runs.nowhere
 
 
-def _words(runs: Gathered) -> np.ndarray:
-    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.words
+def _mode_sequences(runs: Gathered) -> np.ndarray:
+    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.mode_sequences
 
 
 STICKING = (
     Measure(
         "stick_fraction",
         "share of the window in which the contact sticks (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_MODES),
     ),
     Measure(
         "stick_phases",
         "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_MODES),
     ),
     Measure(
-        "word",
+        "mode_sequence",
         "mode sequence of the last period: F forward, S stuck, B back (empty: the law is smooth)",
-        Standard(_words, codes.ASK_WORD, text=True),
+        Standard(_mode_sequences, codes.ASK_MODES, text=True),
     ),
 )
 
@@ -179,26 +180,53 @@ def _stick_fraction(number: int) -> Measure:
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
-    mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
-    return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
+    if runs.results.layout.returns:
+        return runs.nowhere  # half the drive's period says nothing of a cycle
+    mirrored = runs.results.entry("ASYMMETRY") <= MIRROR_SHARE * runs.threshold
+    return np.where(runs.settled & runs.mirrored(), mirrored, np.nan)
 
 
+def _period(runs: Gathered) -> np.ndarray:
+    if not runs.results.layout.returns:
+        return np.where(runs.settled, runs.results.head("response_period") * runs.period, np.nan)
+    return np.where(runs.settled, np.where(runs.still, 0.0, runs.cycle_time), np.nan)
+
+
+OUTCOME = "outcome"  # taken of every study of a system without a clock whose runs are to settle
 RESPONSE = (
     Measure(
         "response_period",
-        "drive periods after which the settled motion repeats up to a shift; 0: not settled",
-        Standard(lambda runs: runs.results.head("response_period")),
+        "drive periods after which the settled motion repeats up to a shift, of a cycle with a period of its own "
+        "returns to rest; 0: not settled",
+        Standard(lambda runs: runs.response_period),
     ),
     Measure(
         "time_to_settle",
         "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
-        Standard(lambda runs: np.where(runs.settled, runs.results.head("since") * runs.period, np.nan)),
+        Standard(lambda runs: np.where(runs.settled, runs.time_to_settle, np.nan), codes.ASK_TRANSIENT),
         si_unit="s",
     ),
     Measure(
+        "extrapolated",
+        "1: measured from the extrapolated limit of its stroboscopic states, 0: the run came there by itself",
+        Standard(lambda runs: runs.results.head("extrapolated")),
+    ),
+    Measure(
+        "period",
+        "time after which the settled motion repeats (0: rest or steady sliding; NaN: not settled)",
+        Standard(_period),
+        si_unit="s",
+    ),
+    Measure(
+        OUTCOME,
+        "what the motion has become: periodic, or not settled; where nothing drives it in time cycle, equilibrium, or "
+        "not settled: no returns, or no repetition",
+        Standard(lambda runs: runs.outcome, text=True),
+    ),
+    Measure(
         "symmetric",
-        "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or the "
-        "drive is not odd)",
+        "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or no "
+        "drive that is odd and changes in time)",
         Standard(_symmetric, codes.ASK_SYMMETRY),
     ),
 )

@@ -5,8 +5,8 @@ import functools
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import Equations
 from vibrocap.motion.evidence import BALANCE_BOUND, BALANCE_PER_STEP, LEAST_TOLERANCE
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 
 

@@ -106,7 +106,7 @@ def _problem(
         # A law is asked per load where loads follow the motion, and with the load where it is constant.
         load = 1.0 if machine.follows_load else loads[i]
         if law.kind == "set-valued" and abs(v) <= still:
-            middle, limit = law.holding_middle(load), law.holding_limit(load)
+            middle, limit = law.holding_centre(load), law.holding_limit(load)
             least[i], most[i] = (middle - limit) / load, (middle + limit) / load
         else:
             least[i] = most[i] = law.force(v, internal, float(np.sign(v)) or 1.0, load)[0] / load

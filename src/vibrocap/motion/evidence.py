@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate, Verdict
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.numbering import numbered
@@ -148,9 +149,9 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
 def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Forces at rest over what a contact can hold, from the middle of that."""
     law, load = motion.system.laws[number - 1], motion.system.law_loads[number - 1]
-    limit, middle = law.holding_limit(load), law.holding_middle(load)
+    limit, middle = law.holding_limit(load), law.holding_centre(load)
     if motion.system.machine.follows_load:
-        names = numbered("holding_limit", number), numbered("holding_middle", number)
+        names = numbered("holding_limit", number), numbered("holding_centre", number)
         limit, middle = motion.piece_observables(names, index, s)
     force = force - middle
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -5,9 +5,11 @@ Where as many points are asked for in every piece, one piece after the other, it
 
 import numpy as np
 
+from vibrocap.numerics.api import PieceSeries
 
-def polynomial_values(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Polynomials [pieces, states, order + 1] at times s [n] since the start of the pieces `index` [n]: [states, n]."""
+
+def polynomial_values(coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Polynomials of pieces at times s [n] since the start of the pieces `index` [n]: [states, n]."""
     rows, local = _by_piece(coefficients, index, s)
     value = np.empty((rows.shape[1], *local.shape))
     value[:] = rows[-1]
@@ -17,7 +19,7 @@ def polynomial_values(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray
     return value.reshape(rows.shape[1], len(index))
 
 
-def polynomial_slopes(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+def polynomial_slopes(coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Slopes of the same polynomials: [states, n]."""
     rows, local = _by_piece(coefficients, index, s)
     slope = np.zeros((rows.shape[1], *local.shape))
@@ -27,7 +29,9 @@ def polynomial_slopes(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray
     return slope.reshape(rows.shape[1], len(index))
 
 
-def _by_piece(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _by_piece(
+    coefficients: PieceSeries | np.ndarray, index: np.ndarray, s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(coefficients [order + 1, states, pieces, 1], times [pieces, points])."""
     points = _points_per_piece(index)
     chosen = coefficients[index[::points]]

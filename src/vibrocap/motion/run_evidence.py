@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vibrocap.motion.equations import Equations
 from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes
 from vibrocap.numerics.api import DEFECT_BOUND, RunResults
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.recorded_machine import recorded_scene
+from vibrocap.motion.recording.recorded_machine import recorded_scene
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.scene import Shape

@@ -10,14 +10,14 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.status import Status
-from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
-from vibrocap.physics.flow import BOUNDS
+from vibrocap.physics.events import BOUNDS, KINDS
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
@@ -55,8 +55,7 @@ class Observer:
 MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
-# By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
-EVENT_KINDS = (*CONTACT_EVENTS, "graze", "switch", *BOUNDS)
+# By the numbers of `codes`.
 STATUSES = {
     codes.DONE: Status.FINISHED,
     codes.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -175,7 +174,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         piece_length=recorded.piece_lengths,
         piece_sides=recorded.piece_sides,
         piece_implicit=recorded.piece_implicit,
-        coefficients=recorded.series,
+        series=recorded.series,
         sections=recorded.sections,
         event_times=origin + (events[:, 0] * period + events[:, 1]),
         event_kinds=_event_kinds(system, recorded),
@@ -198,9 +197,10 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
 
 @functools.lru_cache(maxsize=64)
 def event_kinds(own: tuple[str, ...]) -> np.ndarray:
-    """Names of the kinds of event, by the numbers of `codes`. own: those of the machine, `switch_events`."""
-    unused = [""] * (codes.MACHINE_SWITCHED - len(EVENT_KINDS))
-    return np.array([*EVENT_KINDS, *unused, *own])
+    """Names of the kinds of event, by the numbers of `codes`. own: those of the machine, `switch_events`, which stand
+    at MACHINE_SWITCHED."""
+    unused = [""] * (codes.MACHINE_SWITCHED - len(KINDS))
+    return np.array([*KINDS, *unused, *own])
 
 
 def _event_kinds(system: System, recorded: Recorded) -> np.ndarray:

@@ -56,6 +56,17 @@ class Status(Advised):
         "coefficients, or keep the machine away from this shape.",
     )
 
+    RUNAWAY = (
+        "runaway",
+        "What the controller measures has grown beyond a million natural sizes: the loop is unstable. Look at the "
+        "signs of its gains, raise the gain on the rate, or lower that on the integral.",
+    )
+    SINGULAR_COMMAND = (
+        "singular command",
+        "No finite command gives the motion that is ordered from here on: the pendulum of a stroke lies. Let the "
+        "reference stay within the reach of the machine, or start nearer to it.",
+    )
+
     @property
     def ok(self) -> bool:
         """Whether the run went to its end."""

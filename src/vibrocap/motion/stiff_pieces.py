@@ -4,7 +4,8 @@ import functools
 
 import numpy as np
 
-from vibrocap.motion.equations import Equations, equations
+from vibrocap.motion.recording.equations import equations
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import System
 

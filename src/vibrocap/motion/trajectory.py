@@ -9,9 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
+from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
+from vibrocap.numerics.api import PieceSeries
 from vibrocap.physics.numbering import numbered
 from vibrocap.quantities.declared import (
     AlongNames,
@@ -33,8 +34,6 @@ from vibrocap.results import Result, Rows
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 16_380  # points at a time, when many are asked for: whole pieces of 9, 12, 14 or 65 points
-# What may happen at each contact, in the order of the numbers of `codes`.
-CONTACT_EVENTS = ("stick", "slip_forward", "slip_back", "reversal")
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
@@ -45,12 +44,8 @@ GAUSS_NODES = 12  # per piece; a piece is short against the distance to the near
 class Event(Dimensional):
     """A change of the contact, located to rounding level.
 
-    kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
-    sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
-    inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached" and "ambiguous_contacts" (the run
-    ends: no load is left, it no longer follows from the forces, a stop is reached that ends it, or which contacts rest
-    is no longer certain).
+    kind: "stick", "slip_forward", "impact" and so on; what each means is told in `physics/events.py`. Of a further
+    contact its number stands behind it: "stick_2".
     contact: its number, 1 for the first; 0 of what happens at none
     """
 
@@ -98,7 +93,7 @@ class Trajectory(Result):
     piece_length: Times  # [pieces]
     piece_sides: Numbers  # [pieces, contacts] 0 where a contact rests, +1 or -1 where it slides
     piece_implicit: Numbers  # [pieces] whether an implicit step made it
-    coefficients: np.ndarray  # [pieces, states, order + 1]
+    series: Annotated[PieceSeries, np.ndarray]  # read like an array [pieces, states, order + 1] of no one quantity
     sections: StateColumns  # [whole periods completed + 1, states] at the period marks, which count from the start
     event_times: Times  # [events]
     event_kinds: Numbers  # [events] of names
@@ -113,6 +108,14 @@ class Trajectory(Result):
     start_time: Time = 0.0
     start_phase: Number = 0.0  # of the drive at the start, a share of its period
     piece_drive_time: Times | None = None  # [pieces] at their starts, since its period began; None: of no run
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Coefficients of all pieces in powers of the time since their start: array [pieces, states, order + 1].
+
+        Made anew at each call, as a motion keeps some of them only, see `PieceSeries`.
+        """
+        return self.series[:]
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
@@ -230,12 +233,12 @@ class Trajectory(Result):
         """States at times s since the start of the pieces: array [states, n]."""
         result = np.empty((len(self.state_names), len(index)))
         for block in _blocks(len(index)):
-            result[:, block] = polynomial_values(self.coefficients, index[block], s[block])
+            result[:, block] = polynomial_values(self.series, index[block], s[block])
         return result
 
     def piece_slopes(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Slopes of the polynomials of the states at times s since the start of the pieces: array [states, n]."""
-        return polynomial_slopes(self.coefficients, index, s)
+        return polynomial_slopes(self.series, index, s)
 
     def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n].

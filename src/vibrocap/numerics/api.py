@@ -1,7 +1,7 @@
-"""The door of the numerics: what the rest of the package calls. Expressions have their own (`expressions/`).
+"""The public face of the numerics: what the rest of the package calls.
 
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
-- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
+- Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a GPU `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - One motion that its caller moves on, compiled or in C: `stepper_kernel`.
@@ -16,7 +16,7 @@ What stands behind a name is imported when the name is asked for.
 
 from typing import TYPE_CHECKING
 
-from vibrocap.doors import opened
+from vibrocap.lazy_imports import lazy
 
 if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.instant import exported_instant
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
-    from vibrocap.numerics.run.results import RunResults
+    from vibrocap.numerics.run.results import PieceSeries, RunResults
     from vibrocap.numerics.run.stepper import StepperKernel, StepperMemory, stepper_kernel
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
@@ -48,6 +48,7 @@ __all__ = [
     "DrivenRuns",
     "Instant",
     "Integrands",
+    "PieceSeries",
     "Recorded",
     "RunResults",
     "ScalarWriter",
@@ -73,4 +74,4 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = opened(__name__)
+    __getattr__ = lazy(__name__)

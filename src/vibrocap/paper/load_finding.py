@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from vibrocap.measures.sticking import stick_fraction
+from vibrocap.measures.recorded.sticking import stick_fraction
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.averages import period_length

@@ -5,8 +5,8 @@ import functools
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
-from vibrocap.measures.travel import mean_velocity
+from vibrocap.measures.recorded.friction_loop import FrictionLoop, friction_loop
+from vibrocap.measures.recorded.travel import mean_velocity
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import STUCK, Trajectory

@@ -7,6 +7,7 @@ packages, which announce them under the entry points `vibrocap.parts`, and those
 import functools
 import importlib
 import importlib.metadata
+import importlib.util
 import inspect
 import pkgutil
 import re
@@ -19,19 +20,11 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.friction.anisotropic import anisotropic
-from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.physics.friction.viscous import viscous
-from vibrocap.physics.machines.block_row import BlockRow
-from vibrocap.physics.machines.crawler import Crawler
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.machines.row import row_called
-from vibrocap.physics.machines.worm import Worm
 
 GROUP = "vibrocap.parts"  # of entry points
-ROWS = (Crawler, Worm, BlockRow)  # machines of any number of bodies
+PART_NAME = r"[a-z0-9]+(-[a-z0-9]+)*"
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
 CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Law: ("law", "vibrocap.physics.friction", ("kind",), ("force", "steady_force", "passive")),
@@ -48,66 +41,35 @@ Part = TypeVar("Part", bound=type)
 _registered: dict[str, type] = {}  # by contract and name, such as "law hyperbolic"
 
 
-class Laws(Mapping[str, type[Law]]):
-    """The plain laws, in alphabetical order; asked for by name, it answers for wrapped ones too.
+class Parts(Mapping[str, Any]):
+    """The parts that keep a contract, in alphabetical order; asked for by name, it answers for the endless others too.
 
-    So "lugre" is listed, and "backlash-anisotropic-lugre" is found though there is no end of such names.
+    So "lugre" is listed, and "backlash-anisotropic-lugre" is found; so are rows of more bodies, and scheduled drives.
+    All are imported where they are listed. One that is asked for by name is found in the file of that name, if there is
+    one: a command on a case needs one machine, one law and one drive.
     """
 
-    def __init__(self, plain: Mapping[str, type[Law]]):
-        self._plain = plain
+    def __init__(self, contract: type, other: Callable[[str], Any] | None = None):
+        """other: the part of a name that is not listed; KeyError or ValueError where there is none"""
+        self._contract, self._other = contract, other
 
-    def __getitem__(self, name: str) -> type[Law]:
+    @functools.cached_property
+    def _listed(self) -> dict[str, type]:
+        return dict(sorted(_known(self._contract).items()))
+
+    def listed(self, name: Any) -> Any:
+        """The part that is listed under a name; None where there is none."""
+        found = None if "_listed" in vars(self) else _in_file_of_its_name(self._contract, name)
+        return self._listed.get(name) if found is None else found
+
+    def __getitem__(self, name: str) -> Any:
+        found = self.listed(name)
+        if found is None and self._other is None:
+            raise KeyError(name)
         try:
-            return self._plain[name] if name in self._plain else law(name)
+            return found or self._other(name)  # type: ignore[misc]
         except ValueError:
             raise KeyError(name) from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._plain)
-
-    def __len__(self) -> int:
-        return len(self._plain)
-
-
-@functools.cache
-def laws() -> Mapping[str, type[Law]]:
-    """Friction laws by name."""
-    return Laws(_all(Law))
-
-
-@functools.cache
-def wrappers() -> Mapping[str, Callable[[type[Law]], type[Law]]]:
-    """What can be put around a law, by the word before its name: a function from the class to the new class."""
-    return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed, viscous)})
-
-
-def law(name: str) -> Any:
-    """The friction law of a name, wrapped ones such as "backlash-anisotropic-lugre" included.
-
-    Raises KeyError for a name that is none, ValueError for a wrapper around a law that it does not fit.
-    """
-    if name in tuple(laws()):
-        return laws()[name]
-    prefix, _, rest = str(name).partition("-")
-    if prefix in wrappers():
-        return wrappers()[prefix](law(rest))
-    raise KeyError(
-        f"no friction law is called {name!r}; there is {', '.join(laws())}; "
-        f"before them may stand {' or '.join(f'{word!r}' for word in wrappers())} and a hyphen"
-    )
-
-
-class Machines(Mapping[str, type[Machine]]):
-    """The machines, in alphabetical order; asked for by name, it answers for rows of more bodies too."""
-
-    def __init__(self, listed: Mapping[str, type[Machine]]):
-        self._listed = listed
-
-    def __getitem__(self, name: str) -> type[Machine]:
-        if name in self._listed:
-            return self._listed[name]
-        return row_called(name, ROWS)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._listed)
@@ -117,21 +79,74 @@ class Machines(Mapping[str, type[Machine]]):
 
 
 @functools.cache
+def laws() -> Parts:
+    """Friction laws by name."""
+    return Parts(Law, law)
+
+
+@functools.cache
+def wrappers() -> Mapping[str, Callable[[type[Law]], type[Law]]]:
+    """What can be put around a law, by the word before its name: a function from the class to the new class."""
+    from vibrocap.physics.friction.anisotropic import anisotropic
+    from vibrocap.physics.friction.backlash import backlash
+    from vibrocap.physics.friction.smoothed import smoothed
+    from vibrocap.physics.friction.viscous import viscous
+
+    return MappingProxyType({wrapper.__name__: wrapper for wrapper in (anisotropic, backlash, smoothed, viscous)})
+
+
+def law(name: str) -> Any:
+    """The friction law of a name, wrapped ones such as "backlash-anisotropic-lugre" included.
+
+    Raises KeyError for a name that is none, ValueError for a wrapper around a law that it does not fit.
+    """
+    if (plain := laws().listed(name)) is not None:
+        return plain
+    prefix, _, rest = str(name).partition("-")
+    if prefix in wrappers():
+        return wrappers()[prefix](law(rest))
+    raise KeyError(
+        f"no friction law is called {name!r}; there is {', '.join(laws())}; "
+        f"before them may stand {' or '.join(f'{word!r}' for word in wrappers())} and a hyphen"
+    )
+
+
+@functools.cache
 def machines() -> Mapping[str, type[Machine]]:
     """Machines by name."""
-    return Machines(_all(Machine))
+    return Parts(Machine, _row)
+
+
+def _row(name: str) -> Any:
+    """The row of more bodies of a name; KeyError where it is none."""
+    from vibrocap.physics.machines.block_row import BlockRow
+    from vibrocap.physics.machines.crawler import Crawler
+    from vibrocap.physics.machines.row import row_called
+    from vibrocap.physics.machines.worm import Worm
+
+    return row_called(name, (Crawler, Worm, BlockRow))
 
 
 @functools.cache
 def drives() -> Mapping[str, type[Drive]]:
-    """Drives by name."""
-    return _all(Drive)
+    """Drives by name, scheduled ones such as "scheduled-harmonic" besides."""
+    return Parts(Drive, _scheduled)
+
+
+def _scheduled(name: str) -> Any:
+    """The scheduled drive of a name; KeyError where it is none, ValueError for a drive that has no schedule."""
+    from vibrocap.physics.drives.scheduled import scheduled
+
+    prefix, _, rest = str(name).partition("-")
+    if prefix != scheduled.__name__:
+        raise KeyError(name)
+    return scheduled(drives()[rest])
 
 
 @functools.cache
 def controllers() -> Mapping[str, type[Controller]]:
     """Controllers by name."""
-    return _all(Controller)
+    return Parts(Controller)
 
 
 # --- parts of one's own -----------------------------------------------------------------------------------------------
@@ -184,7 +199,7 @@ def complaints(part: type) -> list[str]:
     what, _, constants, functions = CONTRACTS[contract]
     found = []
     name = getattr(part, "name", None)
-    if not isinstance(name, str) or not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name):
+    if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
         wanted = f'a ClassVar of small letters, digits and hyphens, such as "my-{what}"'
         found.append(f"name: should be {wanted}, got {name!r}")
     if not is_pydantic_dataclass(part):
@@ -219,9 +234,15 @@ def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
     ]
 
 
-def _all(contract: type) -> Mapping[str, type]:
-    """Parts of the package, of installed packages and registered ones, in alphabetical order."""
-    return MappingProxyType(dict(sorted(_known(contract).items())))
+def _in_file_of_its_name(contract: type, name: Any) -> type | None:
+    """The part of the package of a name like "pendulum-capsule", if it stands in "pendulum_capsule.py"."""
+    if not isinstance(name, str) or not re.fullmatch(PART_NAME, name):
+        return None
+    module = f"{CONTRACTS[contract][1]}.{name.replace('-', '_')}"
+    if importlib.util.find_spec(module) is None:
+        return None
+    parts = parts_in(importlib.import_module(module), contract)
+    return next((part for part in parts if part.name == name), None)  # type: ignore[attr-defined]
 
 
 def _known(contract: type) -> dict[str, type]:

@@ -27,6 +27,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from vibrocap.physics.events import AMBIGUOUS, LIFT_OFF
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Contact
 
@@ -86,7 +87,7 @@ class RubbingContact:
     @property
     def middle(self):
         """Their middle."""
-        return self.law.holding_middle(self.load)
+        return self.law.holding_centre(self.load)
 
     @property
     def static(self) -> Interval:
@@ -104,13 +105,13 @@ class RubbingContact:
 class ContactForce:
     """What acts at one contact.
 
-    taken: by the machine in the place of friction, which it is less the push from outside; friction: R itself
+    tangential: the force at the machine, friction less the push from outside; friction: R itself
     held: R that would hold it; middle, limit: of what it can hold, and how far that reaches; None: it cannot rest
     normal: its load over the one that its law is given
     """
 
     contact: RubbingContact
-    taken: Any
+    tangential: Any
     friction: Any
     held: Any
     middle: Any
@@ -134,7 +135,7 @@ class Rows:
     """The problem of all contacts at one instant, for a decision: see the head of this file.
 
     b, A: accelerations free of friction and the response to it, of independent contacts over that to their own
-    n, C: loads and their response to friction; none where they are constants. All forces count as `taken`
+    n, C: loads and their response to friction; none where they are constants. All forces count as `tangential`
     """
 
     b: tuple
@@ -194,6 +195,8 @@ class Contacts:
             return self._share(0)
         if not self.coupled:
             return self.given[0].holding_force
+        if not self.others and not self.all[0].sticks:
+            return 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
         own, *others = self.given[0].response
         held = self.given[0].acceleration - sum(a * r for a, r in zip(others, self._alpha, strict=True))
         return held / (own - sum(a * r for a, r in zip(others, self._beta, strict=True)))
@@ -227,27 +230,29 @@ class Contacts:
 
     # --- what acts at the others ------------------------------------------------------------------------------------
 
-    def forces(self, taken_first: Any) -> tuple[ContactForce, ...]:
+    def forces(self, tangential_first: Any) -> tuple[ContactForce, ...]:
         """Of the others, given what the machine takes for the first."""
         found, solved = [], []
         if self.coupled:
-            solved = [a - b * taken_first for a, b in zip(self._alpha, self._beta, strict=True)]
+            solved = [a - b * tangential_first for a, b in zip(self._alpha, self._beta, strict=True)]
         for j, each in enumerate(self.others, start=1):
             normal: Any = 1.0
             slides = each.force - each.push
             if self.coupled:
-                taken = held = solved[j - 1]
+                tangential = held = solved[j - 1]
             else:
                 held = self._share(j) if self.shared else each.given.holding_force
-                taken = held + each.slips * (slides - held) if each.sticks else slides
+                tangential = held + each.slips * (slides - held) if each.sticks else slides
             if self.loads:
-                row, forces = self.load_response[j], (taken_first, *solved)
+                row, forces = self.load_response[j], (tangential_first, *solved)
                 normal = self.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
             push, middle, limit = each.push, None, None
             if each.sticks:
                 push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
                 middle, limit = each.middle * normal, each.limit * normal
-            found.append(ContactForce(each, taken, taken + push, held + each.push_at_rest, middle, limit, normal))
+            found.append(
+                ContactForce(each, tangential, tangential + push, held + each.push_at_rest, middle, limit, normal)
+            )
         return tuple(found)
 
     def rows(self) -> Rows | None:
@@ -287,7 +292,7 @@ class Contacts:
                 rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
             ways.append(rows)
         found = tuple(determinant(rows) for rows in itertools.product(*ways))
-        return (*loads, *found), ("lift_off",) * len(loads) + ("ambiguous_contacts",) * len(found)
+        return (*loads, *found), (LIFT_OFF,) * len(loads) + (AMBIGUOUS,) * len(found)
 
 
 def _own_share(each: RubbingContact):

@@ -5,15 +5,11 @@ from typing import Any
 
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.events import AMBIGUOUS, BOUNDS
 from vibrocap.physics.machines.machine import Contact, Imposed
 from vibrocap.physics.states import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
-
-# Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
-# balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
-LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,9 +43,9 @@ class Flow:
         return self.contacts[0].friction
 
     @property
-    def taken(self) -> tuple:
+    def tangential(self) -> tuple:
         """By the machine in the place of friction, at each contact: R less what pushes its body from outside."""
-        return tuple(each.taken for each in self.contacts)
+        return tuple(each.tangential for each in self.contacts)
 
 
 def _internal(system: Any, y) -> list[tuple]:
@@ -81,6 +77,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
     machine = system.placed
     mechanical, count = y[: len(machine.states)], len(machine.contact_states)
     sides = side if isinstance(side, tuple) else (side,) * count
+    machine = machine if system.controller is None else machine.sliding(sides)
     drive = system.timed_drive.value(t)
     given = tuple(machine.contacts(t, mechanical, drive))
     outside = None
@@ -115,13 +112,13 @@ def flow_of(system: Any, t, y, side) -> Flow:
             )
             limit, middle = limit * at_rest, middle * at_rest
     sliding_friction = force
-    taken = force - first.push
+    tangential = force - first.push
     if sticks:
         force = hold + slipping * (force - hold)
-        taken = held + slipping * (taken - held)  # exactly `held` at rest
-    acting = (ContactForce(first, taken, force, hold, middle, limit, normal), *contacts.forces(taken))
-    frictions, further = tuple(each.taken for each in acting), acting[1:]
-    switches, outcomes, law_switches = _switches(system, t, y, rubbing, drive, frictions)
+        tangential = held + slipping * (tangential - held)  # exactly `held` at rest
+    acting = (ContactForce(first, tangential, force, hold, middle, limit, normal), *contacts.forces(tangential))
+    frictions, further = tuple(each.tangential for each in acting), acting[1:]
+    switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
     against_all = isinstance(system.machine, Imposed) or bool(given[0].response)
     worked_against = frictions if against_all else tuple(each.friction for each in acting)
@@ -131,10 +128,13 @@ def flow_of(system: Any, t, y, side) -> Flow:
     ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
     own_kinds = (0, 1, 2)
     if others:  # a contact among others: what is a paradox alone leaves them without one answer
-        own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
+        own_kinds = (BOUNDS.index(AMBIGUOUS), 1, 2)
         more, more_kinds = contacts.bounds([each.normal for each in further])
         ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
-    outer_force = machine.outer_force(t, mechanical, drive)
+    if system.controller is None:
+        outer_force = machine.outer_force(t, mechanical, drive)
+    else:
+        outer_force = machine.outer_force_under(t, mechanical, drive, frictions)
     for each in frictions[1:]:
         outer_force = outer_force - each
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
@@ -147,8 +147,8 @@ def flow_of(system: Any, t, y, side) -> Flow:
             energy = energy + each.law.stored_energy(each.internal) if each.law.internal else energy
     return Flow(
         rates=(*rates, *(rate for each in (*others, first) for rate in each.internal_rates)),
-        drive=_felt(system, t, mechanical, drive),
-        command=drive if system.controller is None else machine.commanded(t, mechanical, drive),
+        drive=_felt(system, machine, t, mechanical, drive, frictions),
+        command=drive if system.controller is None else machine.commanded(t, mechanical, drive, frictions),
         reference=drive,
         contacts=acting,
         sliding_friction=sliding_friction,
@@ -174,11 +174,10 @@ def flow_of(system: Any, t, y, side) -> Flow:
     )
 
 
-def _felt(system: Any, t, mechanical, drive) -> Any:
+def _felt(system: Any, machine: Any, t, mechanical, drive, frictions) -> Any:
     """What the machine feels: the drive, what a controller makes of it, what an actuator makes of that."""
-    machine = system.placed
     if system.controller is not None:
-        return machine.felt(t, mechanical, drive)
+        return machine.felt(t, mechanical, drive, frictions)
     return drive if system.actuator is None else machine.output(mechanical)
 
 
@@ -199,10 +198,9 @@ def _powers_lost(system: Any, contacts: tuple[ContactForce, ...], number: int) -
     return (*lost, *stored)
 
 
-def _switches(system: Any, t, y, contacts, drive, frictions) -> tuple[tuple, tuple, int]:
+def _switches(system: Any, machine: Any, t, y, contacts, drive, frictions) -> tuple[tuple, tuple, int]:
     """(guards of the pieces of all laws, then of the machine; all states after each of them; how many are laws')."""
-    machine, parts = system.placed, _internal(system, y)
-    mechanical = tuple(y[: len(machine.states)])
+    parts, mechanical = _internal(system, y), tuple(y[: len(machine.states)])
     asked = [(each.law, each.velocity, each.internal, each.side, each.load) for each in contacts]
     guards, outcomes = [], []
     for i, (law, *at) in enumerate(asked):

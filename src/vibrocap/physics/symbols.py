@@ -6,17 +6,18 @@ parts themselves, so a new law, machine, drive or controller brings its own rows
 
 import contextlib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
+from vibrocap.physics.dimensions.scales import EFFORTS, FreeScales
+from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
+from vibrocap.physics.dimensions.units import QUANTITIES as QUANTITY_UNITS
+from vibrocap.physics.drives.scheduled import scheduled
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.scales import EFFORTS, FreeScales
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
-from vibrocap.physics.units import QUANTITIES as QUANTITY_UNITS
 
 GREEK = {
     "alpha": "α",
@@ -70,6 +71,7 @@ STATES = {
     "sampling": ("s_s", "1 after a sample, -1 after its action, 0 before the first (sampled controllers)"),
     "integral_command": ("S", "part of the command of a controller that integrates its error"),
     "command_saturated": ("s_r", "1 or -1 while the command of a controller is at its limit"),
+    "observed_bristle": ("z", "deflection of the bristles that an observer of friction believes in"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -113,6 +115,7 @@ MECHANICAL = (
     "pending_command",
     "integral_command",
     "command_saturated",
+    "observed_bristle",
     "sampling",
 )
 QUANTITIES = {
@@ -139,7 +142,7 @@ QUANTITIES = {
     "actuator_power": ("P_a", "power of that force or torque"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
-    "holding_middle": ("R_mid", "their middle"),
+    "holding_centre": ("R_mid", "their middle"),
     **{
         f"{name}_rate": (f"{symbol}'", f"rate of {name}")
         for name, (symbol, _) in STATES.items()
@@ -173,7 +176,7 @@ QUANTITIES = {
     "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
     "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion (linkage)"),
     "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
-    "holding_middle_2": ("R_mid2", "their middle"),
+    "holding_centre_2": ("R_mid2", "their middle"),
     "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
 }
 
@@ -206,7 +209,9 @@ def page() -> str:
         for name, part in parts.items():
             lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
         if title == "Friction law":
-            lines += _wrapped()
+            lines += _wrapped(title, wrappers(), laws())
+        if title == "Drive":
+            lines += _wrapped(title, {scheduled.__name__: scheduled}, drives())
     lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
     lines += ["## Actuator: `Actuator`", "", *_parameters(Actuator), ""]
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
@@ -218,20 +223,21 @@ def page() -> str:
     return "\n".join(lines)
 
 
-def _wrapped() -> list[str]:
-    """What each wrapper adds to the parameters of a law."""
+def _wrapped(title: str, around: Mapping[str, Callable[[Any], Any]], parts: Mapping[str, Any]) -> list[str]:
+    """What each wrapper adds to the parameters of a part."""
     lines = []
-    for name, wrapper in wrappers().items():
-        lines += [f"## Around a friction law: `{name}-...`, `{name}(...)`", "", *_rows(added_parameters(wrapper)), ""]
+    for name, wrapper in around.items():
+        rows = _rows(added_parameters(wrapper, parts))
+        lines += [f"## Around a {title.lower()}: `{name}-...`, `{name}(...)`", "", *rows, ""]
     return lines
 
 
-def added_parameters(wrapper: Callable[[type[Law]], type[Law]]) -> tuple[ParameterInfo, ...]:
-    """The parameters that a wrapper adds to those of a law, of the first law that it fits."""
-    for law in laws().values():
+def added_parameters(wrapper: Callable[[Any], Any], parts: Mapping[str, Any]) -> tuple[ParameterInfo, ...]:
+    """The parameters that a wrapper adds to those of a part, of the first part that it fits."""
+    for part in parts.values():
         with contextlib.suppress(ValueError):
-            return parameter_table(wrapper(law))[len(parameter_table(law)) :]
-    raise ValueError(f"{wrapper} fits no law")
+            return parameter_table(wrapper(part))[len(parameter_table(part)) :]
+    raise ValueError(f"{wrapper} fits no part")
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:

@@ -6,21 +6,22 @@ from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.controllers.controller import ControlledMachine, Controller
-from vibrocap.physics.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
+from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
+from vibrocap.physics.closed_loop.measuring import check_controller
+from vibrocap.physics.closed_loop.sampling import SampledReference, sample_count
+from vibrocap.physics.controllers.controller import SIDE, Controller
+from vibrocap.physics.dimensions.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import NoUnits, Units, units_of
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
-from vibrocap.physics.measuring import check_controller
 from vibrocap.physics.numbering import number_in, numbered
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
-from vibrocap.physics.sampling import SampledReference, sample_count
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import laws_by_state, laws_of, state_names
-from vibrocap.physics.units import NoUnits, Units, units_of
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system
@@ -229,9 +230,12 @@ class System:
 
     @property
     def contact_kinds(self) -> tuple[str, ...]:
-        """The kind of each contact: that of its law, which the drag of an environment gives a kink at rest."""
-        surrounded = self.environment is not None
-        return tuple("kinked" if law.kind == "smooth" and surrounded else law.kind for law in self.laws)
+        """The kind of each contact: that of its law, which has a kink at rest by the drag of an environment, and by a
+        controller that measures to which side it slides.
+        """
+        kinked = self.environment is not None
+        kinked = kinked or (self.controller is not None and SIDE in self.controller.measures(self.machine))
+        return tuple("kinked" if law.kind == "smooth" and kinked else law.kind for law in self.laws)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -286,7 +290,7 @@ class System:
         """Natural size of each state, over which its error is measured."""
         loads = self.law_loads
         internal = (size for i, law in laws_by_state(self.parts) for size in law.internal_scales(loads[i - 1]))
-        return (*self.placed.scales(self.drive.period), *internal)
+        return (*self.placed.scales(self.drive.time_scale), *internal)
 
     @property
     def mirrored(self) -> bool:
@@ -328,8 +332,9 @@ class System:
         keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.
         """
         changes: dict[str, dict[str, Any]] = {}
+        known = self.parameter_paths
         for path, value in values_without_units(values, self.units, self.parts).items():
-            part, name = self._resolved(path)
+            part, name = path.split(".", 1) if path in known else self._resolved(path)
             changes.setdefault(part, {})[name] = value
         parts = self.parts
         for part, fields in changes.items():

@@ -23,10 +23,10 @@ from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.numbering import numbered
-from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of
-from vibrocap.plotting.labels import scale
-from vibrocap.plotting.style import STYLE, blank_figure
+from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
+from vibrocap.plotting.look.labels import scale
+from vibrocap.plotting.look.style import STYLE, blank_figure
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25

@@ -9,10 +9,10 @@ from matplotlib.patches import Patch
 
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.numbering import numbered
-from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from vibrocap.plotting.labels import LABELS, with_unit
-from vibrocap.plotting.style import legend_above
-from vibrocap.plotting.trace import Trace
+from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.look.labels import LABELS, with_unit
+from vibrocap.plotting.look.style import legend_above
+from vibrocap.plotting.look.trace import Trace
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MODES = {1: ("forward", BLUE), 0: ("stuck", "#B8B8B8"), -1: ("back", VERMILION)}  # side: what it is called

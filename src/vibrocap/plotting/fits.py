@@ -14,11 +14,11 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
-from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
-from vibrocap.plotting.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import (
+from vibrocap.plotting.look.colours import BLUE, GREEN, GREY, VERMILION
+from vibrocap.plotting.look.labels import LETTERS_PER_INCH, filled, law_words, percent, whole
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import (
     blank_figure,
     decimated,
     footnote,

@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibrocap.design.front import ParetoFront
-from vibrocap.plotting.colours import BLUE, GREY
-from vibrocap.plotting.labels import bracketed
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.style import figure, given_axes, legend_below, style
+from vibrocap.plotting.look.colours import BLUE, GREY
+from vibrocap.plotting.look.labels import bracketed
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, style
 
 FRONT = {"markersize": 4.0, "linewidth": 0.8, "zorder": 2}  # a staircase: nothing lies between two designs
 SAME = 1e-3  # relative: a design of the front as it was before its motion was closed to rounding

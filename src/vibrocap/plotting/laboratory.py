@@ -12,11 +12,11 @@ from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
-from vibrocap.plotting.labels import parts_title
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import (
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
+from vibrocap.plotting.look.labels import parts_title
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import (
     STICK_SHADE,
     blank_figure,
     figure,
@@ -99,7 +99,7 @@ def _draw_steady_curve(ax: Axes, law: Law, load: float, widest: float) -> None:
     ax.plot(speed, force, color=BLUE, linewidth=1.5)
     ax.plot(-speed, -back, color=BLUE, linewidth=1.5)
     if law.kind == "set-valued":
-        middle, limit = float(law.holding_middle(load)), float(law.holding_limit(load))
+        middle, limit = float(law.holding_centre(load)), float(law.holding_limit(load))
         ends = np.array([middle - limit, middle + limit])
         ax.plot([0.0, 0.0], ends, color=VERMILION, linewidth=2.0, label="held at rest")
         ax.plot([0.0, 0.0], ends, "o", color=VERMILION, markersize=3.5)

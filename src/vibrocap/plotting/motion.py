@@ -10,12 +10,12 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.numbering import number_in, numbered
-from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
-from vibrocap.plotting.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import (
+from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
+from vibrocap.plotting.look.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import (
     ANY_UNITS,
     DIMENSIONLESS,
     STICK_SHADE,
@@ -26,7 +26,7 @@ from vibrocap.plotting.style import (
     setting,
     style,
 )
-from vibrocap.plotting.trace import Trace
+from vibrocap.plotting.look.trace import Trace
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.design.front import ParetoFront
+from vibrocap.design.steering.steering import Steering
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.result.fit_result import Fit
@@ -24,11 +25,6 @@ from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
-from vibrocap.plotting.basins import basin_figure, draw_basins
-from vibrocap.plotting.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
-from vibrocap.plotting.diagrams import bifurcation_figure, draw_bifurcation
-from vibrocap.plotting.equilibria import draw_equilibria, equilibrium_figure
-from vibrocap.plotting.finishing import finished, save
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
 from vibrocap.plotting.laboratory import (
@@ -38,13 +34,19 @@ from vibrocap.plotting.laboratory import (
     regularisation_figure,
     sheet_figure,
 )
+from vibrocap.plotting.look.finishing import finished, save
+from vibrocap.plotting.look.page import on_page
+from vibrocap.plotting.look.style import STYLE
+from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
-from vibrocap.plotting.page import on_page
+from vibrocap.plotting.steady.basins import basin_figure, draw_basins
+from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
+from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation
+from vibrocap.plotting.steady.equilibria import draw_equilibria, equilibrium_figure
+from vibrocap.plotting.steering import draw_steering, steering_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
-from vibrocap.plotting.style import STYLE
-from vibrocap.plotting.style import figure as empty_figure
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.stick_slip import StickSlip
 
@@ -67,7 +69,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`,
+        `draw_steering`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
@@ -101,6 +104,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         return draw_bifurcation(result, what, ax=ax, **options)
     if isinstance(result, ParetoFront):
         return draw_front(result, ax=ax, **options)
+    if isinstance(result, Steering):
+        return draw_steering(result, ax=ax, **options)
     if isinstance(result, Law):
         _check(what, ("steady", "presliding"))
         return (draw_presliding if what == "presliding" else draw_steady_curve)(result, ax=ax, **options)
@@ -123,8 +128,8 @@ def figure(
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on smoothing, a stick-slip
-        record, a regime diagram, a dataset of a study
+        bifurcation diagram, a Pareto front, a schedule that steers, a friction law, a sheet of its tests, a report on
+        smoothing, a stick-slip record, a regime diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg, .pdf or .tex)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
         and the panels of a motion stand one below the other where they have no room side by side; by default what suits
@@ -166,6 +171,7 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     Basins: basin_figure,
     BifurcationDiagram: bifurcation_figure,
     ParetoFront: front_figure,
+    Steering: steering_figure,
     Law: law_figure,
     TestSheet: sheet_figure,
     Regularisation: regularisation_figure,
@@ -184,6 +190,7 @@ PLOTTED = (
     Basins,
     BifurcationDiagram,
     ParetoFront,
+    Steering,
     Law,
 )
 

@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 
 from vibrocap.design.optimise import Optimum
 from vibrocap.design.search.goal import INFEASIBLE
-from vibrocap.plotting.colours import BLUE, GREY
-from vibrocap.plotting.labels import bracketed
-from vibrocap.plotting.style import figure, style
+from vibrocap.plotting.look.colours import BLUE, GREY
+from vibrocap.plotting.look.labels import bracketed
+from vibrocap.plotting.look.style import figure, style
 
 
 def search_figure(found: Optimum) -> Figure:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
-from vibrocap.plotting.page import page
-from vibrocap.plotting.style import (
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import (
     STICK_SHADE,
     blank_figure,
     decimated,

@@ -1,4 +1,4 @@
-"""The door: functions that take what is in SI, and answer in SI where what they are given is.
+"""The public functions: functions that take what is in SI, and answer in SI where what they are given is.
 
 The rooms compute without units. A public function is given records in SI, and numbers in SI of a system that knows its
 scales; what it returns is shown in SI. Where nothing given is in SI, the function is called as it stands.
@@ -17,7 +17,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def opened_in_si(function: Function) -> Function:
-    """A function as it stands at the door."""
+    """A function as users call it."""
     signature = inspect.signature(function)
     defaults = {name: each.default for name, each in signature.parameters.items() if each.default is not each.empty}
 

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.design.front import ParetoFront
 from vibrocap.design.optimise import Optimum
 from vibrocap.files import write_text
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
 from vibrocap.plotting.fronts import draw_front
 from vibrocap.plotting.motion import motion_figure

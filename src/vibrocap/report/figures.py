@@ -11,11 +11,11 @@ from vibrocap.files import replacing
 from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
-from vibrocap.plotting import style as plots
-from vibrocap.plotting.branches import branch_figure
-from vibrocap.plotting.colours import BLACK, GREEN
-from vibrocap.plotting.finishing import save
-from vibrocap.plotting.labels import LABELS as QUANTITIES
+from vibrocap.plotting.look import style as plots
+from vibrocap.plotting.look.colours import BLACK, GREEN
+from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.look.labels import LABELS as QUANTITIES
+from vibrocap.plotting.steady.branches import branch_figure
 from vibrocap.plotting.studies.maps import plot_view
 from vibrocap.plotting.studies.view import Panel as StudyPanel
 from vibrocap.plotting.studies.view import View, ViewAxis

@@ -1,7 +1,8 @@
 """Adaptive maps: a map over two parameters whose borders are as sharp as on its finest grid, at a share of the runs.
 
-What a designer reads from a map are its borders: where the word, the direction of travel or the response period
-changes. Between them little happens. So the map starts on a coarse grid, and cells are halved only where labels differ.
+What a designer reads from a map are its borders: where the mode sequence, the direction of travel or the response
+period changes. Between them little happens. So the map starts on a coarse grid, and cells are halved only where
+labels differ.
 
 The grid has levels, from the coarse points (level 0) to all points (the last); a cell lies between neighbouring points
 of its level. A cell is mixed where any two runs in it or on its rim, whichever level asked for them, differ in a label.
@@ -26,7 +27,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
-from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
@@ -70,7 +71,7 @@ class Border:
 def adaptive_map(
     system: Any,
     over: Mapping[str, Any],
-    by: Sequence[str] = ("word", "travel", "response_period"),
+    by: Sequence[str] = ("mode_sequence", "travel", "response_period"),
     *,
     measures: Sequence[str] = ("mean_velocity",),
     coarse: int | tuple[int, int] = 16,
@@ -93,7 +94,7 @@ def adaptive_map(
     dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1); a run that failed has -128. It is
         without units always, as are the thresholds of settling
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
-        its word from point to point, and would otherwise ask for all of them
+        its mode sequence from point to point, and would otherwise ask for all of them
     evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
         system, measures and settings go; runs settle to max(1e-6, 1000 tolerance) where `settle` is not among these.
     tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
@@ -260,7 +261,7 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
 
 def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled: bool, tile: Any) -> None:
     if isinstance(by, str) or not by or not all(isinstance(label, str) for label in by):
-        raise ValueError(f"by should be a list of labels, such as ['word', 'travel'], got {by!r}")
+        raise ValueError(f"by should be a list of labels, such as ['mode_sequence', 'travel'], got {by!r}")
     if not refine_unsettled and "response_period" not in by:
         raise ValueError(f"by should hold 'response_period' where refine_unsettled is False, got {by!r}")
     for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
@@ -277,7 +278,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     from vibrocap.studies.variables import study_attributes, variables
 
     defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}
-    known = ("initial", *RUN_DEFAULTS, "window", "settle", "threads")
+    known = ("initial", *RUN_DEFAULTS, "window", "settle", "extrapolate", "threads")
     if unknown := [name for name in settings if name not in known]:
         raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
     used = {name: defaults[name] for name in known} | settings
@@ -289,7 +290,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     names = tuple(measure.name for measure in resolved(listed, system)[0])
     grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
     names = with_load_watch(system, grid, names)
-    study = Study(case, grid, names, used["window"], used["settle"])
+    study = Study(case, grid, names, used["window"], used["settle"], extrapolate=used["extrapolate"])
 
     def evaluate(x: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
         return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)

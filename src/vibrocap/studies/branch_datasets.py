@@ -48,7 +48,11 @@ def branch_dataset(branch: Shown) -> "xarray.Dataset":
             branch.certified,
             {"long_name": "the motion is one of the equations, by its certificate"},
         ),
-        "word": ("point", branch.word.astype(str), {"long_name": "phases: F forward, S stuck, B back"}),
+        "mode_sequence": (
+            "point",
+            branch.mode_sequence.astype(str),
+            {"long_name": "phases: F forward, S stuck, B back"},
+        ),
     }
     for i, name in enumerate(branch.system.turns):
         data[f"winding_{name}"] = ("point", branch.winding[:, i], _words(f"whole turns of {name} over one response"))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.measures.ensemble import CARD_CHUNK
+from vibrocap.measures.ensemble import GPU_CHUNK
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
@@ -60,6 +60,7 @@ def sweep(
     periods: int = 60,
     window: int | None = None,
     settle: float | None = None,
+    extrapolate: bool = True,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
@@ -84,7 +85,7 @@ def sweep(
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
     measures: names from `measure_table(system)`, or measures of one's own
     initial: where all runs start; what is not named starts at zero
-    periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
+    periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
     resume: go on with what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
         and what is damaged is computed again, with a DamageWarning that names it
@@ -121,7 +122,8 @@ def sweep(
         scheduler=scheduler,
     )
     execution.require_packages()
-    settings = {"window": window, "settle": settle, "periods": periods, "tolerance": tolerance}
+    settings: dict[str, Any] = {"window": window, "settle": settle, "extrapolate": extrapolate, "periods": periods}
+    settings["tolerance"] = tolerance
     settings |= {"max_events_per_period": max_events_per_period, "max_steps": max_steps}
     study = planned_study(
         system,
@@ -170,7 +172,7 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
     _check_room(study, how.out, how.yes)
     tile_runs = how.tile_runs
     if tile_runs is None and how.device == "cuda":
-        tile_runs = CARD_CHUNK
+        tile_runs = GPU_CHUNK
     elif tile_runs is None and how.out is not None and not (how.workers or how.scheduler):
         tile_runs = tile_runs_by_time(study, how.out, how.threads)
     tile = tile_shape(study.plan.shape, tile_runs)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind
-from vibrocap.physics.conversion import INITIAL, path_in_si
+from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.checks import check_runs
 from vibrocap.studies.plan.runs import Block

@@ -12,12 +12,12 @@ from vibrocap.measures.of_measure import measure_unit
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
 from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.conversion import INITIAL, path_in_si
+from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
+from vibrocap.physics.dimensions.units import Key
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.physics.system import System
-from vibrocap.physics.units import Key
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
 
@@ -134,7 +134,8 @@ def as_stored(values: np.ndarray) -> np.ndarray:
 def study_attributes(study: Study) -> dict[str, Any]:
     """What the whole dataset says of itself; what is not set is left out."""
     found = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
-    found |= {name: value for name, value in study.settings.items() if value is not None}
+    settings = {name: value for name, value in study.settings.items() if value is not None}
+    found |= {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}  # as NetCDF
     return found | {"case": case_text(study.case)}
 
 
@@ -149,7 +150,7 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
         if scale is not None:
             attributes["dimensionless_unit"] = scale
-        if getattr(measure.how, "text", False):
+        if measure.is_text:
             found.append(Variable(measure.name, TEXT, "", attributes))
         else:
             found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))

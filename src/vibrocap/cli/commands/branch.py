@@ -10,7 +10,7 @@ from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, wr
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.physics.conversion import INITIAL, Quantity, quantity, quantity_in_si
+from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, units_of
 
@@ -77,8 +77,8 @@ def branch(
     else:
         Page().say(str(shown))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
-        from vibrocap.plotting.branches import branch_figure
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
+        from vibrocap.plotting.steady.branches import branch_figure
 
         drawn = "mean_velocity" if found.system.cyclic is not None else "period"
         save(branch_figure(found, drawn, over=along.path), plot)
@@ -152,8 +152,8 @@ def basins(
     else:
         _print_basins(record)
     if plot is not None:
-        from vibrocap.plotting.basins import PRINT, basin_figure
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
+        from vibrocap.plotting.steady.basins import PRINT, basin_figure
 
         save(basin_figure(found, [along.path.removeprefix(INITIAL) for along, _ in asked]), plot, PRINT)
         if not json:
@@ -178,7 +178,7 @@ def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | No
 
 def _diagram_record(found: Any) -> dict[str, Any]:
     """Branches with their points and special points, by name."""
-    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word", "certified")
+    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "mode_sequence", "certified")
     branches = [
         {"response_period": each.response_period, "symmetric": each.symmetric}
         | {name: getattr(each, name).tolist() for name in columns}
@@ -211,7 +211,8 @@ def _basin_record(found: Any) -> dict[str, Any]:
             {
                 "index": i,
                 "kind": each.motion.kind,
-                "share": int((found.label == i).sum()) / size,
+                "share": each.share,
+                "share_error": each.error,
                 "drift": _drift(found, i),
             }
             for i, each in enumerate(found.attractors)
@@ -235,4 +236,5 @@ def _print_basins(record: dict[str, Any]) -> None:
     length = "m" if "units" in record else ""
     for each in record["attractors"]:
         drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
-        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, {each['kind']}{drift}")
+        share = f"{each['share']:.2%} +- {each['share_error']:.2%}"
+        page.say(f"  attractor {each['index']}: {share} of the starts, {each['kind']}{drift}")

@@ -103,8 +103,8 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
     else:
         _print_branch(record, shown.unit_of("over"))
     if plot is not None:
-        from vibrocap.plotting.equilibria import equilibrium_figure
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
+        from vibrocap.plotting.steady.equilibria import equilibrium_figure
 
         save(equilibrium_figure(found), plot)
         if not json:

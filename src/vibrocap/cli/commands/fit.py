@@ -194,8 +194,8 @@ def _fitted(
         return INCOMPLETE
     written = _write(found, out, scales) if out is not None else []
     if plot is not None:
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.fits import fit_figure
+        from vibrocap.plotting.look.finishing import save
 
         written.append(save(fit_figure(found), plot))
     if json:
@@ -227,8 +227,8 @@ def _compared(
     pictures = [plot] if plot is not None else []
     pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
     for picture in pictures if good else ():
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.fits import comparison_figure
+        from vibrocap.plotting.look.finishing import save
 
         written.append(save(comparison_figure(found), picture))
     if json:
@@ -259,8 +259,8 @@ def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
     written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
     if _can_draw():
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.fits import fit_figure, residual_figure
+        from vibrocap.plotting.look.finishing import save
 
         written.append(save(fit_figure(found), folder / "fit.png"))
         written.append(save(residual_figure(found), folder / "residuals.png"))

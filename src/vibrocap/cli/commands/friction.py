@@ -102,8 +102,8 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     creeps = "yes" if law.creeps else "no"
     page.say(f"creeps     {creeps}, under an oscillating force below break-away")
     if plot is not None:
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.laboratory import law_figure
+        from vibrocap.plotting.look.finishing import save
 
         with progress(f"Drawing {name}"):
             page.say(f"picture    {save(law_figure(law), plot)}")
@@ -168,8 +168,8 @@ def canonical_tests(
     else:
         print_sheet(page, name, sheet)
     if plot is not None:
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.laboratory import sheet_figure
+        from vibrocap.plotting.look.finishing import save
 
         save(sheet_figure(sheet), plot)
         if not json:
@@ -261,7 +261,7 @@ def limits(case: Path, /, *, json: bool = False) -> int:
     json
         print one JSON object in full precision instead of tables
     """
-    from vibrocap.measures.limits import frictional_limits
+    from vibrocap.measures.recorded.limits import frictional_limits
 
     system = read_source(case).system
     try:

@@ -226,8 +226,8 @@ def _front(
 
             write_front_page(found, out, again)
     if plot is not None and len(found):
-        from vibrocap.plotting.finishing import save
         from vibrocap.plotting.fronts import front_figure
+        from vibrocap.plotting.look.finishing import save
 
         save(front_figure(found), plot)
     if json:

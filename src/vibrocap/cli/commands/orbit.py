@@ -33,7 +33,7 @@ def orbit(
     gradients: bool = False,
     json: bool = False,
 ) -> int:
-    """The steady motion of a case: period, drift, stability, symmetry, mirror twin and word.
+    """The steady motion of a case: period, drift, stability, symmetry, mirror twin and mode sequence.
 
     The case is simulated until it settles; then the periodic motion is computed
     by shooting, to rounding. A motion that settles near an unstable orbit is
@@ -192,7 +192,7 @@ def orbit_record(found: Any) -> dict[str, Any]:
         ],
         "continuum": found.continuum,
         "symmetric": found.symmetric,
-        "word": found.word if closed else None,
+        "mode_sequence": found.mode_sequence if closed else None,
         "state": found.state,
         "twin": twin,
     }
@@ -228,7 +228,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         *([("multipliers", sizes)] if sizes else []),
         *([("continuum", "neighbours are steady too: the drift is not determined")] if record["continuum"] else []),
         ("symmetry", symmetric[record["symmetric"]]),
-        ("word", record["word"]),
+        ("mode_sequence", record["mode_sequence"]),
         ("state", state),
     ]
     if record["twin"] is not None:
@@ -265,7 +265,9 @@ def _unstable_rows(left: dict[str, Any], kept: bool | None, units: dict[str, Any
         travel = "no drift" if each["drift"] is None else f"drift {said(each['drift'], length, 12)}"
         start = _state(each["state"], units)
         periods = f"period {each['response_period']} of the drive"
-        rows.append(("gives way to", f"{travel}, {periods}, stable {each['stability']}, word {each['word']}, {start}"))
+        rows.append(
+            ("gives way to", f"{travel}, {periods}, stable {each['stability']}, modes {each['mode_sequence']}, {start}")
+        )
     if not left["gives_way_to"]:
         rows.append(("gives way to", "nothing that settles: it may be chaotic, see `classify` in Python"))
     return rows

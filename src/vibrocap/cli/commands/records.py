@@ -119,7 +119,7 @@ def stick_slip(
 
 
 def _draw(found: "list[StickSlip]", path: Path) -> None:
-    from vibrocap.plotting.finishing import save
+    from vibrocap.plotting.look.finishing import save
     from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
     from vibrocap.records.regime_diagram import regime_diagram
 

@@ -23,39 +23,16 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import in_both, json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.part_in_words import in_words
+from vibrocap.physics import events
 from vibrocap.physics.numbering import name_and_number, numbered
 from vibrocap.quantities.dimensional import computed, units_of
 from vibrocap.quantities.opening import opened_in_si
 
 if TYPE_CHECKING:
-    from vibrocap.measures.energy import EnergyBalance
-    from vibrocap.measures.travel import MeanVelocity
+    from vibrocap.measures.recorded.energy import EnergyBalance
+    from vibrocap.measures.recorded.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
-# kind of event: what happens
-EVENTS = {
-    "stick": "the contact comes to rest and sticks",
-    "slip_forward": "the contact leaves stick forward",
-    "slip_back": "the contact leaves stick backward",
-    "reversal": "the contact reverses without sticking",
-    "graze": "the contact touches its limit and stays",
-    "switch": "the contact goes over to another piece of its law",
-    "impact": "a mass strikes a stop",
-    "stop_opened": "a mass leaves a stop",
-    "lift_off": "the contact loses its load, which ends the run",
-    "stop_reached": "the machine reaches a stop, which ends the run",
-    "paradox": "the contact has no load that follows from the forces",
-    "ambiguous_contacts": "which contacts rest is no longer certain",
-}
-PART_EVENTS = {  # of an actuator and of a controller, counted where there is one
-    "saturated": "the actuator reaches its limit",
-    "unsaturated": "the actuator leaves its limit",
-    "clipped": "the command reaches its limit",
-    "unclipped": "the command comes back from its limit",
-    "sample": "the controller samples, or its command acts",
-    "command_saturated": "the command of the controller reaches its limit",
-    "command_unsaturated": "the command of the controller leaves its limit",
-}
 # channel of energy: what it is
 CHANNELS = {
     "drive": "work of the drive",
@@ -141,7 +118,7 @@ def simulate(
         write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
-        from vibrocap.plotting.finishing import save
+        from vibrocap.plotting.look.finishing import save
         from vibrocap.plotting.motion import motion_figure
 
         save(motion_figure(computed(motion)), plot)
@@ -169,8 +146,8 @@ def simulate(
 
 def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
-    from vibrocap.measures import energy, sticking, travel
-    from vibrocap.measures.windows import whole_periods
+    from vibrocap.measures.recorded import energy, sticking, travel
+    from vibrocap.measures.recorded.windows import whole_periods
 
     energy_balance, stick_fraction = opened_in_si(energy.energy_balance), opened_in_si(sticking.stick_fraction)
     drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
@@ -196,7 +173,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "mean_velocity": nothing if velocity is None else dataclasses.asdict(velocity),
             "cost_of_transport": None if velocity is None else _cost_of_transport(motion, velocity),
             **turns,
-            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
+            "events": {kind: counts[kind] for kind in (*events.MEANINGS, *own_events(motion), *_further(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "least_reaction": None if least is None else least * motion.system.result_units.factor("friction"),
             "energy": works or None,
@@ -225,9 +202,9 @@ def _units_of_works(balance: "EnergyBalance", works: dict[str, Any]) -> dict[str
 
 def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float | None:
     """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
-    from vibrocap.measures.energy import energy_balance
-    from vibrocap.measures.response import response_class
-    from vibrocap.measures.windows import usual_window, whole_periods
+    from vibrocap.measures.recorded.energy import energy_balance
+    from vibrocap.measures.recorded.response import response_class
+    from vibrocap.measures.recorded.windows import usual_window, whole_periods
 
     plain = computed(motion)
     if velocity.value == 0.0 or response_class(plain).symmetric:
@@ -302,26 +279,25 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 def _event_words(kind: str) -> str:
     stem, number = name_and_number(kind)
-    if number > 1 and stem in EVENTS:
-        return EVENTS[stem].replace("the contact", f"contact {number}")
-    return (EVENTS | PART_EVENTS).get(kind, "this happens")
+    if number > 1 and stem in events.MEANINGS:
+        return events.MEANINGS[stem].replace("the contact", f"contact {number}")
+    return (events.MEANINGS | events.ADDED).get(kind, "this happens")
 
 
 def own_events(motion: "Trajectory") -> list[str]:
     """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
-    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in EVENTS]
+    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
 
 
-def _further_events(motion: "Trajectory") -> tuple[str, ...]:
+def _further(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
-    from vibrocap.motion.trajectory import CONTACT_EVENTS
 
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in CONTACT_EVENTS)
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in events.CONTACT)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
-    from vibrocap.measures.response import response_class
+    from vibrocap.measures.recorded.response import response_class
 
     response = response_class(computed(motion))
     if response.residual is None:

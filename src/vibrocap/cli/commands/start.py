@@ -15,10 +15,10 @@ from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.symbols import STATES
-from vibrocap.physics.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with

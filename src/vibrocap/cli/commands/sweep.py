@@ -41,6 +41,7 @@ def sweep(
     periods: float | None = None,
     window: int | None = None,
     settle: float | None = None,
+    no_extrapolate: bool = False,
     tolerance: float | None = None,
     threads: int | None = None,
     workers: int | None = None,
@@ -66,7 +67,7 @@ def sweep(
     over
         what varies, PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3 for each axis; with --design PATH=LOW:HIGH
     measure
-        what is measured, such as mean_velocity,word; `vibrocap measures` lists them [default: mean_velocity]
+        what is measured, such as mean_velocity,mode_sequence; `vibrocap measures` lists them [default: mean_velocity]
     out
         folder for the results, stored as they come
     resume
@@ -93,6 +94,8 @@ def sweep(
         drive periods at the end of a run that are measured if it does not settle [default: 10, or all]
     settle
         end a run once it is this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]
+    no_extrapolate
+        let each run wait until it has settled; else it goes on from the extrapolated limit of its states if that holds
     tolerance
         error per step, relative to the states' natural size [default: the case's]
     threads
@@ -231,6 +234,7 @@ class Outcome:
     """How the runs of a study ended: by status, and how many of the finished ones settled (None: it was not asked).
 
     dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
+    became: how many of the finished ones became what, where the measure `outcome` was taken
     """
 
     sizes: Mapping[str, int]
@@ -238,10 +242,13 @@ class Outcome:
     settled: int | None
     dataset: Callable[[], Any]
     made: int | None = None
+    became: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
 
 def _outcome(found: "Completed") -> Outcome:
-    """That of a study, looked at in parts, in memory that does not grow with a study in a store."""
+    """That of a study, looked at in parts, in memory that does not grow with a study in a store but for words."""
+    from vibrocap.measures.standard import OUTCOME
+
     statuses: Counter[int] = Counter()
     settled = 0
     for status, settling in found.numbers("status", "settled"):
@@ -249,7 +256,11 @@ def _outcome(found: "Completed") -> Outcome:
         settled += int((settling & (status == 0)).sum())
     study = found.study
     sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
-    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset)
+    became: Counter[str] = Counter()
+    if OUTCOME in study.measures:
+        dataset = found.dataset()
+        became.update(map(str, dataset[OUTCOME].values[dataset["status"].values == 0].tolist()))
+    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset, became=became)
 
 
 def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
@@ -271,6 +282,8 @@ def print_study(found: Outcome, seconds: float, out: Path | None, export: Path |
         unsettled = finished - found.settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
         page.say(f"  settled    {found.settled / max(1, finished):.1%} of these{more}")
+    for name, count in sorted(found.became.items(), key=lambda each: -each[1]):
+        page.say(f"             {count:,}: {name}")
     for place in (out, export):
         if place is not None:
             page.say(f"  stored in  {place}")
@@ -294,7 +307,7 @@ def plot(
     Failed, unsettled and missing runs are hatched and counted in the legend; runs
     without travel have a colour of their own.
 
-    For --border word the sweep must have had --measure word. --border travel is where
+    For --border mode_sequence the sweep must have had --measure mode_sequence. --border travel is where
     the way of travel turns round, --border impacts where a mass grazes its stop.
 
     Parameters
@@ -308,7 +321,7 @@ def plot(
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
-        draw lines where this changes on a map, such as word or travel; may be repeated
+        draw lines where this changes on a map, such as mode_sequence or travel; may be repeated
     dead_band
         smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
     """

@@ -35,6 +35,7 @@ class SweepRequest(Execution):
     periods: float | None
     window: int | None
     settle: float | None
+    no_extrapolate: bool
     tolerance: float | None
 
     @property
@@ -135,7 +136,7 @@ class SweepRequest(Execution):
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
-        from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+        from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
 
         given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
         settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}
@@ -144,6 +145,7 @@ class SweepRequest(Execution):
             settings["periods"] = int(periods)
         settings["window"] = self.window
         settings["settle"] = self.settle or None
+        settings["extrapolate"] = not self.no_extrapolate
         if self.settle is None:
             tolerance = settings["tolerance"]
             settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD

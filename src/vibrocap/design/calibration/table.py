@@ -12,7 +12,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.inputs import read_input
 from vibrocap.measures.during_run import measure_table, near_measure
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 
@@ -79,7 +79,7 @@ def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTa
     if not targets:
         complaints.add("table", "should have a column of a measure, such as mean_velocity")
     elif any(getattr(known[name].how, "text", False) for name in targets):
-        complaints.add("table", "measures should be numbers; leave out 'word'")
+        complaints.add("table", "measures should be numbers; leave out 'mode_sequence'")
     if len(complaints) == begun and conditions:
         plain = [quantity(path, system).plain for path in conditions]
         twice = [path for path, one in zip(conditions, plain, strict=True) if plain.count(one) > 1]

@@ -14,7 +14,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.design.search.problem import Problem
 from vibrocap.orbits.closing.gradients import gradients, measures_with_gradients
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 
 LEVEL = 1e-10  # slope of the measure over its size, per range of a variable: what rounding leaves of one that vanishes
 LONGEST = 0.1  # of a step, in shares of the ranges
@@ -36,7 +36,8 @@ def slopes_by_share(
     goal, space, system = problem.goal, problem.space, solution.system
     if problem.samples is not None or solution.failed or goal.measure not in measures_with_gradients(system):
         return None
-    asked = [quantity(space.paths[i], system) for i in map(int, space.continuous)]
+    rates = space.slopes(shares)
+    asked = [quantity(path, system) for path in rates]
     try:
         plain = dataclasses.replace(solution, system=system.dimensionless)
         found = gradients(plain, [each.plain for each in asked], goal.measure)
@@ -45,9 +46,8 @@ def slopes_by_share(
     by = {each.parameter: each for each in found.slopes}
     if any(abs(each.value - value) > 1e-6 * abs(value) for each in found.slopes):
         return None
-    slopes = [by[each.plain].slope / each.scale for each in asked]
-    rates = [space.derivative(i, float(shares[i])) for i in map(int, space.continuous)]
-    gradient = np.array(slopes) * rates
+    parts = [by[each.plain].slope / each.scale * rate for each, rate in zip(asked, rates.values(), strict=True)]
+    gradient = np.sum(parts, axis=0)
     return gradient if np.all(np.isfinite(gradient)) else None
 
 

@@ -2,7 +2,9 @@
 
 Most designs of a vibro-driven capsule do not travel, or lift off: their costs are a plateau, on which covariances learn
 nothing. Differential evolution (Storn and Price 1997) compares designs only, so it does not mind; but it converges to
-one place, so it is begun again with other points until the evaluations are used up.
+one place, so it is begun again with other points until the evaluations are used up. The best designs often stand on
+bounds. SciPy draws what steps over a bound anew between the bounds, so that few of a population ever come near one;
+therefore the search goes on a little beyond them, and the design is that at the bound.
 """
 
 import dataclasses
@@ -16,9 +18,10 @@ from vibrocap.design.search.problem import Problem
 from vibrocap.design.search.search_store import SearchStore
 
 MEMBERS = 16  # of a population for each variable
-LEAST, MOST = 32, 256  # members of a population
+LEAST, MOST = 32, 128  # members of a population
+BEYOND = 0.05  # of a range, by which the search goes beyond its bounds
 CONVERGED = 1e-3  # relative spread of costs at which a population is begun again: refinement finds the digits
-IDLE = 20  # generations without a better design after which it is begun again
+IDLE = 40  # generations without a better design after which it is begun again
 
 
 def members_of(variables: int) -> int:
@@ -86,11 +89,13 @@ def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
     """
     from scipy.optimize import differential_evolution
 
-    variables = len(made.problem.space.variables)
+    space = made.problem.space
+    variables = len(space.variables)
     members = members_of(variables)
+    beyond = np.where(np.isin(np.arange(variables), space.continuous), BEYOND, 0.0)
 
-    def costs(shares: np.ndarray) -> np.ndarray:
-        return made.of(np.ascontiguousarray(shares.T), until).costs[goal].min(axis=1)
+    def costs(places: np.ndarray) -> np.ndarray:
+        return made.of(np.ascontiguousarray(np.clip(places.T, 0.0, 1.0)), until).costs[goal].min(axis=1)
 
     begun = 0
     try:
@@ -102,7 +107,7 @@ def evolve(made: Evaluations, goal: int, seed: int, until: int) -> None:
                 first[: len(guesses)] = np.reshape(guesses, (-1, variables))
             differential_evolution(
                 costs,
-                [(0.0, 1.0)] * variables,
+                list(zip(-beyond, 1.0 + beyond, strict=True)),
                 init=first,  # type: ignore[arg-type]
                 rng=generator,
                 maxiter=1 + until // members,

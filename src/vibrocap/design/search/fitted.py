@@ -16,7 +16,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, shown
 from vibrocap.inputs import read_input
-from vibrocap.physics.conversion import quantity_in_si
+from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.system import System
 
 PREFIX = "fit:"  # before the name of a file fit.json

@@ -141,7 +141,7 @@ def settled_nearby(problem: Problem, known: Sequence[Population], shares: np.nda
     from scipy.spatial import KDTree
 
     here, there = problem.space.apart(shares), problem.space.apart(places)
-    distance, nearest = KDTree(there).query(here)
+    distance, nearest = KDTree(there, compact_nodes=False, balanced_tree=False).query(here)
     near = distance < FAR
     found[near] = ends[np.asarray(nearest)[near]]
     return found

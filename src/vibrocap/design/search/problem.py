@@ -1,8 +1,10 @@
 """A design problem: what may vary, what is wanted, and how designs are run. Wrong input is refused here."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
 from vibrocap.case.case import Case, CaseError, case_text
@@ -12,7 +14,7 @@ from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import varied
 
@@ -80,6 +82,7 @@ def stated_problem(
     subject_to: Any,
     starts: Any,
     *,
+    through: Callable[..., Mapping[str, Any]] | None = None,
     periods: int,
     settle: float,
     tolerance: float,
@@ -111,7 +114,7 @@ def stated_problem(
         complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
     if not is_positive(settle):
         complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
-    space = design_space(system, over, complaints)
+    space = design_space(system, over, complaints, through)
     several = len(objectives) > 1
     goals: list[Goal] = []
     measures: dict[str | Measure, None] = {}
@@ -165,7 +168,8 @@ def _samples(
         check_whole("samples", samples, 2, 2**16)
     if len(complaints) > begun:
         return None
-    varied_too = {quantity(path, system).plain: path for path in space.paths}
+    middle = space.parameters(np.full(len(space.variables), 0.5))
+    varied_too = {quantity(path, system).plain: path for path in middle}
     for each in quantities:
         for path in each.paths:
             given = varied_too.get(quantity(path, system).plain)

@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.design.search.ascent import Slopes, ascend, slopes_by_share, vanishes
 from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
-from vibrocap.measures.sticking import spelled
+from vibrocap.measures.recorded.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
 from vibrocap.orbits.closing.shooting import closed
@@ -60,7 +60,7 @@ class Refined:
         return self.solution.motion(tolerance=1e-11)
 
     @property
-    def word(self) -> str:
+    def mode_sequence(self) -> str:
         """The mode sequence along the orbit; "" with a smooth law."""
         if self.solution.system.friction.kind == "smooth":
             return ""
@@ -91,7 +91,7 @@ class ClosedDesigns:
 
     def _closed(self, shares: np.ndarray) -> Refined | None:
         goal, samples = self.problem.goal, self.problem.samples
-        variants = self.problem.variants(self.problem.space.design(shares))
+        variants = self.problem.variants(self.problem.space.parameters(shares))
         each = [self._steady(values, near or self.near[0]) for values, near in zip(variants, self.near, strict=True)]
         if each[0] is None:
             return None
@@ -238,7 +238,7 @@ class ClosedDesigns:
         if near is None:
             return None
         own = self.gradient(best)
-        if own is not None and near.word == best.word:
+        if own is not None and near.mode_sequence == best.mode_sequence:
             return float(own[place])
         secant = (near.found[name] - best.found[name]) / (near.shares[variable] - best.shares[variable])
         there = self.gradient(near)
@@ -268,7 +268,7 @@ class ClosedDesigns:
             found.append("stability")
         for i in map(int, space.continuous):
             near = [side for sign in (-1.0, 1.0) if (side := self._beside(i, sign)) is not None]
-            words = dict.fromkeys([best.word, *(each.word for each in near)])
+            words = dict.fromkeys([best.mode_sequence, *(each.mode_sequence for each in near)])
             if len(words) > 1:
                 found.append(f"change of mode sequence over {space.paths[i]} ({' to '.join(words)})")
             elif any(self._beside(i, s) is None and 0.0 <= best.shares[i] + s * STEP <= 1.0 for s in (-1.0, 1.0)):

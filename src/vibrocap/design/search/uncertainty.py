@@ -11,7 +11,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.design.search.fitted import Combination, combinations_of_fit, is_fit
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 

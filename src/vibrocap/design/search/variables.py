@@ -2,20 +2,22 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
-from vibrocap.physics.conversion import quantity
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Axis, axis_of
 from vibrocap.studies.plan.designs import Range, range_from
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
 FAR = 1e3  # distance of designs that differ in a choice: their motions are not of one kind
+APART = 1e-3  # in shares, of the differences that give the slopes of a function of one's own, to the fourth order
+DIFFERENCES = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,13 +26,17 @@ class DesignSpace:
 
     A design is a point of the unit cube, [variables]: the share of each range, logarithmic where the range is; of n
     choices, the share k/n to (k+1)/n stands for choice k.
+
+    through: None where the variables are parameters of the system; else a function of variables of one's own, called
+    with an array [designs] of each by its name, that returns arrays by path of a parameter
     """
 
     variables: tuple[Range | Axis, ...]
+    through: Callable[..., Mapping[str, Any]] | None = dataclasses.field(default=None, compare=False)
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The paths of the variables, as they were given."""
+        """The paths, or the names, of the variables, as they were given."""
         return tuple(each.path for each in self.variables)
 
     @property
@@ -47,14 +53,25 @@ class DesignSpace:
                 found[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
         return found
 
-    def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
-        """Values [designs] by path at shares [designs, variables]; of objects where there are words."""
+    def _own(self, shares: np.ndarray) -> dict[str, np.ndarray]:
+        """Values [designs] of the variables at shares [designs, variables]; of objects where there are words."""
         return {each.path: _values(each, shares[:, i]) for i, each in enumerate(self.variables)}
 
+    def values(self, shares: np.ndarray) -> dict[str, np.ndarray]:
+        """Values [designs] of the parameters by path at shares [designs, variables]; of objects where words are."""
+        own = self._own(shares)
+        if self.through is None:
+            return own
+        found = self.through(**own)
+        return {path: np.broadcast_to(np.asarray(x, dtype=float), len(shares)) for path, x in found.items()}
+
     def design(self, share: np.ndarray) -> dict[str, float | str]:
-        """The values of one design, at its shares [variables]."""
-        values = self.values(share[None])
-        return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
+        """The variables of one design, at its shares [variables]."""
+        return _first(self._own(share[None]))
+
+    def parameters(self, share: np.ndarray) -> dict[str, float | str]:
+        """The parameters of one design by path, at its shares [variables]."""
+        return _first(self.values(share[None]))
 
     def share_of(self, design: Mapping[str, Any]) -> np.ndarray:
         """The shares [variables] of a design, which names every variable by its path; ValueError for one outside."""
@@ -85,9 +102,30 @@ class DesignSpace:
             return each.high - each.low
         return math.log(each.high / each.low) * math.exp(math.log(each.low) + math.log(each.high / each.low) * share)
 
+    def slopes(self, share: np.ndarray) -> dict[str, np.ndarray]:
+        """d(value)/d(share) [continuous] of each parameter, by path, at shares [variables] of a design."""
+        moving = self.continuous
+        if self.through is None:
+            rates = np.diag([self.derivative(int(i), float(share[i])) for i in moving])
+            return {self.paths[i]: rate for i, rate in zip(map(int, moving), rates, strict=True)}
+        steps = np.zeros((len(moving), len(DIFFERENCES), len(self.variables)))
+        steps[np.arange(len(moving)), :, moving] = [APART * place for place, _ in DIFFERENCES]
+        values = self.values((share + steps).reshape(-1, len(self.variables)))
+        weights = np.array([weight for _, weight in DIFFERENCES]) / APART
+        return {path: x.reshape(len(moving), -1) @ weights for path, x in values.items()}
+
     def record(self) -> dict[str, Any]:
-        """The variables by path, in the words in which they can be given again."""
-        return {each.path: _words(each) for each in self.variables}
+        """The variables by path, in the words in which they can be given again, and what is made of them."""
+        words = {each.path: _words(each) for each in self.variables}
+        if self.through is None:
+            return words
+        ends = self.values(np.linspace(0.0, 1.0, 3)[:, None] * np.ones(len(self.variables)))
+        return words | {path: list(map(float, x)) for path, x in ends.items()}
+
+
+def _first(values: Mapping[str, np.ndarray]) -> dict[str, float | str]:
+    """The first of each column."""
+    return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
 
 
 def _words(each: Range | Axis) -> Any:
@@ -103,8 +141,13 @@ def _values(each: Range | Axis, share: np.ndarray) -> np.ndarray:
     return each.array[np.minimum((share * many).astype(int), many - 1)]
 
 
-def design_space(system: System, over: Any, complaints: Complaints) -> DesignSpace:
-    """The space that `over` of `optimise` describes; what is wrong with it is added to the complaints."""
+def design_space(
+    system: System, over: Any, complaints: Complaints, through: Callable[..., Mapping[str, Any]] | None = None
+) -> DesignSpace:
+    """The space that `over` of `optimise` describes; what is wrong with it is added to the complaints.
+
+    through: see `DesignSpace`
+    """
     if not isinstance(over, Mapping) or not over:
         wanted = "should name at least one design variable with its bounds, such as drive.frequency=0.5:3"
         complaints.add("over", wanted)
@@ -115,7 +158,11 @@ def design_space(system: System, over: Any, complaints: Complaints) -> DesignSpa
         each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
         complaints += wrong
         found.append(each)
-    space = DesignSpace(tuple(found))
+    space = DesignSpace(tuple(found), through)
+    if through is not None:
+        if len(complaints) == begun:
+            complaints += _function_complaints(system, space)
+        return space
     kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Axis)}
     if len(complaints) == begun:
         complaints += path_complaints(over, [kinds_chosen(system, kinds)], system.units)
@@ -127,6 +174,22 @@ def design_space(system: System, over: Any, complaints: Complaints) -> DesignSpa
             complaints.add(twice[0], f"is the same quantity as {twice[1]}; give it once")
         complaints += _end_complaints(system, space)
     return space
+
+
+def _function_complaints(system: System, space: DesignSpace) -> list[str]:
+    """What is wrong with variables of one's own and with the function that makes parameters of them."""
+    wrong = [each.path for each in space.variables if not each.path.isidentifier()]
+    if wrong:
+        return [Complaint(wrong[0], "should be a name, an argument of the function `through`")]
+    words = [each.path for each in space.variables if isinstance(each, Axis) and each.array.dtype == object]
+    if words:
+        return [Complaint(words[0], "should be numbers, as the function `through` takes them")]
+    try:
+        values = space.values(np.full((1, len(space.variables)), 0.5))
+    except (TypeError, ValueError, AttributeError) as error:
+        asked = ", ".join(space.paths)
+        return [Complaint("through", f"should take arrays of {asked} and return arrays by path; it ends in: {error}")]
+    return path_complaints(values, [system.parts], system.units)
 
 
 def _is_choice(path: str, given: Any) -> bool:

@@ -4,9 +4,9 @@ import dataclasses
 from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
+from vibrocap.physics.dimensions.units import one_way, over_seconds, parameter_keys, shortest
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import one_way, over_seconds, parameter_keys, shortest
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
 INPUT = "drive"

@@ -4,10 +4,10 @@ import json
 from typing import Any
 
 from vibrocap.identification.problem.parametrisation import with_values
+from vibrocap.physics.dimensions.units import one_way, parameter_keys
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.units import one_way, parameter_keys
 
 IN_SI = """\
 # In SI, as fitted: it goes into a case in SI as it is. For a case without units of the pendulum give its mass and

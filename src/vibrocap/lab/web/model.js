@@ -126,7 +126,7 @@ class Model {
     if (value > most || (below && value === most)) return `should be ${below ? "less than" : "at most"} ${most}`;
     const broken = this.broken(form, { ...values, [path]: value });
     if (!broken) return "";
-    return broken[0] === path ? broken[1] : `${wordy(broken[0].split(".")[1])} ${broken[1]}`;
+    return broken[0] === path ? broken[1] : `${wordy(broken[0].split(".").pop())} ${broken[1]}`;
   }
 
   // The first rule between numbers that is broken, as the parts themselves have it: [field, what is wrong]; or null.
@@ -193,7 +193,7 @@ class Model {
     const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     if (number < 0) return null;
     const values = this.valuesBeside(number), broken = this.broken(this.data.forms[number], values);
-    if (broken) throw new Error(`of the law beside, ${broken[0].split(".")[1]} ${broken[1]}`);
+    if (broken) throw new Error(`of the law beside, ${broken[0].split(".").pop()} ${broken[1]}`);
     return this.request(number, values);
   }
 

@@ -33,7 +33,7 @@ function readoutsOf(model, shown, details, units, other) {
         found.push({ name: "Mean velocity", value: travel(details.values.mean_velocity * units.factor("velocity"), 6) + unit("velocity"), words: "travel per time, settled" });
       }
     }
-    if (details.word) found.push({ name: "Word of a period", value: details.word, words: "F forward, S stuck, B back" });
+    if (details.mode_sequence) found.push({ name: "Mode sequence of a period", value: details.mode_sequence, words: "F forward, S stuck, B back" });
   }
   found.push(form.sticks
     ? { name: "Stuck", value: `${said(100 * (shown.stuck || 0), 4)} %`, words: "share of the stretch on show at rest" }

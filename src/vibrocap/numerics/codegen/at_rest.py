@@ -6,10 +6,10 @@ A contact leaves stick as v = c t^2 and turns as v = c t.
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, evaluate, reachable
 
 SLOW = 2.0**-5  # of the two speeds at which an argument is looked at, one twice the other
@@ -25,7 +25,7 @@ class Speed:
     sticks: bool  # whether it is exactly zero at times
 
 
-def speeds(equations: Any) -> list[Speed]:
+def speeds(equations: Equations) -> list[Speed]:
     """All on which sharp functions may depend, the velocity of the first contact before the others."""
     found = [Speed(equations.contact_velocity, "VELOCITY", equations.contact_state, equations.hold is not None)]
     pinned = [velocity.index for velocity in equations.pinned]
@@ -38,14 +38,14 @@ def speeds(equations: Any) -> list[Speed]:
     return found
 
 
-def rough(equations: Any, sharp: Sequence[int]) -> bool:
+def rough(equations: Equations, sharp: Sequence[int]) -> bool:
     """Whether the law of a contact that sticks has a logarithm of its velocity: a power without a series at rest."""
     graph, contact = equations.graph, equations.contact_velocity.index
     logs = [node for node in sharp if graph.nodes[node][0] == "log"]
     return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
 
 
-def gaps(equations: Any, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
+def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
     """The sharp nodes whose argument vanishes at rest like |v|^m, m = 3, 4 ..., the velocity v and this m.
 
     From v = c t, or c t^2, their series is one in t^m, or t^2m: the last terms may vanish, or no term be left.
@@ -72,3 +72,12 @@ def gaps(equations: Any, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
             if 0.0 < one < two < math.inf and math.log2(two / one) > 2.5:
                 found[node] = speed, round(math.log2(two / one))
     return found
+
+
+def place_of_returns(equations: Equations) -> dict[str, float]:
+    """Where a motion returns that comes to rest nowhere: a turn, or the largest value of the first coordinate."""
+    turns = dict(equations.turns)
+    moving = (i for i, rate in enumerate(equations.rates) if i != equations.cyclic_state and rate.value != 0.0)
+    place = next(iter(turns), None)
+    place = next(moving, 0) if place is None else place
+    return {"PLACE": place, "PLACE_TURN": float(turns.get(place, 0.0))}

@@ -1,11 +1,10 @@
 """Writes what `kernel/observe/evidence.py` asks of the equations."""
 
-from typing import Any
-
 from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.expressions.equations import Equations
 
 
-def evidence_source(equations: Any) -> str:
+def evidence_source(equations: Equations) -> str:
     """`evidence` of one lane."""
     writer = ScalarWriter(equations.graph)
     zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])

@@ -1,10 +1,13 @@
-"""Writes, for all lanes at once, the guard of a contact as a polynomial over the step, and its signs."""
+"""Writes, for all lanes at once, the guards of contacts and branches as polynomials over the step, and their signs."""
 
 import math
 
 
-def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
-    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
+def guard_source(order: int, sticks: bool, limit_constant: bool, branches: bool) -> str:
+    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`).
+
+    Where there are branches also `switch_simd`, the same of the guard of one; `guard_at` is the value of either.
+    """
     body = [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
         one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
@@ -13,24 +16,38 @@ def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
             hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("hold", "limit"))
             held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
             guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
-        body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
-        body.append(f"store(floats, WORK + {k} * LANES, a{k})")
-        body.append("p = h" if k == 0 else "p = p * h")
-    body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
+        body += _stored(k, guard)
+    heads = {"def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h):": body}
+    switch = "def switch_simd(floats, row, one, h):"
+    if branches:
+        body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order)]
+        for k in range(order + 1):
+            following = f"v{k + 1}" if k + 1 < order else "0.0"
+            body += _stored(k, f"where(one, {following}, v{k})" if k < order else "0.0 * h")
+        heads[switch] = body
+    lines = [] if branches else [switch, '    """There is none."""', "    return h, h, h", ""]
+    for head, body in heads.items():
+        lines += [head, *(f"    {line}" for line in (*body, *_signs(order))), ""]
+    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
+    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
+    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
+    return "\n".join([*lines, "def guard_at(floats, x):", *(f"    {line}" for line in body), ""])
+
+
+def _stored(k: int, coefficient: str) -> list[str]:
+    """Lines that keep coefficient k of a guard, over the unit interval."""
+    scaled = f"a{k} = {coefficient}{'' if k == 0 else ' * p'}"
+    return [scaled, f"store(floats, WORK + {k} * LANES, a{k})", "p = h" if k == 0 else "p = p * h"]
+
+
+def _signs(order: int) -> list[str]:
+    """Lines that give the values of a guard at both ends and how often its Bernstein coefficients change their sign."""
+    body = [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
     body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
     body.append("changes = where((b0 > 0.0) ^ (b1 > 0.0), 1.0, 0.0)")
     for k in range(2, order + 1):
         body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
-    body.append(f"return a0, b{order}, changes")
-    guard = [
-        "def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h):",
-        *(f"    {line}" for line in body),
-        "",
-    ]
-    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
-    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
-    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
-    return "\n".join([*guard, "def guard_at(floats, x):", *(f"    {line}" for line in body), ""])
+    return [*body, f"return a0, b{order}, changes"]
 
 
 def _paired(coefficients: list[str], name: str) -> list[str]:

@@ -6,10 +6,10 @@ The memory is one array of floats: what is given (parameters, states, time, side
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from vibrocap.numerics.codegen.driven_source import function_source
 from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative
 
 ARGUMENTS = "floats, ints, trace, number"
@@ -44,7 +44,7 @@ class Instant:
         return sum(self.sizes.values())
 
 
-def instant_source(equations: Any, own_drive: bool) -> Instant:
+def instant_source(equations: Equations, own_drive: bool) -> Instant:
     """The functions, each of (floats, ints, trace, number), of equations with one contact that can rest.
 
     own_drive: whether the drive is that of the case, so that its segments, if it has corners, follow one another

@@ -30,12 +30,12 @@ exp(a log x), the terms of both all but cancel, so that the last ones tell nothi
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics.codegen.at_rest import Speed, gaps
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
@@ -98,7 +98,7 @@ def sharpness(
     return Sharpness(tuple(found), of_internal, tuple(arguments))
 
 
-def system_sharpness(equations: Any) -> Sharpness:
+def system_sharpness(equations: Equations) -> Sharpness:
     """What in the equations of a system could hide within a step."""
     internal = [equations.graph.node("state", i) for i in equations.internal_states]
     internal += equations.imposed_velocities
@@ -138,7 +138,7 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def mirrored(equations: Any) -> bool:
+def mirrored(equations: Equations) -> bool:
     """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
     graph, nodes = equations.graph, system_sharpness(equations).nodes
     watching = (*equations.rates, *equations.switches)
@@ -156,7 +156,7 @@ def mirrored(equations: Any) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
-def sparse(equations: Any) -> bool:
+def sparse(equations: Equations) -> bool:
     """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
 
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
@@ -176,7 +176,7 @@ def sparse(equations: Any) -> bool:
     return False
 
 
-def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool) -> str:
+def resolution_source(equations: Equations, order: int, simd: bool, polynomials: bool) -> str:
     """`unresolved` of one lane, or `unresolved_simd` of all.
 
     order: of the series
@@ -304,7 +304,7 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
-def _inverses(equations: Any, text: Lines, factor: float) -> dict[int, Interval]:
+def _inverses(equations: Equations, text: Lines, factor: float) -> dict[int, Interval]:
     """One over the divisor of a load that follows the motion, which is the first bound: within a factor of its start.
 
     What would change it more shortens the step, as it does the load. Of a whole range of states nothing is known.

@@ -1,30 +1,30 @@
 """Writes `jet`: the series of one system's equations, of all lanes or of a motion alone."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
-    decay_rates,
     series_writer,
     settled_coefficient,
     store_reach,
 )
 from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.slow_states import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
-def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
+def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
 
     `slow_jet`: the same of a motion alone, on a slow manifold
     """
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(layout.order, sticks, limits_are_constant(equations))
+        guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
         return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
@@ -38,14 +38,15 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
 
 
 def _series(
-    equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
+    equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
 ) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order, simd = layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code, slow)
-    watched = LoadSeries(equations, writer, order) if layout.watched else None
+    load = equations.true_load if layout.watched else None
+    watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
     code.name("sliding", code.entry("SIDE"))
@@ -68,16 +69,15 @@ def _series(
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
         if not equations.contacts[0].is_state:
             keep(rows, k, settled_coefficient(writer, equations.contact_state, k, equations.contact_velocity))
-        if equations.hold is not None and k < order:
+        if equations.hold is not None and equations.limit is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         if k < order:
-            resting_contacts = [each for each in equations.contacts[1:] if each.sticks]
-            for i, each in enumerate(resting_contacts):
-                keep(held_from + 2 * i, k, writer.coefficient(each.hold.index, k))
-                keep(held_from + 2 * i + 1, k, writer.coefficient(each.limit.index, k))
+            pairs = (pair for each in equations.contacts[1:] for pair in (each.hold, each.limit) if pair is not None)
+            for i, value in enumerate(pairs, start=held_from):
+                keep(i, k, writer.coefficient(value.index, k))
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
@@ -99,9 +99,9 @@ def _series(
     return code.lines
 
 
-def limits_are_constant(equations: Any) -> bool:
+def limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
-    limits = [each.limit for each in equations.contacts if each.sticks]
+    limits = [each.limit for each in equations.contacts if each.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
 
 

@@ -13,42 +13,14 @@ two functions: one for ordinary series, one for those on a manifold.
 """
 
 import functools
-import operator
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
-from vibrocap.numerics.expressions.forms import Forms
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable, sensitivity
 from vibrocap.numerics.kernel.memory_layout import Layout
-
-
-def slow_bristles(equations: Any) -> tuple[tuple[int, int], ...]:
-    """(contact, internal state) of all contacts whose one internal state may be slaved to all others."""
-    record_slopes(equations)
-    forms = Forms(equations.graph, equations.rates)
-    found = []
-    for contact, each in enumerate(equations.contacts):
-        if each.kind == "kinked" and len(each.internal) == 1 and not equations.law_switches:
-            state = each.internal[0]
-            rate = equations.rates[state]
-            if forms.linear(rate.index)[1] == rate.index and derivative(rate, state).value != 0.0:
-                found.append((contact, state))
-    return tuple(found)
-
-
-def slow_states(equations: Any) -> tuple[tuple[int, int], ...]:
-    """(contact, state) of what may be slaved in a motion alone: its bristles, or the velocity of a contact that creeps.
-
-    () of a law without such bristles, and of several contacts: those take implicit steps.
-    """
-    bristles = slow_bristles(equations)
-    if equations.several or not bristles:
-        return ()
-    (contact,), velocity = equations.contacts, equations.contact_state
-    damped = contact.is_state and derivative(equations.rates[velocity], velocity).value is None
-    return (*bristles, (0, velocity)) if damped else bristles
 
 
 def slow_constants(layout: Layout) -> dict[str, Any]:
@@ -62,30 +34,7 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
     }
 
 
-def decay_rates(equations: Any) -> list[Expression]:
-    """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
-
-    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
-    one law it is the sum. Bristles of one contact know nothing of those of another but by the velocities of their
-    bodies, so that each contact has a trace of its own, without the bristles of all others: as if it were alone.
-    Without the tangent of a motion, which decays as the motion does.
-    """
-    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
-    bristles = [set(each.internal) for each in equations.contacts if each.internal]
-    apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
-    kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
-    return [-functools.reduce(operator.add, each) for each in kept]
-
-
-def record_slopes(equations: Any) -> None:
-    """Record the slopes of all rates in one order: a graph remembers of a product which factor came first."""
-    decay_rates(equations)
-    for rate in equations.rates:
-        for state in range(-1, len(equations.rates)):
-            derivative(rate, state)
-
-
-def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
+def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
     """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
     given = equations.graph, list(equations.rates), code
     if not slow:
@@ -95,7 +44,9 @@ def series_writer(equations: Any, layout: Layout, code: Code, slow: Sequence[int
     return SlowWriter(*given, None if creeps else equations.balance, states, layout.order, alone=layout.lanes == 1)
 
 
-def bounding_decays(equations: Any, layout: Layout, writer: JetWriter, rates: Sequence[Expression]) -> list[Formula]:
+def bounding_decays(
+    equations: Equations, layout: Layout, writer: JetWriter, rates: Sequence[Expression]
+) -> list[Formula]:
     """Of the rates of decay those that bound a step: without those of what is on a manifold, which are kept apart.
 
     rates: one of each contact with bristles, or one of all

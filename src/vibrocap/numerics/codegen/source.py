@@ -5,26 +5,32 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.at_rest import gaps, rough
+from vibrocap.numerics.codegen.at_rest import gaps, place_of_returns, rough
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
-from vibrocap.numerics.codegen.slow_manifold import record_slopes, slow_constants
+from vibrocap.numerics.codegen.slow_manifold import slow_constants
+from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
+from vibrocap.numerics.expressions.slow_states import record_slopes
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
+def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
     """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`).
 
     The integrals are carried along where the layout has rows for them.
     """
-    record_slopes(equations)
+    if equations.maybe_stiff:
+        record_slopes(equations)
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
     constants = {
         **layout.constants(),
+        "RATE_ROWS": layout.rates or (-1,) * layout.rows,
+        "WHOLE_ROWS": layout.whole_rows,
+        "WHOLE_COUNT": len(layout.whole_rows),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
         "MAYBE_STIFF": equations.maybe_stiff,
@@ -39,6 +45,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "TURN_COUNT": len(equations.turns),
         "TURN_STATES": tuple(state for state, _ in equations.turns) or (-1,),
         "TURN_RADII": tuple(period / (2.0 * math.pi) for _, period in equations.turns) or (1.0,),
+        **place_of_returns(equations),
+        "RETURNING": layout.returns,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
         "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),
@@ -68,7 +76,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["SPARSE"] = sparse(equations)
+    constants["LACUNARY"] = sparse(equations)
     constants["ROUGH"] = rough(equations, sharp.nodes)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
@@ -81,17 +89,17 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         jet_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
-        *([decision_source(equations)] if equations.several else []),
+        *([] if equations.rows is None else [decision_source(equations.rows)]),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "card", "browser")),
+        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "gpu", "browser")),
     ]
     if loop == "simd":
         functions.append(resolution_source(equations, layout.order, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
 
 
-def jumps(equations: Any, layout: Layout) -> bool:
+def jumps(equations: Equations, layout: Layout) -> bool:
     """Whether the contact velocity depends on what changes at the corners of the drive."""
     graph = equations.graph
     needed = (graph.nodes[i] for i in reachable(graph, [each.velocity.index for each in equations.contacts]))
@@ -99,7 +107,7 @@ def jumps(equations: Any, layout: Layout) -> bool:
     return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
 
-def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
+def rates_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
@@ -127,7 +135,7 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     return "\n".join([*rates, head, *_indented(imposed, 4), ""])
 
 
-def holding_source(equations: Any) -> str:
+def holding_source(equations: Equations) -> str:
     """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
     rest."""
     writer, zero = ScalarWriter(equations.graph), equations.graph.constant(0.0)
@@ -137,12 +145,12 @@ def holding_source(equations: Any) -> str:
     return "\n".join(["def holding(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""])
 
 
-def decision_source(equations: Any) -> str:
+def decision_source(rows: DecisionRows) -> str:
     """`contact_rows` of one lane with several contacts, see `kernel/events/decision.py`."""
-    rows, writer = equations.rows, ScalarWriter(equations.graph)
-    n, zero = len(equations.contacts), equations.graph.constant(0.0)
+    graph, n = rows.b[0].graph, len(rows.b)
+    writer, zero = ScalarWriter(graph), graph.constant(0.0)
     values = [*rows.b, *(entry for row in rows.response for entry in row)]
-    values += rows.loads or [equations.graph.constant(1.0)] * n
+    values += rows.loads or [graph.constant(1.0)] * n
     values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
@@ -158,7 +166,7 @@ def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
     return all(one.index == two.index for one, two in zip(row, other, strict=True))
 
 
-def branches_source(equations: Any) -> str:
+def branches_source(equations: Equations) -> str:
     """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
     found = []
 
@@ -190,7 +198,7 @@ def branches_source(equations: Any) -> str:
     return "\n".join(found)
 
 
-def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
+def jacobian_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`jacobian` of one lane, exact."""
     states = len(equations.rates)
     writer = ScalarWriter(equations.graph)
@@ -213,7 +221,7 @@ class Integrands:
 
 
 def integrands_source(
-    equations: Any, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
+    equations: Equations, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
 ) -> Integrands:
     """`integrands` of one lane, with functions of one's own besides the standard ones.
 
@@ -242,7 +250,7 @@ def integrands_source(
 
 
 def instants_source(
-    equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = (), with_table: bool = True
+    equations: Equations, observed: Sequence[Expression], room: Sequence[Expression] = (), with_table: bool = True
 ) -> str:
     """`observables`, `beginning` and `drive_table` of one lane, for whoever looks at a motion as it runs.
 

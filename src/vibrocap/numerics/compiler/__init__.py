@@ -3,7 +3,7 @@
 The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
 that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM
 (`machine.py`), kept on disk (`cache.py`) and called (`library.py`); `compiled` does all of that. Nothing else of the
-package knows LLVM. Other targets: graphics cards (`card.py`), browsers (`webassembly.py`) and C (`c_text.py`).
+package knows LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c_text.py`).
 """
 
 import functools
@@ -33,7 +33,11 @@ __all__ = [
     "host",
     "ir",
     "is_kept",
+    "key_here",
+    "note",
+    "noted",
     "object_code",
+    "source_hash",
     "webassembly_module",
 ]
 
@@ -41,12 +45,17 @@ WORKING = threading.Lock()
 
 
 @functools.cache
-def own_source() -> str:
-    """A hash of the compiler's own text: another compiler makes other code."""
+def source_hash(folder: pathlib.Path) -> str:
+    """A hash of the text of all modules of a folder."""
     found = hashlib.sha256()
-    for path in sorted(pathlib.Path(__file__).parent.rglob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         found.update(path.read_bytes())
     return found.hexdigest()
+
+
+def own_source() -> str:
+    """A hash of the compiler's own text: another compiler makes other code."""
+    return source_hash(pathlib.Path(__file__).parent)
 
 
 def ir(text: str, entry: str, target: Target | None = None, short: bool = False) -> str:
@@ -100,6 +109,23 @@ def compiled(text: str, entry: str, short: bool = False, literal: bool = False) 
     """
     with WORKING:  # a second thread finds what the first has made
         return _compiled(text, entry, short, literal)
+
+
+def note(key: str, text: str, entry: str, short: bool = False, literal: bool = False) -> None:
+    """Note on the disk under which name a kernel is kept, for a process that knows the key alone."""
+    cache.keep(key, _name(text, entry, short, literal).encode())
+
+
+def noted(key: str) -> Compiled | None:
+    """The kernel that was noted under a key; None where there is none, or its machine code is no longer on the disk."""
+    name = cache.kept(key)
+    with WORKING:
+        return None if name is None else _linked(name.decode())
+
+
+def key_here(*parts: str) -> str:
+    """A key from all that decides what a kernel is, for this computer and compiler."""
+    return cache.key(host().name, own_source(), *parts)
 
 
 def is_kept(text: str, entry: str, short: bool = False, literal: bool = False) -> bool:

@@ -19,7 +19,7 @@ OF_MATH = ("floor", "sqrt")
 WRITTEN_OUT = 0x10000  # up to which a known exponent is
 
 
-class Function:
+class CFunction:
     """One function: each value is a C expression without effects, evaluated where it stands in Python.
 
     What an effect could change (entries of arrays) or what is read again becomes a variable at once.

@@ -8,7 +8,7 @@ math.h only floor, sqrt and fabs are called, which are exact everywhere. A compi
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.numerics.compiler.c_functions import Function
+from vibrocap.numerics.compiler.c_functions import CFunction
 from vibrocap.numerics.compiler.c_snippets import GUARDS, HELPERS, NEEDED, number_text
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, FLOATS, INT, INTS, NOTHING, Kind
 from vibrocap.numerics.compiler.own_functions import REST, with_own_functions
@@ -98,7 +98,7 @@ class Module:
         """The name of a function, which is written when first called."""
         if function not in self.names:
             name = f"{self.prefix}_{function.name.replace('.', '_')}"
-            body = Function(self, function).written()
+            body = CFunction(self, function).written()
             self.names[function] = name
             self.bodies.append(f"static {self.head(function, name)} {{\n{body}\n}}\n")
         return self.names[function]

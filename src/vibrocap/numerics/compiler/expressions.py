@@ -20,7 +20,7 @@ WRITTEN_OUT = 0x10000  # up to which a known exponent is
 OF_C = ("tanh", "atan")  # functions that are called by name; LLVM has intrinsics for the others
 
 
-class Expressions(Code):
+class LLVMExpressions(Code):
     """Writes the code of expressions."""
 
     def _of_Number(self, node: nodes.Number) -> Value:

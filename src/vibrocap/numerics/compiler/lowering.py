@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.numerics.compiler.expressions import Expressions
+from vibrocap.numerics.compiler.expressions import LLVMExpressions
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value, float_text
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
@@ -47,7 +47,7 @@ class Module:
     def written(self, function: nodes.Function) -> str:
         """The name of a function, which is written when first called."""
         if function not in self.names:
-            body = Function(self, function).written()
+            body = LLVMFunction(self, function).written()
             name = self.names[function] = self.called(function.name, body)
             self.bodies[name] = body.replace(f"@{function.name}(", f"@{name}(", 1)
         return f"@{self.names[function]}"
@@ -111,7 +111,7 @@ def _argument(kind: Kind) -> str:
     return "ptr noalias nocapture" if kind in ELEMENTS else kind.llvm
 
 
-class Function(Expressions):
+class LLVMFunction(LLVMExpressions):
     """Writes the statements of a function."""
 
     def written(self) -> str:

@@ -2,7 +2,7 @@
 
 from vibrocap.numerics.compiler.subset import defines
 
-# What a kernel of one motion does not define itself (`kernel/loop/card_thread.py` does so for a card).
+# What a kernel of one motion does not define itself (`kernel/loop/gpu_thread.py` does so for a GPU).
 OWN = {
     "sine": "def sine(x):\n    return sine_cosine(x)[0]\n",
     "cosine": "def cosine(x):\n    return sine_cosine(x)[1]\n",

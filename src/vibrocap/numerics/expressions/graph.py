@@ -102,9 +102,18 @@ class Expression(Recordable):
         op, *operands = self.graph.nodes[self.index]
         return operands[0] if op == "constant" else None
 
+    @property
+    def state(self) -> int:
+        """Number of the state that this expression is, -1 if it is none."""
+        op, *operands = self.graph.nodes[self.index]
+        return operands[0] if op == "state" else -1
+
     def _binary(self, op: str, left: Any, right: Any) -> "Expression":
         graph = self.graph
-        a, b = graph.expression(left), graph.expression(right)
+        try:
+            a, b = graph.expression(left), graph.expression(right)
+        except TypeError:  # no number, which may know what to do with an expression
+            return NotImplemented
         x, y = a.value, b.value
         if x is not None and y is not None:
             return graph.constant({"add": x + y, "sub": x - y, "mul": x * y}[op] if op != "div" else x / y)

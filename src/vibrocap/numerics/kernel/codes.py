@@ -1,4 +1,4 @@
-"""The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, letters of a word."""
+"""The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, modes."""
 
 # What a lane is doing, or why it stopped.
 RUNNING = 0
@@ -21,6 +21,7 @@ GRAZE = 4
 SWITCHED = 5  # the law goes over to another of its pieces
 BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
 MACHINE_SWITCHED = 20  # at the first guard of the machine; the next ones have the next numbers
+PLACE_PASSED = 9  # number of the place of returns among the events of a step
 FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
@@ -28,7 +29,8 @@ ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
 ASK_MAGNITUDE = 2  # integral of |R|
 ASK_PEAK = 4  # largest |R|, own extremes
 ASK_EXTREMES = 8  # of the states
-ASK_WORD = 16  # sticking, and the word of the last period
+ASK_MODES = 16  # sticking, and the mode sequence of the last period
 ASK_SYMMETRY = 32
-WORD_PLACES = 4  # numbers that hold a word
+ASK_TRANSIENT = 64  # how a run comes to its steady motion, for which it has to wait
+MODE_PLACES = 4  # numbers that hold a mode sequence
 LETTERS_PER_PLACE = 26  # of two bits each

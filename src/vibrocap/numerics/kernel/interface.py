@@ -185,6 +185,72 @@ def take_evidence(floats, ints, lane, h) -> None:
     raise NotImplementedError
 
 
+# Returns, by which motions settle that nothing drives in time.
+
+
+def begin_returns(floats, ints, lane) -> None:
+    """A run begins."""
+    raise NotImplementedError
+
+
+def quiet_since(ints, lane) -> int:
+    """The period at whose start stands the first mark."""
+    raise NotImplementedError
+
+
+def response_sought(longest) -> int:
+    """Longest response that the starts of periods tell, `longest` where there are no other marks."""
+    raise NotImplementedError
+
+
+def place_passed(floats, ints, lane, h) -> float:
+    """Time within the step, whose series is in memory, at which the place of returns is passed; -1.0: it is not."""
+    raise NotImplementedError
+
+
+def on_place(floats, ints, lane) -> None:
+    """The lane stands where the place of returns is passed."""
+    raise NotImplementedError
+
+
+def on_return(floats, ints, lane) -> None:
+    """The velocity of a contact has fallen to zero, whatever it does next; the lane stands there."""
+    raise NotImplementedError
+
+
+def tell_returns(floats, ints, lane) -> None:
+    """The run ends."""
+    raise NotImplementedError
+
+
+# How a run comes to its steady motion without waiting.
+
+
+def begin_marks(ints, lane) -> None:
+    """A run begins."""
+    raise NotImplementedError
+
+
+def note_event(floats, ints, lane, event, c) -> None:
+    """An event of contact c begins to change the mode of the lane."""
+    raise NotImplementedError
+
+
+def starts_trial(floats, ints, lane) -> bool:
+    """At a mark that is remembered, of a run that has not settled: whether it goes on from an extrapolated limit."""
+    raise NotImplementedError
+
+
+def trial_fails(floats, ints, lane) -> bool:
+    """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
+    raise NotImplementedError
+
+
+def ends_trial(floats, ints, lane) -> bool:
+    """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
+    raise NotImplementedError
+
+
 # How a stepper passes to the instant that is asked for.
 
 

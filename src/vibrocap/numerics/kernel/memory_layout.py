@@ -10,183 +10,27 @@ import functools
 
 import numpy as np
 
-from vibrocap.numerics.kernel.codes import WORD_PLACES
+from vibrocap.numerics.kernel.lane_entries import (
+    FLOAT_ENTRIES,
+    INT_ENTRIES,
+    NOT_OF_STEPPER,
+    OF_RETURNS,
+    OF_STEPPER,
+    PER_CONTACT,
+)
 
-# Entries of `ints`, one number per lane each, or per contact of the lane.
-INT_ENTRIES = (
-    "STATUS",
-    "PERIOD_COUNT",  # whole periods completed
-    "WHOLE_PERIODS",  # periods to run
-    "ARRIVING",  # [contacts] 1: it is at rest and not decided yet whether it sticks; 2: its series decide
-    "ZEROS",  # [contacts] how many coefficients of the velocity are known to vanish at the start of the step
-    "GAVE_WAY",  # [contacts] 1: it has given way at this instant, of several contacts
-    "STIFF",  # 1: implicit steps
-    "PATIENCE",  # steps until the choice of method is looked at again
-    "TAYLOR_STEPS",  # accepted
-    "IMPLICIT_STEPS",  # accepted
-    "EVENTS",  # in this period
-    "EVENT_LIMIT",  # most events allowed in a period
-    "IDLE",  # decisions in a row that did not advance time
-    "PENDING",  # 1: the tangent has left a piece and not begun the next one
-    "PIECES",  # written to the trace
-    "PIECE_LIMIT",
-    "RECORDED_EVENTS",  # written to the trace
-    "RECORDED_EVENT_LIMIT",
-    "PIECE_START",  # place of the first piece on the trace
-    "RECORDED_EVENT_START",  # place of the first event on the trace
-    # of an ensemble only
-    "RUN",  # which run of the trace the lane is on; -1: none
-    "STEP_LIMIT",
-    "WINDOW",  # periods over which is measured where nothing settles
-    "WINDOW_START",  # period at which measuring began; -1: not yet
-    "RESPONSE",  # drive periods after which the settled motion repeats; 0: not settled
-    "SINCE",  # period from which on it was settled
-    "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
-    "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
-    "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
-    "RESULT_START",  # place of the first result on the trace
-    "NEXT_RUN",  # first run of the trace that no lane has begun
-    "LAST_RUN",  # end of the runs to begin
-    "MORE",  # 1: come back for more runs as soon as a lane is free
-    # of drives with corners only
-    "SEGMENT",  # present one of the drive
-    "CYCLE",  # whole periods of the drive since the period of the run began
-    "TABLE",  # place of the run's table of segments on the trace
-    "SEGMENT_COUNT",  # of a table (of lane 0, for all lanes, like all below)
-    "TABLE_START",  # place of the first table on the trace
-    "TABLE_STRIDE",  # from the table of a run to that of the next; 0: one serves all runs
-    # of a stepper only
-    "BEGUN",  # 1: the motion has begun
-    "ENDED",  # status with which the motion has ended; RUNNING: it has not
-    "STOPPING",  # 1: it is to stop at the first event
-    "STOPPED",  # 1: it has
-    "NOTICED",  # events, but for grazes, at the instant at which the next step begins
-    "STEPS_PER_CALL",  # most of them
-    "NEW_INPUT",  # 1: an input has been set, which the next step takes
-    "PIECE_STIFF",  # STIFF of the step within which the clock stands
-    "LAST_KIND",  # of event
-    "LAST_CONTACT",  # 1 for the first, 0: of none
-    "COUNTED",  # [counts] how often events occurred, see `stepper/event_counts.py`
-    "WAITING_EVENTS",  # later than the clock
-    "WAITING_KIND",  # [waiting] of these
-    "WAITING_CONTACT",  # [waiting]
-)
-# Entries of `floats`, one number per lane each unless sized in `Layout`.
-FLOAT_ENTRIES = (
-    "TIME",  # since the start of the period
-    "PERIOD",  # length of a period
-    "HOLD_RATE",  # by which the last term of a holding force follows from the last but two, see `taylor.taylor_step`
-    "TAIL",  # time to run after the whole periods
-    "SIDE",  # [contacts] +1, -1 sliding; 0 stuck
-    "CAME_FROM",  # [contacts] side before it came to rest
-    "SIDE_TOLD",  # [contacts] side in the last piece that was recorded
-    "TOLERANCE",  # error per step over the natural size of a state
-    "IMPLICIT_STEP",  # step that the implicit method proposes, or of the series on a slow manifold
-    "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
-    "DECAY_RATE",  # of the fastest decay at the start of the step, about; of laws that cannot stick
-    "DAMPED_STEP",  # step for which the series has been damped by the step of all lanes; 0: it has not
-    "SAFE_SPEED",  # up to which a series is known to see all that the law holds, see `resolved.py`
-    "UNSAFE_SPEED",  # for which this has been asked, and is not so
-    "FAR_SPEED",  # from which on the law holds nothing that a step could notice
-    "NEAR_SPEED",  # for which this has been asked, and is not so
-    "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
-    "STATE",  # [rows] states and integrals
-    "PARAMETER",  # [parameters]
-    "SCALE",  # [states] natural size of each state
-    # of an ensemble only
-    "STEP",  # length of the present step
-    "EVENT_CONTACT",  # number of the contact of the event with which the step ends
-    "DELAY",  # by which the event comes later, per unit of the tangent
-    "INVERSE_SCALE",  # [states] one over SCALE
-    "THRESHOLD",  # of settling; 0: the run goes on to its end
-    "REMAINING",  # bound of the distance still to go, when the motion was found settled
-    "START_STATE",  # [states] at the start of the window
-    "MEASURED",  # [measured] what is gathered over the window
-    "SLOW",  # [manifolds] 1: the motion is on it, see `step/slow_manifold.py`
-    "SWEEPS",  # [manifolds] series since then, of which none was accepted
-    "WAIT",  # [manifolds] steps until it is tried again
-    "PAUSE",  # [manifolds] how long it waits after the next failure
-    "OWN_DECAY",  # [manifolds] rate of decay towards it
-    "DRIFT",  # [manifolds] what an error of it does to other states over their natural size, in a unit of time
-    "KICK",  # [manifolds] the same while it decays
-    "GUESS",  # [manifolds * (order + 1)] series of what is slaved, of the sweep before
-    "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
-    # of a stepper only
-    "CLOCK",  # time since the motion began
-    "CLOCK_REST",  # what rounding leaves of it
-    "LENGTH",  # by which the motion is to go on
-    "INPUT",  # [coefficients] value, slope and curvature of an input that was set
-    "PIECE_CLOCK",  # start of the step within which the clock stands
-    "PIECE_TIME",  # the same as TIME
-    "PIECE_LENGTH",
-    "PIECE_SEGMENT",  # [coefficients + 2] numbers of the drive's segment in that step
-    "SHOWN_SIDE",  # [contacts] side at the clock
-    "LAST_TIME",  # of the last event
-    "WAITING_TIME",  # [waiting] of events that are later than the clock
-    "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
-    "SERIES",  # [series rows * (order + 1)] coefficients of the present step, see `Layout.series_rows`
-    "WORK",  # [work size, once for all lanes] of the event search and the implicit step
-)
-# A piece on the trace: period, time, length, side, method, then the coefficients of its series, then further sides.
+# A piece on the trace: period, time, length, side, method, then the states at its start, then row by row the other
+# coefficients of its series, but for states whose rate is another state (`Layout.rates`), then further sides.
 PIECE_HEAD = 5
-OF_STEPPER = (
-    *("BEGUN", "ENDED", "STOPPING", "STOPPED", "NOTICED", "STEPS_PER_CALL", "NEW_INPUT", "PIECE_STIFF", "LAST_KIND"),
-    *("LAST_CONTACT", "WAITING_EVENTS", "CLOCK", "CLOCK_REST", "LENGTH", "PIECE_CLOCK", "PIECE_TIME", "PIECE_LENGTH"),
-    "LAST_TIME",
-)
-NOT_OF_STEPPER = (
-    *("PENDING", "PIECES", "PIECE_LIMIT", "PIECE_START", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT"),
-    *("RECORDED_EVENT_START", "RUN", "WINDOW", "WINDOW_START", "RESPONSE", "SINCE", "PERIOD_BUDGET"),
-    *("EVIDENCE_PERIODS", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE", "EVENT_CONTACT", "DELAY"),
-    *("INVERSE_SCALE", "THRESHOLD", "REMAINING", "START_STATE"),
-)
-PER_CONTACT = ("ARRIVING", "ZEROS", "GAVE_WAY", "SIDE", "CAME_FROM", "SIDE_TOLD")
 # The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
-    "status",
-    "periods",  # completed
-    "time",  # since the start of the period in which the run ended
-    "response_period",
-    "since",
-    "remaining",
-    "window_start",
-    "taylor_steps",
-    "implicit_steps",
-    "contact_residual",
+    *("status", "periods", "time"),  # periods completed, time since the start of the one in which the run ended
+    *("response_period", "since", "remaining", "window_start"),
+    *("taylor_steps", "implicit_steps", "contact_residual"),
+    *("refused_trials", "extrapolated"),  # periods from limits that were refused; 1: the window began at such a limit
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
-
-
-def gathered_entries(
-    states: int, integrals: int, own_extremes: int, machine_switches: int = 0, watched: bool = False
-) -> tuple[tuple[str, int], ...]:
-    """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
-
-    integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
-    machine_switches: guards of the machine; watched: whether the true load is looked at, of one that is held constant
-    """
-    return (
-        ("INTEGRAL", integrals),
-        ("MAGNITUDE", 1),  # integral of |R|
-        ("PEAK", 1 + own_extremes),  # largest |R|, then own ones
-        ("LARGEST", states),
-        ("LEAST", states),
-        ("STICK_TIME", 1),
-        ("STICK_PHASES", 1),
-        ("PHASE_SIDE", 1),  # of the present phase of the window
-        ("PHASE_LENGTH", 1),
-        ("LETTER_SIDE", 1),  # of the present phase of the last period
-        ("LETTER_LENGTH", 1),
-        ("LETTER_COUNT", 1),
-        ("LETTERS", WORD_PLACES),
-        ("ASYMMETRY", 1),
-        ("DEFECT", 1),  # evidence, see `observe/evidence.py`
-        ("HOLD_SHARE", 1),
-        ("LEAST_VELOCITY", 1),
-        *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
-        *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
-    )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,7 +43,7 @@ class Layout:
     order: int
     parameters: int
     marks: int = 0
-    gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
+    gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries.py`
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
@@ -212,6 +56,8 @@ class Layout:
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
     table: int = 0  # numbers of the table of its drive
+    rates: tuple[int, ...] = ()  # of each row the one that is its rate, whose series tells its own, else -1; (): none
+    extrapolates: bool = False  # whether runs can go on from extrapolated limits of their marks
     slow: tuple[tuple[int, int], ...] = ()  # slow manifolds: (contact, state that may be slaved)
 
     @property
@@ -223,6 +69,11 @@ class Layout:
     def watched(self) -> bool:
         """Whether the true load is looked at, of one that is held constant."""
         return ("LIFTED", 1) in self.gathered
+
+    @property
+    def returns(self) -> bool:
+        """Whether returns tell that a motion has settled."""
+        return ("RETURNS", 1) in self.gathered
 
     @property
     def start_place(self) -> int:
@@ -240,7 +91,15 @@ class Layout:
 
     @functools.cached_property
     def sizes(self) -> dict[str, int]:
-        """Items per entry of `floats` that have more than one."""
+        """Items per entry that does not have one."""
+        found = self._own_sizes()
+        if self.extrapolates:
+            before = FLOAT_ENTRIES[: FLOAT_ENTRIES.index("KEPT")]
+            found["KEPT"] = sum(found.get(name, 1) for name in (*INT_ENTRIES, *before))
+        return found
+
+    def _own_sizes(self) -> dict[str, int]:
+        """All but the size of KEPT, which follows from the others."""
         return {
             "STATE": self.rows,
             "PARAMETER": self.parameters,
@@ -251,7 +110,12 @@ class Layout:
             "UNTIL": 1 if self.coefficients else 0,
             **dict.fromkeys(("SLOW", "SWEEPS", "WAIT", "PAUSE", "OWN_DECAY", "DRIFT", "KICK"), len(self.slow)),
             "GUESS": len(self.slow) * (self.order + 1),
+            "STEADY": self.states if self.extrapolates else 0,
+            "KEPT": 0,
             "MARKS": self.marks * (self.states + self.turns),
+            **dict.fromkeys(OF_RETURNS, int(self.returns)),
+            "RETURN_TIMES": self.marks if self.returns else 0,
+            "RETURN_MARKS": self.marks * (self.states + self.turns) if self.returns else 0,
             "SERIES": self.series_rows * (self.order + 1),
             **dict.fromkeys(PER_CONTACT, self.contacts),
             **(dict.fromkeys(NOT_OF_STEPPER, 0) if self.counts else dict.fromkeys(OF_STEPPER, 0)),
@@ -288,9 +152,10 @@ class Layout:
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
+        extrapolating = 9 * self.states + 30 if self.extrapolates else 0
         search = self.order + 1 + 38 * (self.order + 2)
         shown = self.states + max(self.observed, self.table)
-        return max(search, points, tangents, gathering, deciding, shown)
+        return max(search, points, tangents, extrapolating, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:
@@ -302,10 +167,15 @@ class Layout:
         implicit += 1 + 3 * self.shifts
         return self.event_work_size + implicit
 
-    @property
+    @functools.cached_property
     def piece_size(self) -> int:
         """Numbers per piece on the trace."""
-        return PIECE_HEAD + self.rows * (self.order + 1) + self.contacts - 1
+        return PIECE_HEAD + self.rows + len(self.whole_rows) * self.order + self.contacts - 1
+
+    @functools.cached_property
+    def whole_rows(self) -> tuple[int, ...]:
+        """Rows of which a piece on the trace has all coefficients."""
+        return tuple(row for row in range(self.rows) if not self.rates or self.rates[row] < 0)
 
     @property
     def event_size(self) -> int:

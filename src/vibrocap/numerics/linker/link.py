@@ -175,14 +175,19 @@ def _code(text: str) -> CodeType:
     return compile(text, "<kernel>", "exec")
 
 
+def entry_of(linked: str) -> str:
+    """The function of a kernel that is called from outside: the last of ENTRIES that it has."""
+    return next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+
+
 def compiled_kernel(linked: str, literal: bool = False, entry: str = "") -> "Compiled":
     """An entry of a linked kernel as machine code, kept on disk for the next process.
 
-    literal: computed as a browser does, see `compiler.literal_ir`; entry: by default the last of ENTRIES that it has
+    literal: computed as a browser does, see `compiler.literal_ir`; entry: by default `entry_of` it
     """
     from vibrocap.numerics.compiler import compiled, is_kept  # only here, as it imports LLVM
 
-    entry = entry or next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+    entry = entry or entry_of(linked)
     if isinstance(linked, Linked) and not is_kept(linked, entry, short=True, literal=literal):
         linked.check()
     return compiled(linked, entry, short=True, literal=literal)

@@ -45,6 +45,16 @@ LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe
 POINT_OF_LAW = Slot(
     "point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point")
 )
+RETURNS = Slot(
+    "returns",
+    ("begin_returns", "quiet_since", "response_sought", "place_passed", "on_place", "on_return", "tell_returns"),
+    ("observe.no_returns", "observe.returns"),
+)
+EXTRAPOLATION = Slot(
+    "extrapolation",
+    ("begin_marks", "note_event", "starts_trial", "trial_fails", "ends_trial"),
+    ("observe.extrapolation", "observe.no_extrapolation"),
+)
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 PASSAGE = Slot(
@@ -52,7 +62,7 @@ PASSAGE = Slot(
     ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
     ("stepper.own_drive", "stepper.held_input"),
 )
-MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
+MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, RETURNS, EXTRAPOLATION, LOAD_WATCH, LOOP)
 SHOWN = (*MOVED, POINT_OF_LAW)
 MEASURED = (*SHOWN, EVIDENCE)
 STEPPED = (*SHOWN, PASSAGE)
@@ -74,7 +84,9 @@ class Recipe:
 
 GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
-NO_WATCH = ("observe.no_load_watch",)
+NO_WATCH, NO_RETURNS = ("observe.no_load_watch",), ("observe.no_returns",)
+NO_EXTRAPOLATION = ("observe.no_extrapolation",)
+UNSETTLED = (*NO_RETURNS, *NO_EXTRAPOLATION, *NO_WATCH)  # of a single motion
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
@@ -99,7 +111,7 @@ def motion_recipe(
     several: contacts; slow: whether all bristles may be on slow manifolds, so that no step need be implicit
     """
     before = _before(RECORDING, maybe_stiff, branches, corners, several, False, slow)
-    return Recipe("advance", (*ALONE, *before, *NO_WATCH, *MOVING, "loop.one_by_one"))
+    return Recipe("advance", (*ALONE, *before, *UNSETTLED, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(
@@ -127,7 +139,7 @@ def stepper_recipe(
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*ALONE, *before, *NO_WATCH, *MOVING, "loop.one_by_one", *own), STEPPED)
+    return Recipe("take_step", (*ALONE, *before, *UNSETTLED, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 
 def ensemble_recipe(
@@ -138,10 +150,14 @@ def ensemble_recipe(
     several: bool = False,
     tangent: bool = False,
     watched: bool = False,
+    returns: bool = False,
+    extrapolates: bool = False,
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
 
-    loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
+    returns: whether returns tell that a motion has settled
+    extrapolates: whether runs may go on from extrapolated limits of their marks
+    loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
@@ -150,15 +166,17 @@ def ensemble_recipe(
     before = (
         *GATHERING,
         *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
+        *(("observe.returns",) if returns else NO_RETURNS),
         point,
         evidence,
         *watch,
+        *(("observe.extrapolation",) if extrapolates else NO_EXTRAPOLATION),
     )
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
-    if loop == "card":
-        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread")
+    if loop == "gpu":
+        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
         return Recipe("run_thread", modules, MEASURED, ("take", "whole_equal"))
     own = ALONE if loop == "browser" else ()
     return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)

@@ -2,12 +2,12 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import Integrands, generated_source, instants_source
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.slow_states import slow_states
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import shown_motion_recipe
@@ -49,7 +49,7 @@ def browser_module(pairs: Sequence[Sequence[BrowserKernel]]) -> bytes:
 
 
 def browser_kernels(
-    equations: Any,
+    equations: Equations,
     observed: Sequence[Expression],
     tolerance: float,
     ensemble_tolerance: float,

@@ -1,4 +1,4 @@
-"""Runs an ensemble on an NVIDIA graphics card: the same generated source, one thread per run (extra `gpu`).
+"""Runs an ensemble on an NVIDIA GPU: the same generated source, one thread per run (extra `gpu`).
 
 A thread carries its lane in local memory, which the compiler interleaves, so that the threads of a warp read side by
 side; a slice of one global array per thread would scatter every access, and its address is no constant. Some 8 kB per
@@ -11,11 +11,11 @@ next one from a queue before the next step (not in a loop of its own inside, at 
 wait for each other), so that a warp steps together, whichever run each of its threads is on. Which thread a run meets
 changes nothing in its result.
 
-The code is PTX, written by the package's own compiler (`compiler/card.py`); the driver makes the card's own of it and
+The code is PTX, written by the package's own compiler (`compiler/gpu.py`); the driver makes the GPU's own of it and
 keeps that. It is launched through NVIDIA's own bindings. The results are those of a CPU to rounding: sin, cos and exp
 are polynomials here, and which products are fused differs.
 
-No card was at hand when this was written: the code is assembled by NVIDIA's assembler and gives the right numbers when
+No GPU was at hand when this was written: the code is assembled by NVIDIA's assembler and gives the right numbers when
 compiled for a processor (tests/test_cuda.py); the launch has not been tried.
 """
 
@@ -31,7 +31,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
-from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.numerics.kernel.loop.gpu_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.run.ensemble import (
     Budget,
@@ -43,34 +44,38 @@ from vibrocap.numerics.run.ensemble import (
 )
 from vibrocap.numerics.run.results import RunResults
 
-BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole card
+BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole GPU
 RESIDENT = 256  # threads per multiprocessor: ptxas gives each all 255 registers that it may have, of 65,536
-LAUNCH = 0.25  # s, aimed at: short enough for a card that also draws a screen
+LAUNCH = 0.25  # s, aimed at: short enough for a GPU that also draws a screen
 FIRST_ROUNDS, MOST_ROUNDS = 200, 1_000_000  # steps per launch
-SHARE = 0.5  # of the free memory of the card, for the runs and results of one chunk
+SHARE = 0.5  # of the free memory of the GPU, for the runs and results of one chunk
 ENTRY = "run_all"
 
 
-def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
-    """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
-    layout, text = ensemble_source(equations, order, 1, integrands, loop="card")
+def cuda_text(
+    equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
+) -> tuple[Layout, str]:
+    """(layout, text) of the kernel of which a GPU's threads are made, for an ensemble of these equations."""
+    layout, text = ensemble_source(equations, order, 1, integrands, loop="gpu", returns=returns)
     text.check()
     return layout, f"{text}\nWHOLE_SIZE = {layout.whole_size}\n"
 
 
 @functools.lru_cache(maxsize=64)
-def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
-    """(layout, PTX) for all cards."""
-    from vibrocap.numerics.compiler.card import ptx
+def cuda_code(
+    equations: Equations, order: int, integrands: Integrands | None = None, returns: bool = False
+) -> tuple[Layout, str]:
+    """(layout, PTX) for all GPUs."""
+    from vibrocap.numerics.compiler.gpu import ptx
 
-    layout, text = cuda_text(equations, order, integrands)
+    layout, text = cuda_text(equations, order, integrands, returns)
     return layout, ptx(text, layout.real_size, layout.whole_size)
 
 
-class Card:
-    """The first graphics card, through the driver; whatever it refuses is a RuntimeError with its own words.
+class Gpu:
+    """The first GPU, through the driver; whatever it refuses is a RuntimeError with its own words.
 
-    The context is the card's primary one, held for the life of this object, which one thread uses at a time.
+    The context is the GPU's primary one, held for the life of this object, which one thread uses at a time.
     """
 
     def __init__(self) -> None:
@@ -81,7 +86,7 @@ class Card:
         self.ask("cuCtxSetCurrent", self.context)
 
     def close(self) -> None:
-        """Let the card go."""
+        """Let the GPU go."""
         self.ask("cuDevicePrimaryCtxRelease", self.device)
 
     def ask(self, name: str, *arguments: Any) -> Any:
@@ -92,13 +97,13 @@ class Card:
         return found[0] if len(found) == 1 else tuple(found)
 
     def attribute(self, name: str) -> int:
-        """A property of the card."""
+        """A property of the GPU."""
         kind = self.driver.CUdevice_attribute
         return int(self.ask("cuDeviceGetAttribute", getattr(kind, f"CU_DEVICE_ATTRIBUTE_{name}"), self.device))
 
     @property
     def name(self) -> str:
-        """What the card is called."""
+        """What the GPU is called."""
         return self.ask("cuDeviceGetName", 256, self.device).split(b"\0")[0].decode()
 
     @property
@@ -117,7 +122,7 @@ class Card:
 
     @contextlib.contextmanager
     def arrays(self, *sizes: int) -> Iterator[list[int]]:
-        """Addresses of so many bytes each in the card's memory, which is given back afterwards."""
+        """Addresses of so many bytes each in the GPU's memory, which is given back afterwards."""
         made: list[Any] = []
         try:
             for size in sizes:
@@ -128,11 +133,11 @@ class Card:
                 self.ask("cuMemFree", address)
 
     def send(self, address: int, values: np.ndarray) -> None:
-        """Copy an array to the card."""
+        """Copy an array to the GPU."""
         self.ask("cuMemcpyHtoD", address, values.ctypes.data, values.nbytes)
 
     def fetch(self, values: np.ndarray, address: int) -> None:
-        """Copy an array from the card, as soon as all that was launched has ended."""
+        """Copy an array from the GPU, as soon as all that was launched has ended."""
         self.ask("cuMemcpyDtoH", values.ctypes.data, address, values.nbytes)
 
     def launch(self, function: Any, blocks: int, threads: int, addresses: list[int], numbers: list[int]) -> None:
@@ -143,12 +148,12 @@ class Card:
 
 
 def cuda_problem() -> str | None:
-    """Why ensembles cannot run on a graphics card here, and what was found; None if they can."""
-    needs = 'device: "cuda" needs an NVIDIA card, its driver and the package cuda-bindings; found:'
+    """Why ensembles cannot run on a GPU here, and what was found; None if they can."""
+    needs = 'device: "cuda" needs an NVIDIA GPU, its driver and the package cuda-bindings; found:'
     with contextlib.suppress(ModuleNotFoundError):
         if importlib.util.find_spec("cuda.bindings") is not None:
             try:
-                Card().close()
+                Gpu().close()
                 return None
             except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
                 reason = " ".join(str(error).split()) or type(error).__name__
@@ -158,7 +163,7 @@ def cuda_problem() -> str | None:
 
 
 def cuda_ensemble_run(
-    equations: Any,
+    equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,
@@ -166,33 +171,33 @@ def cuda_ensemble_run(
     order: int | None = None,
     integrands: Integrands | None = None,
 ) -> RunResults:
-    """Run an ensemble to its end on the first graphics card; the same contract as `ensemble.ensemble_run`.
+    """Run an ensemble to its end on the first GPU; the same contract as `ensemble.ensemble_run`.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called after each launch with the runs begun
     integrands: with functions of one's own, see `ensemble.ensemble_source`
-    Raises ValueError, saying what was found, where there is no such card or the extra is missing.
+    Raises ValueError, saying what was found, where there is no such GPU or the extra is missing.
     """
     problem = cuda_problem()
     if problem is not None:
         raise ValueError(problem)
     order = ensemble_order(budget.tolerance) if order is None else order
-    layout, code = cuda_code(equations, order, integrands)
+    layout, code = cuda_code(equations, order, integrands, budget.returns)
     count = len(initial)
     results = np.empty((count, layout.result_size))
-    card = Card()
+    gpu = Gpu()
     try:
-        threads = card_threads(card)
-        chunk = runs_at_a_time(layout, threads, card.free)
-        with card.function(code, ENTRY) as function:
+        threads = gpu_threads(gpu)
+        chunk = runs_at_a_time(layout, threads, gpu.free)
+        with gpu.function(code, ENTRY) as function:
             for first in range(0, count, chunk):
                 part = slice(first, min(first + chunk, count))
                 report = None if progress is None else functools.partial(_report, progress, first)
                 runs = np.empty((part.stop - first, layout.run_size))
                 write_runs(runs, equations, parameters[part], initial[part])
                 tables = drive_tables(equations, parameters[part])
-                results[part] = _chunk_run(card, function, threads, layout, runs, tables, budget, report)
+                results[part] = _chunk_run(gpu, function, threads, layout, runs, tables, budget, report)
     finally:
-        card.close()
+        gpu.close()
     return RunResults(layout, results)
 
 
@@ -200,9 +205,9 @@ def _report(progress: Callable[[int], None], before: int, begun: int) -> None:
     progress(before + begun)
 
 
-def card_threads(card: Card) -> int:
-    """Threads that the card runs at once."""
-    return RESIDENT * card.attribute("MULTIPROCESSOR_COUNT")
+def gpu_threads(gpu: Gpu) -> int:
+    """Threads that the GPU runs at once."""
+    return RESIDENT * gpu.attribute("MULTIPROCESSOR_COUNT")
 
 
 def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
@@ -217,7 +222,7 @@ def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
 
 
 def _chunk_run(
-    card: Card,
+    gpu: Gpu,
     function: Any,
     threads: int,
     layout: Layout,
@@ -226,7 +231,7 @@ def _chunk_run(
     budget: Budget,
     progress: Callable[[int], None] | None,
 ) -> np.ndarray:
-    """Results of runs that fit on the card, launch after launch."""
+    """Results of runs that fit on the GPU, launch after launch."""
     count = len(runs)
     floats, ints = prepared_lanes(layout, budget, count, tables)
     blocks = -(-min(threads, count) // BLOCK)
@@ -237,27 +242,27 @@ def _chunk_run(
         runs.nbytes + results.nbytes + tables.nbytes,
         *(queue.nbytes, floats.nbytes, ints.nbytes, kept * layout.places["WORK"], kept * len(ints)),
     )
-    with card.arrays(*sizes) as addresses:
-        trace, on_card, start_floats, start_ints, *_ = addresses
+    with gpu.arrays(*sizes) as addresses:
+        trace, on_gpu, start_floats, start_ints, *_ = addresses
         table = trace + runs.nbytes + results.nbytes
         sent = (trace, runs), (table, tables.ravel()), (start_floats, floats), (start_ints, ints)
         for address, values in sent:
             if values.size:
-                card.send(address, values)
+                gpu.send(address, values)
         fresh, rounds = 1, FIRST_ROUNDS
         while True:
             began = time.perf_counter()
             queue[BUSY] = 0
-            card.send(on_card, queue)
-            card.launch(function, blocks, BLOCK, addresses, [fresh, rounds])
-            card.fetch(queue, on_card)  # waits for the launch
+            gpu.send(on_gpu, queue)
+            gpu.launch(function, blocks, BLOCK, addresses, [fresh, rounds])
+            gpu.fetch(queue, on_gpu)  # waits for the launch
             if progress is not None:
                 progress(int(min(queue[NEXT], count)))
             if queue[BUSY] == 0:
                 break
             rounds = next_rounds(rounds, time.perf_counter() - began)
             fresh = 0
-        card.fetch(results, trace + runs.nbytes)
+        gpu.fetch(results, trace + runs.nbytes)
     return results
 
 

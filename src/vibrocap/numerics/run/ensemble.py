@@ -4,17 +4,18 @@ import dataclasses
 import functools
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics.codegen.evidence import evidence_source
-from vibrocap.numerics.codegen.slow_manifold import slow_bristles
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.slow_states import slow_bristles
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
+from vibrocap.numerics.kernel.gathered_entries import gathered_entries
+from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
 from vibrocap.numerics.run.motion import has_branches, sizes, start_sides
@@ -22,6 +23,7 @@ from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
+RETURN_MARKS = 256  # of a cycle of 62 returns
 BLOCK = 128  # most runs that a thread takes at a time
 NO_TABLES = np.empty((0, 0, 0))  # of a drive without corners
 TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard
@@ -37,6 +39,9 @@ class Budget:
     asked: groups of measures, a sum of powers of two
     evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
         `kernel/observe/evidence.py`; 0: of no run
+    returns: whether runs settle by their returns, as motions do that nothing drives in time, see `observe/returns.py`
+    extrapolate: whether runs go on from the limit of their marks where it holds, see
+        `kernel/observe/extrapolation.py`; never those of a rotor or with a tangent
     """
 
     periods: int
@@ -47,6 +52,8 @@ class Budget:
     max_steps: int
     asked: int = 0
     evidence: int = 0
+    returns: bool = False
+    extrapolate: bool = False
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -56,43 +63,58 @@ def ensemble_order(tolerance: float) -> int:
 
 @functools.lru_cache(maxsize=64)
 def ensemble_kernel(
-    equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
+    equations: Equations,
+    order: int,
+    lanes: int,
+    plain: bool = False,
+    integrands: Integrands | None = None,
+    returns: bool = False,
 ) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
-    layout, text = ensemble_source(equations, order, lanes, integrands)
+    layout, text = ensemble_source(equations, order, lanes, integrands, returns=returns)
     return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
 
 
 def ensemble_source(
-    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
+    equations: Equations,
+    order: int,
+    lanes: int,
+    integrands: Integrands | None = None,
+    loop: str | None = None,
+    returns: bool = False,
 ) -> tuple[Layout, Linked]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
     lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
-    loop: "card" for a thread of a graphics card, "browser" for a page; else as the lanes say, see `ensemble_recipe`
+    returns: see `Budget`
+    loop: "gpu" for a thread of a GPU, "browser" for a page; else as the lanes say, see `ensemble_recipe`
     """
     loop = loop or ("ensemble" if lanes == 1 else "simd")
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     own_switches = len(equations.switches) - equations.law_switches
     watched = equations.true_load is not None and states == equations.base
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched, returns)
     parameters, corners = len(equations.parameter_paths), equations.corners
     tangent = states > equations.base
     stiff = equations.maybe_stiff and not tangent
     slow = slow_bristles(equations) if loop == "simd" and stiff and equations.several else ()
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, slow=slow, **sizes(equations))
+    own_sizes = sizes(equations)
+    extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
+    own_sizes |= {"slow": slow, "extrapolates": extrapolates}
+    marks = RETURN_MARKS if returns else MARKS
+    layout = Layout(lanes, states, states, order, parameters, marks, entries, **own_sizes)
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    more = equations.several, tangent, watched
+    more = equations.several, tangent, watched, returns, extrapolates
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
 
 def ensemble_run(
-    equations: Any,
+    equations: Equations,
     parameters: np.ndarray,
     initial: np.ndarray,
     budget: Budget,
@@ -114,7 +136,7 @@ def ensemble_run(
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     lanes = lane_count() if lanes is None else lanes
-    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
+    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands, budget.returns)
     count = len(initial)
     tables = drive_tables(equations, parameters)
     results_end = count * (layout.run_size + layout.result_size)
@@ -171,6 +193,7 @@ def prepared_lanes(
     for name, value in (
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
+        ("EXTRAPOLATE", budget.extrapolate),
         ("EVIDENCE_PERIODS", budget.evidence),
         ("RESULT_START", count * layout.run_size),
         ("TABLE_START", count * (layout.run_size + layout.result_size)),
@@ -189,13 +212,13 @@ def prepared_lanes(
     return floats, ints
 
 
-def drive_tables(equations: Any, parameters: np.ndarray) -> np.ndarray:
+def drive_tables(equations: Equations, parameters: np.ndarray) -> np.ndarray:
     """[tables, segments, numbers] of the drive, one for each run or one for all; none where it has no corners."""
     return NO_TABLES if equations.corners is None else equations.corners.tables(parameters)
 
 
 def write_runs(
-    runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray, start: np.ndarray | None = None
+    runs: np.ndarray, equations: Equations, parameters: np.ndarray, initial: np.ndarray, start: np.ndarray | None = None
 ) -> None:
     """Fill the rows of runs that `run_queue.begin_run` reads; start: see `ensemble_run`."""
     time = np.zeros(len(runs)) if start is None else start

@@ -1,10 +1,10 @@
 """The equations at one instant as C, for integrators that are not ours."""
 
 import dataclasses
-from typing import Any
 
 from vibrocap.numerics.codegen.instant_source import Instant, instant_source
 from vibrocap.numerics.compiler import c_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import INSTANT
 
@@ -31,7 +31,7 @@ void {0}_after(double *values, int guard) {{
 """
 
 
-def exported_instant(equations: Any, prefix: str, own_drive: bool = True) -> Instant:
+def exported_instant(equations: Equations, prefix: str, own_drive: bool = True) -> Instant:
     """The equations at an instant, of one contact that can rest: C of `PREFIX_drive` and `PREFIX_equations(values)`.
 
     The first computes what of the drive follows from the parameters, the second what the equations say, and

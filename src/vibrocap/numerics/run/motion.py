@@ -2,26 +2,30 @@
 
 import dataclasses
 import functools
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.slow_manifold import slow_states
-from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.slow_states import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.kernel.stepper.take_step import NO_SPEED_AT_START, NOT_TOLD
+from vibrocap.numerics.linker.known import kernel_key, known_kernel, note_kernel
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
+LARGEST_TRACE = 2**21  # numbers of a trace that a thread keeps for its next motion
 
 FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
 
@@ -33,7 +37,8 @@ class Recorded:
     """What came back from the kernel. Times of pieces and events count from the start of their period."""
 
     status: int  # of `codes`
-    pieces: np.ndarray  # [pieces, size]: period, time, length, side, method, series, sides of further contacts
+    pieces: np.ndarray  # [pieces, size] as `memory_layout.PIECE_HEAD` says
+    rates: tuple[int, ...]  # of each state the state that is its rate, see `PieceSeries`
     events: np.ndarray  # [events, 4 + rows]: period, time, kind, states, number of the contact (0: of none)
     sections: np.ndarray  # [whole periods completed + 1, rows]
     final: np.ndarray  # [rows] where the run ended
@@ -55,7 +60,8 @@ class Recorded:
     @property
     def piece_sides(self) -> np.ndarray:
         """[pieces, contacts] +1, -1 sliding; 0 at rest."""
-        return np.hstack([self.pieces[:, 3:4], self.pieces[:, self.pieces.shape[1] - self.contacts + 1 :]])
+        first, further = self.pieces[:, 3:4], self.pieces[:, self.pieces.shape[1] - self.contacts + 1 :]
+        return np.hstack([first, further]) if self.contacts > 1 else first
 
     @property
     def piece_implicit(self) -> np.ndarray:
@@ -63,11 +69,11 @@ class Recorded:
         return self.pieces[:, 4] == 1.0
 
     @property
-    def series(self) -> np.ndarray:
+    def series(self) -> PieceSeries:
         """[pieces, rows, order + 1] coefficients in powers of the time since the start of the piece."""
-        pieces, size = self.pieces.shape
-        rows, end = len(self.final), size - self.contacts + 1
-        return self.pieces[:, memory.PIECE_HEAD : end].reshape(pieces, rows, (end - memory.PIECE_HEAD) // rows)
+        numbers = self.pieces[:, memory.PIECE_HEAD : self.pieces.shape[1] - self.contacts + 1]
+        whole = sum(rate < 0 for rate in self.rates)
+        return PieceSeries(numbers, self.rates, (numbers.shape[1] - len(self.rates)) // whole)
 
     @property
     def event_kinds(self) -> np.ndarray:
@@ -90,6 +96,33 @@ class Recorded:
         return self.events[:, :2]
 
 
+class Traces(threading.local):
+    """The trace of each thread, lent to one motion after the other: to fill memory that is new takes as long as to run.
+
+    A motion that begins while another one of the same thread runs, as in a function that is told of its progress, finds
+    none and gets a new one. The list is emptied in one instruction, so that an interrupt cannot lend a trace twice.
+    """
+
+    def __init__(self):
+        self._free: list[np.ndarray] = []
+
+    def lend(self, size: int) -> np.ndarray:
+        """A trace of at least so many numbers, whatever they are."""
+        try:
+            kept = self._free.pop()
+        except IndexError:
+            return np.empty(size)
+        return kept if len(kept) >= size else np.empty(size)
+
+    def give_back(self, trace: np.ndarray) -> None:
+        """Keep a trace of which nothing is in use for the next motion, unless it is very large."""
+        if len(trace) <= LARGEST_TRACE:
+            self._free[:] = [trace]
+
+
+TRACES = Traces()
+
+
 def series_order(tolerance: float) -> int:
     """Order of the series: the cheapest of three, so that few kernels are ever compiled (benchmarks/orders.py).
 
@@ -100,12 +133,12 @@ def series_order(tolerance: float) -> int:
     return 12 if tolerance >= 1e-11 else 16
 
 
-def has_branches(equations: Any) -> bool:
+def has_branches(equations: Equations) -> bool:
     """Whether law or machine has several branches, or anything ends a run or changes states at a reversal."""
     return bool(equations.guards)
 
 
-def sizes(equations: Any) -> dict[str, Any]:
+def sizes(equations: Equations) -> dict[str, Any]:
     """Of the memory: guards, coefficients of a segment, and what further contacts take."""
     corners = equations.corners
     return {
@@ -117,28 +150,53 @@ def sizes(equations: Any) -> dict[str, Any]:
         "contacts": len(equations.contacts),
         "turns": len(equations.turns),
         "held": sum(each.sticks for each in equations.contacts[1:]),
+        "rates": _kept_rates(equations),
     }
 
 
-def linked_motion(equations: Any, order: int) -> tuple[Layout, Linked]:
+def _kept_rates(equations: Equations) -> tuple[int, ...]:
+    """Of each state the state that is its rate, if that one is kept whole; none where a series may be damped."""
+    found: list[int] = []
+    for state, rate in enumerate(each.state for each in equations.rates):
+        follows = rate not in (-1, state) and state not in found and (rate > state or found[rate] < 0)
+        found.append(rate if follows and not equations.maybe_stiff else -1)
+    return tuple(found)
+
+
+def motion_layout(equations: Equations, order: int) -> Layout:
+    """The memory of one motion of these equations."""
+    states = len(equations.rates)
+    own = sizes(equations)
+    return Layout(1, states, states, order, len(equations.parameter_paths), slow=slow_states(equations), **own)
+
+
+def linked_motion(equations: Equations, order: int) -> tuple[Layout, Linked]:
     """(layout, text) of the kernel for one motion of these equations."""
-    states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
-    slow = slow_states(equations)
-    layout = Layout(1, states, states, order, parameters, slow=slow, **sizes(equations))
-    more = equations.several, bool(slow)
-    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners is not None, *more)
+    from vibrocap.numerics.codegen.source import generated_source  # only here: most kernels are on the disk
+
+    layout, corners = motion_layout(equations, order), equations.corners is not None
+    more = equations.several, bool(layout.slow)
+    recipe = motion_recipe(equations.maybe_stiff, has_branches(equations), corners, *more)
     return layout, linked_source(generated_source(equations, layout), recipe)
 
 
 @functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
+def kernel(equations: Equations, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
-    layout, text = linked_motion(equations, order)
-    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
+    if plain:
+        layout, text = linked_motion(equations, order)
+        return layout, plain_kernel(text)["advance"]
+    layout = motion_layout(equations, order)
+    key = kernel_key(equations, layout, literal)
+    if (found := known_kernel(key)) is None:
+        _, text = linked_motion(equations, order)
+        found = compiled_kernel(text, literal)
+        note_kernel(key, text, literal)
+    return layout, found
 
 
 def recorded_run(
-    equations: Any,
+    equations: Equations,
     parameters: Sequence[float],
     initial: Sequence[float],
     period: float,
@@ -166,6 +224,7 @@ def recorded_run(
     limits = max_events_per_period, max_steps
     begun = begun_memory(equations, layout, parameters, initial, period, periods, tolerance, limits, room, phase)
     floats, ints, trace = begun
+    given_away = False
     place, rows = layout.places, layout.rows
     event_start, piece_start = int(ints[place["RECORDED_EVENT_START"]]), int(ints[place["PIECE_START"]])
     pieces, events = [], []
@@ -175,9 +234,12 @@ def recorded_run(
         status = int(ints[place["STATUS"]])
         full = status == codes.TRACE_FULL
         if status != codes.RUNNING or not keep_pieces:
-            if keep_pieces:  # a trace that is used again is copied
-                pieces.append(_cut(trace, piece_start, ints[place["PIECES"]], layout.piece_size, full))
-                events.append(_cut(trace, event_start, ints[place["RECORDED_EVENTS"]], layout.event_size, full))
+            if keep_pieces:
+                count, size = int(ints[place["PIECES"]]), layout.piece_size
+                given_away = not full and 2 * count > int(ints[place["PIECE_LIMIT"]])
+                events.append(_rows(trace, event_start, ints[place["RECORDED_EVENTS"]], layout.event_size).copy())
+                kept = _rows(trace, piece_start, count, size)
+                pieces.append(kept if given_away else kept.copy())
             ints[place["PIECES"]] = ints[place["RECORDED_EVENTS"]] = 0
         if full:
             ints[place["STATUS"]] = status = codes.RUNNING
@@ -189,9 +251,10 @@ def recorded_run(
         if progress is not None:
             progress((ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period - phase) / periods)
     completed = int(ints[place["PERIOD_COUNT"]])
-    return Recorded(
+    recorded = Recorded(
         status=status,
         pieces=_joined(pieces, layout.piece_size),
+        rates=layout.rates,
         events=_joined(events, layout.event_size),
         sections=trace[: (completed + 1) * rows].reshape(-1, rows).copy(),
         final=floats[place["STATE"] : place["STATE"] + rows].copy(),
@@ -200,10 +263,13 @@ def recorded_run(
         implicit_steps=int(ints[place["IMPLICIT_STEPS"]]),
         contacts=layout.contacts,
     )
+    if not given_away:
+        TRACES.give_back(trace)
+    return recorded
 
 
 def begun_memory(
-    equations: Any,
+    equations: Equations,
     layout: Layout,
     parameters: Sequence[float],
     initial: Sequence[float],
@@ -226,7 +292,7 @@ def begun_memory(
     _fill(floats, place["PARAMETER"], parameters)
     scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
     _fill(floats, place["SCALE"], scales)
-    floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+    floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
     floats[place["PERIOD"]] = period
     floats[place["TIME"]] = phase * period
     floats[place["HOLD_RATE"]] = hold_rate(period, layout.order)
@@ -242,10 +308,10 @@ def begun_memory(
     _start_contacts(equations, floats, ints, place, initial, parameters)
     piece_room, event_room = room
     event_start = (whole_periods + 1) * rows
-    piece_start = event_start + event_room * layout.event_size
-    table_start = piece_start + piece_room * layout.piece_size
-    trace = np.empty(table_start + table.size)
-    trace[table_start:] = table.ravel()
+    table_start = event_start + event_room * layout.event_size
+    piece_start = table_start + table.size  # the last, so that the trace can be cut
+    trace = TRACES.lend(piece_start + piece_room * layout.piece_size)
+    trace[table_start:piece_start] = table.ravel()
     ints[place["TABLE"]] = table_start
     trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
     ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, event_room
@@ -257,9 +323,8 @@ def _fill(floats: np.ndarray, start: int, values: Any) -> None:
     floats[start : start + len(values)] = values
 
 
-def _cut(trace: np.ndarray, start: int, count: int, size: int, copy: bool) -> np.ndarray:
-    part = trace[start : start + count * size].reshape(-1, size)
-    return part.copy() if copy else part
+def _rows(trace: np.ndarray, start: int, count: int, size: int) -> np.ndarray:
+    return trace[start : start + count * size].reshape(-1, size)
 
 
 def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
@@ -282,7 +347,7 @@ def _start_drive(
     return tables[0]
 
 
-def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
+def _start_contacts(equations: Equations, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
     """Sides at the start: those of the velocities; at rest, the kernel decides."""
     sides = start_sides(equations, floats[place["TIME"]], initial, parameters)
     for i, (each, side) in enumerate(zip(equations.contacts, sides, strict=True)):
@@ -290,13 +355,13 @@ def _start_contacts(equations: Any, floats: Any, ints: Any, place: dict, initial
         if side != 0.0:
             floats[place["SIDE"] + i] = side
         elif each.sticks:
-            ints[place["ARRIVING"] + i] = 1
+            ints[place["TO_DECIDE"] + i] = 1
         else:
             floats[place["SIDE"] + i] = 1.0
             ints[place["ZEROS"] + i] = 1
 
 
-def start_sides(equations: Any, time: Any, states: Any, parameters: Any) -> list:
+def start_sides(equations: Equations, time: Any, states: Any, parameters: Any) -> list:
     """Sides of all contacts where a run starts, of numbers or arrays; 0 where one is at rest.
 
     A velocity that is no state is zero to rounding only, as where a motion is taken up again while a further contact

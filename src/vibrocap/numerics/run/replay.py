@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
@@ -17,7 +18,7 @@ from vibrocap.numerics.run.results import RunResults
 
 
 def replayed(
-    equations: Any,
+    equations: Equations,
     parameters: Sequence[float],
     motion: Any,
     window: int,
@@ -31,7 +32,7 @@ def replayed(
     motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
     switch_times: when each guard of the machine fell to zero
     """
-    layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
+    layout, kernel = _hooks(equations, motion.series.order, integrands)
     floats, ints = layout.allocated()
     tables = drive_tables(equations, np.array([parameters]))
     trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
@@ -62,7 +63,7 @@ def replayed(
     methods = motion.piece_implicit.astype(int).tolist()
     jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
     lengths, sides = motion.piece_length.tolist(), motion.piece_sides
-    pieces = enumerate(zip(lengths, sides, methods, jumps, motion.coefficients, strict=True))
+    pieces = enumerate(zip(lengths, sides, methods, jumps, motion.series[:], strict=True))
     doubtful = _near_lift_off(motion) if layout.watched else ()
     count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
     while ints[count] < ints[budget]:
@@ -101,7 +102,7 @@ def _near_lift_off(motion: Any) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=16)
-def _hooks(equations: Any, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
+def _hooks(equations: Equations, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
     layout, text = ensemble_source(equations, order, 1, integrands)
     names = plain_kernel(text)
     names["VELOCITY_JUMPS"] = False  # the side of the contact is that of the stored pieces

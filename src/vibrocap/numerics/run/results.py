@@ -1,6 +1,7 @@
-"""What the runs of an ensemble ended with, by name: nobody outside has to know where the numbers stand."""
+"""What runs leave, by name: results of an ensemble, pieces of one motion. Nobody outside has to know the places."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class RunResults:
         return self.entry("LIFTED") if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
-        """[runs, numbers] of an entry of what was gathered over the window, see `memory_layout.gathered_entries`."""
+        """[runs, numbers] of an entry of what was gathered over the window, see `kernel/gathered_entries.py`."""
         return self.numbers[:, self.layout.gathered_slice(name)]
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:
@@ -83,6 +84,38 @@ class RunResults:
         keys = np.column_stack((self.entries("LETTERS"), self.entry("LETTER_COUNT")))
         different, which = np.unique(keys, axis=0, return_inverse=True)
         return [_unpacked(key) for key in different], which.ravel()
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PieceSeries:
+    """Taylor coefficients of the pieces of a motion; of a state whose rate is another state, the first alone is kept.
+
+    The others are those of its rate, c_k = r_(k-1)/k, to the last bit: the series of a step is made so. It is not where
+    its last terms are damped, nor of implicit steps; of motions that may have such steps all coefficients are kept.
+
+    numbers: [pieces, numbers], the states at the start, then row by row the other coefficients that are kept
+    rates: of each state the state that is its rate, -1 where all coefficients are kept
+    """
+
+    numbers: np.ndarray
+    rates: tuple[int, ...]
+    order: int
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, pieces: Any) -> np.ndarray:
+        """Coefficients of some pieces, in powers of the time since their start: array [pieces, states, order + 1]."""
+        kept, states = self.numbers[pieces], len(self.rates)
+        found = np.empty((len(kept), states, self.order + 1))
+        found[:, :, 0] = kept[:, :states]
+        whole = [state for state in range(states) if self.rates[state] < 0]
+        found[:, whole, 1:] = kept[:, states:].reshape(len(kept), len(whole), self.order)
+        shares = 1.0 / np.arange(1, self.order + 1)
+        for state, rate in enumerate(self.rates):
+            if rate >= 0:
+                np.multiply(found[:, rate, :-1], shares, out=found[:, state, 1:])
+        return found
 
 
 def _unpacked(key: np.ndarray) -> tuple[tuple[int, ...], bool]:

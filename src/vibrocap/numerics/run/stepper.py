@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.slow_manifold import slow_states
 from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.slow_states import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
@@ -20,7 +21,7 @@ from vibrocap.numerics.run.motion import has_branches, series_order, sizes
 ENTRIES = ("begin_motion", "take_step", "look_at")
 ENDLESS = 2**62  # periods
 CONTACT_KINDS = codes.SWITCHED  # kinds of event that are counted for each contact; then those of none
-WAITING_PER_CONTACT = 14  # events at one instant: a decision for each of `one_step.MOST_IDLE`, and what they lead to
+WAITING_PER_CONTACT = 14  # events at one instant: each of `one_step.MOST_ZERO_PROGRESS` and what it leads to
 
 Entry = Callable[[int], Any]
 
@@ -76,7 +77,7 @@ class StepperKernel:
         floats, ints = layout.allocated()
         floats[place["STATE"] : place["STATE"] + layout.states] = initial
         floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)] = parameters
-        floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+        floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
         floats[place["TOLERANCE"]] = tolerance
         ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
         ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
@@ -104,7 +105,7 @@ class StepperKernel:
 
 
 def stepper_kernel(
-    equations: Any, observed: Mapping[str, Expression], tolerance: float, held_input: bool
+    equations: Equations, observed: Mapping[str, Expression], tolerance: float, held_input: bool
 ) -> StepperKernel:
     """The stepper of these equations.
 
@@ -115,7 +116,7 @@ def stepper_kernel(
 
 
 @functools.lru_cache(maxsize=64)
-def _stepper_kernel(equations: Any, observed: tuple, order: int, held_input: bool) -> StepperKernel:
+def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool) -> StepperKernel:
     states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
     table = 0 if corners is None or held_input else len(corners.numbers)
     layout = Layout(

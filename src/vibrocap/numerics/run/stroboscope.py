@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
 from vibrocap.numerics.linker.link import kernel_source
 
 
@@ -19,12 +20,12 @@ class Stroboscope:
     def __init__(self, states: np.ndarray):
         self.last = len(states) - 1
         self._states = states.ravel().tolist()  # numbers of Python's own are faster to get at one by one
-        places = {"MARKS": 0, "LANES": 1, "MARK_SIZE": states.shape[1], "MARK_COUNT": len(states)}
+        places = {"LANES": 1, "MARK_SIZE": states.shape[1], "MARK_COUNT": len(states)}
         self.functions: dict[str, Any] = {"math": math, **places}
         exec(_decision(), self.functions)
 
     def _asked(self, question: str, *given: Any) -> Any:
-        return self.functions[question](self._states, 0, self.last, *given)
+        return self.functions[question](self._states, 0, 0, self.last, *given)
 
     def difference(self, n: int) -> float:
         """Largest difference over the states to the mark n periods earlier."""
@@ -32,7 +33,7 @@ class Stroboscope:
 
     def settled_response(self, threshold: float, tolerance: float) -> tuple[int, int, float]:
         """What a run decides at this mark: (response period, since, remaining), or (0, 0, 0.0)."""
-        return self._asked("settled_response", threshold, tolerance)
+        return self._asked("settled_response", LONGEST_PERIOD, threshold, tolerance)
 
     def distance_to_go(self, n: int, tolerance: float) -> tuple[float | None, float | None]:
         """(contraction over n periods, bound of the distance still to go); None where differences do not shrink."""

@@ -1,6 +1,7 @@
 """All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,9 @@ class Attractor(Dimensional):
     """A motion to which starts lead.
 
     motion: its class, with its drift, orbit or exponents; starts: how many lead to it; share: of all starts
+    error: standard error of the share, as of the share of the ranges that leads to it: of spread starts at most that of
+        random ones, sqrt(s (1 - s)/n); of a plane of n cells sqrt(b/12)/n, where the border of the basin cuts b of
+        them, each at a place by chance
     twin: index of its mirror twin among the attractors, its own where it is symmetric; None where the system has no
         such symmetry or no start was seen to lead to the twin
     """
@@ -55,6 +59,7 @@ class Attractor(Dimensional):
     motion: MotionClass
     starts: int
     share: Number
+    error: Number
     twin: int | None
 
 
@@ -100,7 +105,8 @@ class Attractors(Dimensional):
         for each in self.attractors:
             orbit = each.motion.orbit
             multipliers = np.abs(orbit.multipliers) if orbit is not None else []
-            row = {"kind": each.motion.kind, "starts": each.starts, "share": each.share, "drift": each.motion.drift}
+            row = {"kind": each.motion.kind, "starts": each.starts, "share": each.share, "share_error": each.error}
+            row["drift"] = each.motion.drift
             row["mean_velocity"] = None if orbit is None else orbit.mean_velocity
             row["largest_multiplier"] = float(np.max(multipliers)) if len(multipliers) else None
             rows.append({**row, "twin": each.twin})
@@ -222,9 +228,11 @@ def _in_order(
     order = sorted(range(len(motions)), key=lambda k: -counts[k])
     place = {k: new for new, k in enumerate(order)}
     twin = [None if other is None else place[other] for other in (twins[k] for k in order)]
+    shares = [counts[k] / max(len(label), 1) for k in order]
+    errors = [math.sqrt(share * (1.0 - share) / max(len(label), 1)) for share in shares]
     found = tuple(
-        Attractor(motions[k], counts[k], counts[k] / max(len(label), 1), other)
-        for k, other in zip(order, twin, strict=True)
+        Attractor(motions[k], counts[k], share, error, other)
+        for k, share, error, other in zip(order, shares, errors, twin, strict=True)
     )
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
     return found, np.where(label >= 0, moved[np.maximum(label, -1)], label)

@@ -121,6 +121,8 @@ def basins(
     found, label, runs = attractors_of(map_, runs, settle_periods)
     drift = _drifts(found, label, runs)
     shape = (counts[0], counts[1])
+    errors = [math.sqrt(border_cells(label.reshape(shape) == k) / 12.0) / label.size for k in range(len(found))]
+    found = tuple(dataclasses.replace(each, error=error) for each, error in zip(found, errors, strict=True))
     return Basins(
         system=system,
         axes=axes,
@@ -152,6 +154,14 @@ def started_anywhere(
     count = len(states)
     nothing = np.zeros(count, dtype=int), np.full(count, np.nan), np.zeros(count, dtype=bool)
     return SettlingRuns(marked, ended, *nothing).replaced(np.flatnonzero(going), parts)
+
+
+def border_cells(inside: np.ndarray) -> int:
+    """Cells [x, y] of a basin beside one of another: the border of a basin cuts about so many."""
+    from scipy.ndimage import binary_erosion
+
+    within = np.asarray(binary_erosion(inside, border_value=1), dtype=bool)
+    return int(np.sum(inside & ~within))
 
 
 def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:

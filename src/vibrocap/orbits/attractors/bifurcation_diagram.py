@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
-from vibrocap.motion.section import brought_back, whole_turns
+from vibrocap.motion.recording.section import brought_back, whole_turns
 from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
@@ -17,7 +17,7 @@ from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_secti
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_range, system_at
-from vibrocap.physics.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers

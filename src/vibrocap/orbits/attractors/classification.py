@@ -6,11 +6,12 @@ import math
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.motion.simulate import STATUSES, check_run, initial_state
+from vibrocap.motion.simulate import STATUSES, check_run, initial_state, simulate
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
-from vibrocap.orbits.attractors.without_clock import settled_without_clock
+from vibrocap.orbits.attractors.without_clock import LOOKED_AT, settled_without_clock
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
+from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.periodic_solution import (
     CLOSE_TO_CIRCLE,
@@ -105,6 +106,8 @@ def classify(
         if which[0] >= 0:
             return class_of(reached[0])
         run.response_period[:] = 0
+        if (limit := _rest_in_the_limit(system, initial, min(settle_periods, LOOKED_AT))) is not None:
+            return limit
     orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
     if not run.finished[0]:
         reason = f"the run did not go to its end: {STATUSES[int(run.ended[0])].text}"
@@ -112,6 +115,16 @@ def classify(
     if run.response_period[0] > 0:
         return class_of_orbit(orbits[0].orbit)
     return class_of_iterates(map_, iterates(map_, run.state, parameters[None], periods)[:, 0])
+
+
+def _rest_in_the_limit(system: System, initial: ByName | None, periods: int) -> MotionClass | None:
+    """Class of a motion from a start that comes to rest by ever smaller stops; None where it does not."""
+    motion = simulate(system, initial=initial, periods=periods)
+    if not (motion.run_status.ok and comes_to_rest(motion)):
+        return None
+    drift = 0.0 if system.cyclic is not None else None
+    reason = "it comes to rest in the limit, by stops that shrink by one share and grow longer by as much"
+    return MotionClass("rest", reason, drift, 0.0, None, motion.state)
 
 
 def class_of(reached: Equilibrium | PeriodicSolution) -> MotionClass:

@@ -138,7 +138,7 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
 
 def _flow(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """Rates y' at states [periods, states] on a motion, which the derivative of its map carries into one another."""
-    return np.array([map_.rates(state, map_.contact_side(state, parameters), parameters) for state in states])
+    return map_.rates(states.T, map_.contact_side(states.T, parameters), parameters).T
 
 
 def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: np.ndarray) -> float:

@@ -86,8 +86,8 @@ def _speed(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
     """Largest rate of states [runs, states], but for the cyclic one, over natural sizes and drive periods: [runs]."""
     parameters = map_.parameters()
     sizes, kept = map_.scales(parameters), map_.section_states
-    rates = np.array([map_.rates(state, map_.contact_side(state, parameters), parameters) for state in states])
-    return np.max(np.abs(rates.reshape(states.shape) / sizes)[:, kept], axis=1, initial=0.0) * map_.period(parameters)
+    rates = map_.rates(states.T, map_.contact_side(states.T, parameters), parameters).T
+    return np.max(np.abs(rates / sizes)[:, kept], axis=1, initial=0.0) * map_.period(parameters)
 
 
 def _belongs(map_: StroboscopicMap, states: np.ndarray, found: Equilibrium) -> np.ndarray:

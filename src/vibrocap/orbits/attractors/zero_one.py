@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.measures.settling import stroboscopic_states
+from vibrocap.measures.recorded.settling import stroboscopic_states
 from vibrocap.motion.trajectory import Trajectory
 
 FREQUENCIES = 100

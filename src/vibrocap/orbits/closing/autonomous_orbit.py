@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.equations import equations
-from vibrocap.motion.section import brought_back, winding
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
@@ -24,6 +25,8 @@ from vibrocap.physics.system import System
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
 MOST_RETURNS = 64  # of a cycle, unless told otherwise
+QUIET = 3.0  # longest times between returns without one, after which a section is no longer met
+STILL, LOOKS = 1e-6, 64  # of natural sizes, by which a motion at rest may move; instants at which it is looked at
 BESIDE = 1e-6  # of a cycle: an event so soon after a return belongs to it
 
 
@@ -42,8 +45,8 @@ def autonomous_orbit(
     modulo travel and whole turns. The guess comes from a simulation: the motion returns to a section, and the cycle is
     as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
     slips, reversals of each contact), and that is taken at which the motion comes back best. The multiplier 1 of the
-    direction along the motion is left out. Where the motion comes to rest instead of cycling, the status is
-    NOT_SETTLED.
+    direction along the motion is left out. Where the motion comes to rest instead of cycling, also in the limit by ever
+    smaller stops, the status is COMES_TO_REST.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -107,14 +110,19 @@ def _image(
 
 
 def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:
-    """(state, sides, time, returns) of the last turn of a simulation, amid the phase that begins at a return."""
+    """(state, sides, time, returns) of the last turn of a simulation, amid the phase that begins at a return.
+
+    A section that was met before, but no longer is, belongs to what the motion has left: a rotor that has stopped.
+    """
     if not motion.run_status.ok:
         return OrbitStatus.RUN_FAILED
+    if _stands_still(motion):
+        return OrbitStatus.COMES_TO_REST
     sections = default_sections(motion) if section is None else [section]
     found = []
     for each in sections:
         times = each.times(motion)
-        if len(times) > 1:
+        if len(times) > 1 and motion.end - times[-1] <= QUIET * np.max(np.diff(times)):
             count, away = recurrence(motion, times, most)
             found.append((away, count, times))
         if found and found[-1][0] <= ARRIVED:
@@ -123,8 +131,15 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
         return OrbitStatus.NOT_SETTLED if section is None else OrbitStatus.SECTION_NOT_MET
     away, count, times = min(found, key=lambda each: each[0])
     if away > RECURRENT:
-        return OrbitStatus.MORE_RETURNS
+        return OrbitStatus.COMES_TO_REST if comes_to_rest(motion) else OrbitStatus.MORE_RETURNS
     return *_within(motion, times[-1 - count], times[-1]), count
+
+
+def _stands_still(motion: Trajectory) -> bool:
+    """Whether nothing but the cyclic coordinate has moved in the last tenth of a simulation."""
+    times = np.linspace(0.9 * motion.end, motion.end, LOOKS)
+    late = section_states(motion.system, motion.states(times).T, np.array(motion.system.scales(), dtype=float))
+    return bool(np.max(np.ptp(late, axis=0)) <= STILL)
 
 
 def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, Any, float]:

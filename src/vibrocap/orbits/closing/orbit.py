@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
-from vibrocap.measures.sticking import spelled
+from vibrocap.measures.recorded.sticking import spelled
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import MOST_RETURNS, autonomous_orbit
@@ -85,7 +85,7 @@ class Orbit(PeriodicSolution):
         return super().facts | beside
 
     @property
-    def word(self) -> str:
+    def mode_sequence(self) -> str:
         """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back; "" if smooth."""
         if self.system.friction.kind == "smooth":
             return ""

@@ -48,11 +48,19 @@ class OrbitStatus(Advised):
         "The motion does not come back after so many returns to the section as were asked for. Raise `returns` or "
         "`settle_periods`; the motion may be quasi-periodic or chaotic.",
     )
+    COMES_TO_REST = (
+        "comes to rest",
+        "There is no cycle: the motion ends at rest, slides steadily, or comes to rest in the limit, by stops of which "
+        "each is smaller and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+    )
     CONTRADICTED = (
         "multipliers contradicted",
         "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
         "Shoot it again at another `tolerance`; simulate from its state to see its certificate.",
     )
+
+
+FAILED = (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.COMES_TO_REST)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -129,7 +137,7 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        return self.status in (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED)
+        return self.status in FAILED
 
     @property
     def closes(self) -> bool:

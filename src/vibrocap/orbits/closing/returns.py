@@ -7,14 +7,15 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number, listed, suggestion
-from vibrocap.motion.equations import equations
-from vibrocap.motion.section import section_states
-from vibrocap.motion.trajectory import CONTACT_EVENTS, Trajectory
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.section import section_states
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.events import CONTACT, IMPACT
 from vibrocap.physics.numbering import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Context, Declared
 
-KINDS = (*CONTACT_EVENTS, "impact")
+KINDS = (*CONTACT, IMPACT)
 WAYS = {"up": 1, "down": -1}
 ARRIVED = 1e-6  # of the extents of the motion, within which a state is that of an earlier return
 RECURRENT = 0.03  # as near as a motion has to come for Newton's method, which decides, to be tried there
@@ -39,7 +40,7 @@ class Section:
     def times(self, motion: Trajectory) -> np.ndarray:
         """When a motion passes the section."""
         if self.observable is None:
-            kind = str(self.event) if self.event == "impact" else numbered(str(self.event), self.contact)
+            kind = str(self.event) if self.event == IMPACT else numbered(str(self.event), self.contact)
             return np.array([event.time for event in motion.events if event.kind == kind])
         turn = motion.system.turns.get(self.observable)
         return motion.crossings(self.observable, self.value, self.direction, turn)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.section import brought_back, winding
+from vibrocap.motion.recording.section import brought_back, winding
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,

@@ -23,7 +23,7 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.physics.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Lengths, Numbers, Speeds, StateColumns, Time, Times
@@ -40,7 +40,7 @@ class Branch(Result):
     over, between: path and range of the parameter; response_period: of all its orbits, in drive periods; 0 for cycles
         of a system that nothing drives in time
     period: [points] length of a response
-    parameter, drift, mean_velocity, arclength, stable, word: [points]; states: [points, states] at the section
+    parameter, drift, mean_velocity, arclength, stable, mode_sequence: [points]; states: [points, states] at the section
     certified: [points] whether the motion along the orbit is one of the equations: by the evidence taken as it was
         closed, and where that is beyond the bounds of a certificate, by the certificate of the recorded motion
     multipliers: [points, multipliers] modulo the drift, largest first; drift: NaN without a cyclic coordinate
@@ -64,7 +64,7 @@ class Branch(Result):
     mean_velocity: Speeds
     multipliers: Numbers
     stable: Numbers
-    word: Numbers
+    mode_sequence: Numbers
     arclength: Numbers
     certified: Numbers
     winding: Numbers
@@ -150,7 +150,7 @@ class Branch(Result):
         return [
             {"kind": special.kind.value, self.over: special.parameter, "error": special.error, "drift": special.drift}
             | {"stability": special.stability}
-            | {"word before": special.word_before, "word after": special.word_after, "remarks": special.remarks}
+            | {"modes before": special.modes_before, "modes after": special.modes_after, "remarks": special.remarks}
             for special in self.special_points
         ]
 
@@ -228,7 +228,7 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         mean_velocity=drift / periods,
         multipliers=multipliers,
         stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
-        word=np.array([point.closing.word for point in points]),
+        mode_sequence=np.array([point.closing.mode_sequence for point in points]),
         arclength=ways,
         certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
         winding=np.array([point.closing.winding for point in points], dtype=int).reshape(len(points), -1),
@@ -264,7 +264,7 @@ def branch(
     """The branch of steady motions through one of them, over a range of a parameter.
 
     Followed by its arclength, so that it goes on past folds and as an unstable branch; folds, pitchforks, flips,
-    Neimark-Sacker points and changes of the word are located on the way (`Branch.special_points`).
+    Neimark-Sacker points and changes of the mode sequence are located on the way (`Branch.special_points`).
 
     over: path of the parameter, such as "drive.amplitude"; between: its least and largest value
     orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
@@ -317,8 +317,8 @@ def branch(
 def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
     """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
 
-    Also at a change of the word, or of the impacts, where the multipliers jump over -1; there it is searched on both
-    sides, and None is returned where nothing is found. Raises ValueError at a special point from which none leaves.
+    Also at a change of the mode sequence, or of the impacts, where the multipliers jump over -1; there it is searched
+    on both sides, and None is returned where nothing is found. Raises ValueError at a point from which none leaves.
     """
     map_, found = parent.closing_map, special.found
     if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:

@@ -17,7 +17,7 @@ from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.physics.conversion import Parameter
+from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional
 
 MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
@@ -26,7 +26,7 @@ BESIDE = 1e-3  # share of a segment over which the slope is taken
 
 @dataclasses.dataclass(frozen=True)
 class BranchCrossing(Dimensional):
-    """A place of a branch where a measure passes a value, or (a jump) where it leaps over it at a change of the word.
+    """A place of a branch where a measure passes a value, or (a jump) leaps over it at a change of the mode sequence.
 
     at: the parameter; error: how far it may be off, by the bracket and by the error of a closed orbit
     after_point: index of the last point of the branch before it; orbit: the steady motion there; None where lost

@@ -15,7 +15,7 @@ from vibrocap.orbits.continuation.branch import Branch, branch, check_options, f
 from vibrocap.orbits.continuation.branch_distance import branch_distance
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
-from vibrocap.physics.conversion import Parameter, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.motion.section import whole_turns
+from vibrocap.motion.recording.section import whole_turns
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_point import corrected
 

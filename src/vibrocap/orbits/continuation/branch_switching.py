@@ -8,7 +8,7 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, nu
 from vibrocap.orbits.continuation.segment import Segment
 from vibrocap.orbits.continuation.special_points import CORNERS, Found, SpecialKind, flip_test, special_points_between
 from vibrocap.orbits.maps.closing_map import Closure
-from vibrocap.orbits.maps.itinerary import same_cycle, word_change
+from vibrocap.orbits.maps.itinerary import mode_change, same_cycle
 
 WIDEST = 0.05  # share of the parameter's range within which a bifurcation is looked for
 NARROWEST = 1e-4
@@ -26,8 +26,8 @@ def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, 
     A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
     twins are the same branch gone through the other way; a branch of twice the period meets its own shift by one
     period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of the
-    word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
-    where nothing is singular.
+    mode sequence, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser
+    branch, where nothing is singular.
 
     Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
     bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be
@@ -55,12 +55,12 @@ def unlocated_bifurcation(closure: Closure, last: BranchPoint, beyond: BranchPoi
     error = abs(closure.parameter(beyond.x) - closure.parameter(last.x))
     coarser = closure.coarser()
     kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
-    counts, words = (last.unstable(), beyond.unstable()), (last.closing.word, beyond.closing.word)
+    counts, words = (last.unstable(), beyond.unstable()), (last.closing.mode_sequence, beyond.closing.mode_sequence)
     return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=TEXT)
 
 
 def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
-    """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of the word."""
+    """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of modes."""
     guess = 0.5 * (first.x + last.x)
     across = np.zeros(len(guess))
     across[-1] = 1.0
@@ -76,7 +76,9 @@ def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, ne
                 ends.append(BranchPoint(found, null_tangent(found)))
         if len(ends) < 2:
             return None
-        if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not same_cycle(*(each.closing.word for each in ends)):
+        if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not same_cycle(
+            *(each.closing.mode_sequence for each in ends)
+        ):
             return Segment(coarser, *ends)
         reach *= 4.0
     return None
@@ -88,15 +90,15 @@ def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
     size = float(np.linalg.norm(towards))
     tangent = towards / size if size > 0.0 else last.tangent
     point = BranchPoint(closure.attempt(special.point.x, special.point.closing), tangent)
-    words, change = (last.closing.word, point.closing.word), None
+    words, change = (last.closing.mode_sequence, point.closing.mode_sequence), None
     if special.kind in CORNERS:
-        change = special.change if same_cycle(*words) else word_change(*words)[0]
+        change = special.change if same_cycle(*words) else mode_change(*words)[0]
     counts = (last.unstable(), last.unstable())
     return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)
 
 
 def branches_at_corner(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:
-    """(map, point) of branches that leave at a change of the word, where the multipliers jump over -1.
+    """(map, point) of branches that leave at a change of the mode sequence, where the multipliers jump over -1.
 
     There is no eigenvector that shows the way, since the derivative jumps. Orbits are looked for on both sides of the
     change, off the parent's orbit along the eigenvector of its largest multiplier on its unstable side.

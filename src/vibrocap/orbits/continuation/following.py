@@ -1,4 +1,4 @@
-"""Following a branch of orbits by its arclength, past folds and through changes of the word, until it ends."""
+"""Following a branch of orbits by its arclength, past folds and through changes of the mode sequence, until it ends."""
 
 import dataclasses
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from vibrocap.results import Advised
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
 SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
-CROWDED = 0.03  # the same of a step whose changes of word are too many to be located one by one
+CROWDED = 0.03  # the same of a step whose changes of mode sequence are too many to be located one by one
 UNTRUSTED = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
 SMALLEST = 1e-10  # step below which a branch counts as ended
 STRAIGHT = 0.9  # cosine of the turn of the tangent over a step
@@ -50,8 +50,8 @@ class BranchEnd(Advised):
     CLOSED = "closed", "The branch has come back to its start."
     ORBIT_CEASES = (
         "orbit ceases",
-        "The word of the motion would change here, and no orbit of the new word continues this one: such orbits cease"
-        " to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+        "The mode sequence would change here, and no orbit of the new one continues this one: such orbits cease to"
+        " exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     )
     GRAZING = (
         "grazing",
@@ -103,7 +103,7 @@ def followed(
 
         predict   x' = x + ds t          correct   F(x) = 0,  n . (x - x') = 0   with the tangent n = t
 
-    Steps grow while Newton's method needs few of its own and the tangent hardly turns. Where the word changes the
+    Steps grow while Newton's method needs few of its own and the tangent hardly turns. Where the modes change the
     tangent turns at once: a step that has become very short is taken in spite of it. A corner at which it turns far
     is passed by looking along the other side's tangent.
 
@@ -130,7 +130,7 @@ def followed(
         if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES) and isinstance(closure, ClosingMap):
             grazed = grazing_at_end(closure, points)
             if grazed is not None:
-                (place, error), word, unstable = grazed, here.closing.word, here.unstable()
+                (place, error), word, unstable = grazed, here.closing.mode_sequence, here.unstable()
                 text, unchanged = "with a square root: the branch ends here", ((unstable, unstable), (word, word))
                 ending = Found(SpecialKind.GRAZING, 1.0, here, error, *unchanged, text=text, place=place)
                 special.append((len(points) - 1, ending))
@@ -151,8 +151,8 @@ def _share_passed(start: BranchPoint, here: BranchPoint) -> float:
 class _Walk:
     """A branch that is being followed.
 
-    ds: length of the next step; watched: arclength for which the word is looked at closely, since it changed there more
-    often than a longer step could locate
+    ds: length of the next step; watched: arclength for which the mode sequence is looked at closely, since it changed
+    there more often than a longer step could locate
     """
 
     closure: Closure
@@ -273,11 +273,11 @@ def _next_point(
 def _around_corner(closure: Closure, here: BranchPoint, beyond: Closing, distance: float) -> BranchPoint | None:
     """A point of the branch on the other side of a corner that is nearer than a distance; None where there is none.
 
-    A little beyond the corner along the old tangent the map is that of the new word, and the null vector of its
-    derivative is the new tangent. Orbits of the new word exist to one side of the corner only, which tells the sign,
+    A little beyond the corner along the old tangent the map is that of the new modes, and the null vector of its
+    derivative is the new tangent. Orbits of the new modes exist to one side of the corner only, which tells the sign,
     and the branch may turn by more than a right angle (then no plane across the old tangent meets it).
 
-    beyond: the closing at `distance` along the old tangent, whose word is another
+    beyond: the closing at `distance` along the old tangent, whose mode sequence is another
     The point is as far from the corner as `here` is: the straight way between the two is then across the corner.
     """
     if not beyond.finished:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vibrocap.motion.equations import equations
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.maps.closing_map import NO_STOPS, ClosingMap
+from vibrocap.physics.events import IMPACT
 
 FINE = np.linspace(0.0, 1.0, 17)  # of a piece, where a dip of the distance is looked for
 BEFORE_GRAZING = 1e-5  # share of the parameter's range within which a branch that grazes ends
@@ -61,7 +62,7 @@ def _guards(motion: Trajectory) -> list[int]:
     """The guards that fall to zero at an impact, by their place among all."""
     recording = equations(motion.system)
     names = motion.system.placed.switch_events[: len(recording.switches) - recording.law_switches]
-    return [recording.law_switches + i for i, name in enumerate(names) if name == "impact"]
+    return [recording.law_switches + i for i, name in enumerate(names) if name == IMPACT]
 
 
 def _guard_at(motion: Trajectory, guard: int, index: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -103,7 +104,7 @@ def least_distance(motion: Trajectory) -> float:
 def slowest_impact(motion: Trajectory) -> float:
     """Least speed of an impact, over natural sizes; infinite where there is none."""
     recording, least = equations(motion.system), np.inf
-    for time in motion.event_times[motion.event_kinds == "impact"]:
+    for time in motion.event_times[motion.event_kinds == IMPACT]:
         piece = int(np.searchsorted(motion.piece_start, time - 1e-12 * motion.period, side="right") - 1)
         if piece < 0:
             continue

@@ -1,4 +1,4 @@
-"""The stretch of a branch between two neighbouring points: points of it, roots of functions, changes of the word."""
+"""The stretch of a branch between two neighbouring points: points, roots of functions, changes of the mode sequence."""
 
 import bisect
 import dataclasses
@@ -19,9 +19,9 @@ MOST_TRIALS = 80
 MOST_CHANGES = 12  # within one step of a branch
 SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
 PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
-TOO_MANY = "the word changes more often than it can be located"
-NOT_CLOSED = "the word changes, but orbits in between do not close"
-JUMPS = "the word changes where the orbits jump"
+TOO_MANY = "the mode sequence changes more often than it can be located"
+NOT_CLOSED = "the mode sequence changes, but orbits in between do not close"
+JUMPS = "the mode sequence changes where the orbits jump"
 
 
 class Lost(Exception):
@@ -85,7 +85,7 @@ class Segment:
         """The parameter at a share that was visited."""
         return self.closure.parameter(self.points[self.shares.index(share)].x)
 
-    def same_word(self, left: float, right: float) -> bool:
+    def same_modes(self, left: float, right: float) -> bool:
         """Whether the words at two shares are the same cycle, with as many impacts."""
         return self.point(left).closing.alike(self.point(right).closing)
 
@@ -140,13 +140,13 @@ class Segment:
         return left, right
 
 
-def word_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:
+def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:
     """(changes as pairs of shares as near as can be, why there may be others: empty if all were located).
 
     A change is bracketed by bisection. Bisection sees one where there are three: the middle of each stretch that it
-    leaves is looked at too, and if its word is another, the search goes on there.
+    leaves is looked at too, and if its mode sequence is another, the search goes on there.
 
-    closely: look between points of the same word too, since there were too many changes here for a longer step
+    closely: look between points of the same mode sequence too, since there were too many changes here for a longer step
     """
     found: list[tuple[float, float]] = []
     try:
@@ -178,4 +178,4 @@ def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, f
 
 def _itinerary(point: BranchPoint) -> tuple[str, float]:
     """The phases of the contact and the number of impacts."""
-    return cycle(point.closing.word), point.closing.impacts
+    return cycle(point.closing.mode_sequence), point.closing.impacts

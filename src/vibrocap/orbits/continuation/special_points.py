@@ -1,4 +1,4 @@
-"""Special points of a branch: where it folds, where others branch off, where stability or the word changes."""
+"""Special points of a branch: where it folds, where others branch off, where stability or the mode sequence changes."""
 
 import dataclasses
 import enum
@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
+from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, mode_changes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
-from vibrocap.orbits.maps.itinerary import WordChange, same_cycle, word_change
-from vibrocap.physics.conversion import Parameter
+from vibrocap.orbits.maps.itinerary import ModeChange, mode_change, same_cycle
+from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.declared import Length, Number, Numbers, States
 from vibrocap.quantities.dimensional import Dimensional
 
@@ -30,7 +30,7 @@ class SpecialKind(enum.Enum):
     NEIMARK_SACKER = "Neimark-Sacker"
     BRANCH_POINT = "branch point"
     HOPF = "Hopf"
-    WORD_CHANGE = "change of word"
+    MODE_CHANGE = "change of mode sequence"
     GRAZING = "grazing of a stop"
     CHATTER = "accumulating impacts"
     JUMP = "jump of multipliers"
@@ -49,16 +49,16 @@ MEANINGS = {
     SpecialKind.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
     SpecialKind.BRANCH_POINT: "Another branch of orbits of the same period crosses here (multiplier 1).",
     SpecialKind.HOPF: "The cycles shrink to an equilibrium, whose pair of eigenvalues passes the imaginary axis here.",
-    SpecialKind.WORD_CHANGE: "The phases of sliding and sticking change.",
+    SpecialKind.MODE_CHANGE: "The phases of sliding and sticking change.",
     SpecialKind.GRAZING: "A mass touches its stop without speed: an impact begins or ends here.",
     SpecialKind.CHATTER: "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
-    SpecialKind.JUMP: "The multipliers jump without a change of the word; the motion grazes something there.",
+    SpecialKind.JUMP: "The multipliers jump without a change of the mode sequence; the motion grazes something there.",
     SpecialKind.UNLOCATED: "Something changes faster than it can be located: follow the branch with a smaller `step`, "
     "or from an orbit near this parameter.",
 }
 
 
-CORNERS = (SpecialKind.WORD_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  # between which all is smooth
+CORNERS = (SpecialKind.MODE_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  # between which all is smooth
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -66,8 +66,8 @@ class Found:
     """A special point between two points of a branch, before it is written down.
 
     share: of the way between them; error: of the parameter; direction: in which another branch leaves, or None
-    point, beyond: the orbit there; at a change of the word the last before it and the first after it
-    passed: what the multipliers jump over at a change of the word as they would pass it where all is smooth
+    point, beyond: the orbit there; at a change of the mode sequence the last before it and the first after it
+    passed: what the multipliers jump over at a change of the mode sequence as they would pass it where all is smooth
     unstable: number of multipliers not inside the unit circle before and after; text: more about it
     place: the parameter, where the point is only near it
     """
@@ -78,7 +78,7 @@ class Found:
     error: float
     unstable: tuple[int, int]
     words: tuple[str, str]
-    change: WordChange | None = None
+    change: ModeChange | None = None
     passed: SpecialKind | None = None
     direction: np.ndarray | None = None
     beyond: BranchPoint | None = None
@@ -125,29 +125,29 @@ def special_points_between(
 ) -> list[Found]:
     """Special points between two neighbouring points of a branch, in order.
 
-    The segment is cut where the word changes; between the cuts all is smooth, and multipliers that pass 1, -1 or the
+    The segment is cut where the modes change; between the cuts all is smooth, and multipliers that pass 1, -1 or the
     circle are found by the sign of functions that vanish there. What changes sign or stability over a cut does so by a
     jump. Two of a kind between the same two points are not seen.
 
     from_parent, to_parent: the first or the last point is where it bifurcates from another, which has the multiplier 1
-    closely: see `word_changes`
+    closely: see `mode_changes`
     """
     segment = Segment(closure, first, last)
-    cuts, complaint = word_changes(segment, closely)
+    cuts, complaint = mode_changes(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
     found = [_change(segment, left, right) for left, right in cuts]
     if complaint:
         found.append(_unlocated(segment, 0.0, 1.0, complaint))
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
-        if segment.same_word(left, right):
+        if segment.same_modes(left, right):
             at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
             found += _smooth_points(segment, left, right, at_parent)
     return sorted(found, key=lambda each: each.share)
 
 
 def _smooth_points(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
-    """Special points of a stretch without a change of the word; at_parent: it begins or ends at the parent branch."""
+    """Special points of a stretch without a change of modes; at_parent: it begins or ends at the parent branch."""
     before, after = segment.point(left), segment.point(right)
     found: list[Found] = []
     for kind, test in TESTS.items():
@@ -182,7 +182,7 @@ def _located(
     point = before if abs(bracket.value_left) <= abs(bracket.value_right) else after
     share = bracket.left if point is before else bracket.right
     width = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
-    words = (before.closing.word, after.closing.word)
+    words = (before.closing.mode_sequence, after.closing.mode_sequence)
     counts = _counts(segment, bracket.left, bracket.right)
     if bracket.jumps:
         return Found(SpecialKind.JUMP, share, point, width, counts, words, text=f"over that of a {kind.value}")
@@ -218,19 +218,23 @@ def _noise(segment: Segment, bracket: Bracket) -> float:
 
 def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
     """Unstable multipliers at the visited points a little before and after, where they are told from the circle."""
+
+    def on_circle(k: int) -> bool:
+        return bool(np.any(np.abs(np.abs(segment.points[k].own_multipliers) - 1.0) <= CLOSE_TO_CIRCLE))
+
     i, j = segment.shares.index(left), segment.shares.index(right)
     clear = 1e-5
-    while i > 0 and segment.shares[i] > left - clear:
+    while i > 0 and (segment.shares[i] > left - clear or on_circle(i)):
         i -= 1
-    while j < len(segment.shares) - 1 and segment.shares[j] < right + clear:
+    while j < len(segment.shares) - 1 and (segment.shares[j] < right + clear or on_circle(j)):
         j += 1
     return segment.points[i].unstable(), segment.points[j].unstable()
 
 
 def _change(segment: Segment, left: float, right: float) -> Found:
-    """The record of a change of the word, or of the number of impacts, between two shares."""
+    """The record of a change of the mode sequence, or of the number of impacts, between two shares."""
     before, after = segment.point(left), segment.point(right)
-    words = (before.closing.word, after.closing.word)
+    words = (before.closing.mode_sequence, after.closing.mode_sequence)
     kind, change, text = changed(before.closing, after.closing)
     passed = None
     for smooth, test in TESTS.items():
@@ -238,26 +242,26 @@ def _change(segment: Segment, left: float, right: float) -> Found:
             passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.closure.half else smooth
             break
     width = abs(segment.parameter(right) - segment.parameter(left))
-    if change in (WordChange.GRAZING, WordChange.SPLITTING) or "impacts" in text:
+    if change in (ModeChange.GRAZING, ModeChange.SPLITTING) or "impacts" in text:
         width += SEEN * abs(segment.closure.parameter(np.array([1.0])) - segment.closure.parameter(np.array([0.0])))
     counts = before.unstable(), after.unstable()
     return Found(kind, left, before, width, counts, words, change, passed, beyond=after, text=text)
 
 
-def changed(before: Closing, after: Closing) -> tuple[SpecialKind, WordChange | None, str]:
-    """(kind, of the word, in words): how the phases of the contact and the impacts change from one orbit to another."""
+def changed(before: Closing, after: Closing) -> tuple[SpecialKind, ModeChange | None, str]:
+    """(kind, change of modes, in words): how phases of the contact and impacts change from one orbit to another."""
     impacts = "" if before.impacts == after.impacts else f"impacts {before.impacts:g} -> {after.impacts:g}"
-    if impacts and same_cycle(before.word, after.word):
+    if impacts and same_cycle(before.mode_sequence, after.mode_sequence):
         return SpecialKind.CHATTER if np.isinf(before.impacts + after.impacts) else SpecialKind.GRAZING, None, impacts
-    change, phases = word_change(before.word, after.word)
-    return SpecialKind.WORD_CHANGE, change, "; ".join(filter(None, (phases, impacts)))
+    change, phases = mode_change(before.mode_sequence, after.mode_sequence)
+    return SpecialKind.MODE_CHANGE, change, "; ".join(filter(None, (phases, impacts)))
 
 
 def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
     """The record of something between two shares that could not be located."""
     before, after = segment.point(left), segment.point(right)
     width = abs(segment.parameter(right) - segment.parameter(left))
-    counts, words = (before.unstable(), after.unstable()), (before.closing.word, after.closing.word)
+    counts, words = (before.unstable(), after.unstable()), (before.closing.mode_sequence, after.closing.mode_sequence)
     return Found(SpecialKind.UNLOCATED, left, before, width, counts, words, text=text)
 
 
@@ -268,7 +272,7 @@ class SpecialPoint(Dimensional):
     parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
     after_point: index of the last point of the branch before it; arclength: of the branch there
     unstable_before, unstable_after: number of multipliers not inside the unit circle
-    passed: at a change of the word, over what the multipliers jump as they would pass it where the motion is smooth
+    passed: at a change of the mode sequence, what the multipliers jump over as they would pass it where all is smooth
     found: as the continuation left it, to follow what branches off
     """
 
@@ -280,11 +284,11 @@ class SpecialPoint(Dimensional):
     multipliers: Numbers
     arclength: Number
     after_point: int
-    word_before: str
-    word_after: str
+    modes_before: str
+    modes_after: str
     unstable_before: int
     unstable_after: int
-    change: WordChange | None
+    change: ModeChange | None
     passed: SpecialKind | None
     text: str
     found: Found = dataclasses.field(repr=False)
@@ -307,8 +311,8 @@ class SpecialPoint(Dimensional):
         said = [self.change.value if self.change else "", self.text]
         if self.kind is SpecialKind.UNLOCATED:
             said.append(self.kind.meaning)
-        if self.word_before != self.word_after:
-            said.append(f"{self.word_before} -> {self.word_after}")
+        if self.modes_before != self.modes_after:
+            said.append(f"{self.modes_before} -> {self.modes_after}")
         if self.passed is not None:
             said.append(f"multipliers jump as over a {self.passed.value}")
         if self.stability != "kept":
@@ -339,8 +343,8 @@ def special_point(
         multipliers=point.multipliers(closure.half),
         arclength=float(ways[after] + np.linalg.norm(point.x - points[after].x)),
         after_point=after,
-        word_before=found.words[0],
-        word_after=found.words[1],
+        modes_before=found.words[0],
+        modes_after=found.words[1],
         unstable_before=found.unstable[0],
         unstable_after=found.unstable[1],
         change=found.change,

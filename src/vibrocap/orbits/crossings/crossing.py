@@ -15,7 +15,7 @@ from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.physics.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
@@ -167,8 +167,9 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
 def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
     for each in systems:
-        if not isinstance(measure, str) or measure == "word" or known_measure(measure, each) is None:
-            near = near_measure(measure, [name for name in measure_table(each) if name != "word"])
+        known = known_measure(measure, each) if isinstance(measure, str) else None
+        if known is None or known.is_text:
+            near = near_measure(measure, [name for name, one in measure_table(each).items() if not one.is_text])
             raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
         check_travel(resolved(measure, each)[1], each)
 

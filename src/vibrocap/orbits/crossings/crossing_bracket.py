@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.of_measure import OneOfMeasure, SlopeOfMeasure
-from vibrocap.motion.section import brought_back, section_states
+from vibrocap.motion.recording.section import brought_back, section_states
 from vibrocap.motion.simulate import period_marks, simulate
 from vibrocap.motion.start import within_room
 from vibrocap.motion.trajectory import Trajectory
@@ -17,7 +17,7 @@ from vibrocap.orbits.closing.periodic_solution import CERTIFIED, named_states, s
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.physics.conversion import Parameter
+from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Advised

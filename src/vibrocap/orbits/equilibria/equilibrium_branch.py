@@ -14,7 +14,7 @@ from vibrocap.orbits.equilibria.rest_set import RestSet
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
 from vibrocap.orbits.parameter_range import checked_range, system_at
-from vibrocap.physics.conversion import Parameter, Parameters, Path
+from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import (
     AngularFrequencies,

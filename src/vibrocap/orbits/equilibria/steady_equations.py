@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate, sensitivity
 from vibrocap.orbits.maps.closing_map import recorded_with
 from vibrocap.orbits.maps.stroboscopic_map import is_driven

@@ -6,13 +6,14 @@ from typing import Protocol
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.equations import equations
-from vibrocap.motion.section import turning_states, whole_turns, winding
+from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.section import turning_states, whole_turns, winding
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
-from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
+from vibrocap.orbits.maps.itinerary import closed_sequence, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
@@ -25,8 +26,8 @@ class Closing:
 
     mismatch: [m] image less start; jacobian: [m, m] of the image by the start; slope: [m] of the image by q
     at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
-    word: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole turns of each
-        coordinate that turns
+    mode_sequence: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole
+        turns of each coordinate that turns
     turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
@@ -39,7 +40,7 @@ class Closing:
     slope: np.ndarray
     at_rest: np.ndarray
     finished: bool
-    word: str
+    mode_sequence: str
     drift: float
     image: np.ndarray
     winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
@@ -49,7 +50,7 @@ class Closing:
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
-        return same_cycle(self.word, other.word) and self.impacts == other.impacts
+        return same_cycle(self.mode_sequence, other.mode_sequence) and self.impacts == other.impacts
 
     def away(self, x: np.ndarray) -> np.ndarray:
         """Points [..., m + 1] less this one, modulo whole turns."""
@@ -105,7 +106,7 @@ class ClosingMap:
     its equation is v = 0 itself. Thus a branch goes on where its section passes from sticking to sliding.
 
     The derivative by the start is exact (tangents through events); that by the parameter is a difference of two runs
-    that share the lanes of the tangents (one-sided beside a change of the word): it turns the tangent of a branch,
+    that share the lanes of the tangents (one-sided beside a change of modes): it turns the tangent of a branch,
     never what closes.
     """
 
@@ -206,7 +207,7 @@ class ClosingMap:
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD, evidence=1)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_MODES, evidence=1)
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state
@@ -232,7 +233,7 @@ class ClosingMap:
             slope=nudged_slope(image[0], image[m], image[m + 1], alike),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)) and possible,
-            word=words[0],
+            mode_sequence=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
             winding=tuple(winding(self.system, np.zeros(n) if self.half else turned).values()),
@@ -243,26 +244,26 @@ class ClosingMap:
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""
-        if "impact" not in self.system.machine.switch_events:
+        if IMPACT not in self.system.machine.switch_events:
             return [NO_STOPS] * len(ended)
         return self._gathered(ended).impacts.tolist()
 
     def _gathered(self, ended: RunResults) -> Gathered:
         ones = np.ones(len(ended))
-        return Gathered(self.system, ended, ones, ones > 0.0, 0.0)
+        return Gathered(self.system, ended, ones, lambda: ones > 0.0, 0.0)
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
             return [""] * len(runs)
         gathered = self._gathered(ended[runs])
-        return [closed_word(str(word), self.half) for word in gathered.words]
+        return [closed_sequence(str(word), self.half) for word in gathered.mode_sequences]
 
 
 def nudged_slope(
     image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str], nudge: float = NUDGE
 ) -> np.ndarray:
-    """Derivative of the image by the parameter, from the side on which the word is that of the image itself."""
+    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself."""
     here, up, down = words
     if up == here and down != here:
         return (above - image) / nudge

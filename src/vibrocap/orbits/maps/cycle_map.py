@@ -5,7 +5,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.motion.section import whole_turns, winding
+from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
@@ -112,7 +112,7 @@ class CycleMap(ClosingMap):
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD, evidence=1)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_MODES, evidence=1)
         recording, lengths = variational_equations(map_.equations), np.full(m + 2, length)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state
@@ -134,7 +134,7 @@ class CycleMap(ClosingMap):
             slope=np.append(slope, 0.0),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)),
-            word=words[0],
+            mode_sequence=words[0],
             drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
             image=ends[0, :n],
             bordered=np.vstack((above, section)),

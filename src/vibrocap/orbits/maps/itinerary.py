@@ -1,17 +1,17 @@
 """Itineraries of steady motions: the contact's modes over one response in order, and what changes them.
 
-An itinerary is written as a word of F (forward), S (stuck) and B (back); `Orbit.word` shows it.
+A mode sequence is written in the letters F (forward), S (stuck) and B (back); `Orbit.mode_sequence` shows it.
 """
 
 import enum
 import itertools
 
-MIRRORED = str.maketrans("FB", "BF")
-MOST_PHASES = 3  # that one change may take out of a word
+MIRROR_LETTERS = str.maketrans("FB", "BF")
+MOST_PHASES = 3  # that one change may take out of a sequence
 
 
-class WordChange(enum.Enum):
-    """What happens to a motion where its word changes, after the phase that appears or vanishes and its neighbours."""
+class ModeChange(enum.Enum):
+    """What happens where a mode sequence changes, after the phase that appears or vanishes and its neighbours."""
 
     CROSSING = "crossing"  # rest between sliding one way and the other: FSB, FB
     GRAZING = "grazing"  # the velocity touches zero within a slide: FSF or FBF, F
@@ -20,18 +20,18 @@ class WordChange(enum.Enum):
     UNNAMED = "unnamed"  # more than one change at one place
 
 
-def closed_word(word: str, half: bool = False) -> str:
-    """The word of a whole response from that of a run over it, or over its first half before the mirror."""
-    whole = word + word.translate(MIRRORED) if half else word
+def closed_sequence(sequence: str, half: bool = False) -> str:
+    """The sequence of a whole response from that of a run over it, or over its first half before the mirror."""
+    whole = sequence + sequence.translate(MIRROR_LETTERS) if half else sequence
     letters = [letter for letter, _ in itertools.groupby(whole)]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()
     return "".join(letters)
 
 
-def cycle(word: str) -> str:
+def cycle(sequence: str) -> str:
     """The same cycle of phases, begun at the place that comes first in the alphabet: alike for all sections."""
-    return min((word[i:] + word[:i] for i in range(len(word))), default="")
+    return min((sequence[i:] + sequence[:i] for i in range(len(sequence))), default="")
 
 
 def same_cycle(one: str, other: str) -> bool:
@@ -39,14 +39,14 @@ def same_cycle(one: str, other: str) -> bool:
     return len(one) == len(other) and other in one + one
 
 
-def word_change(before: str, after: str) -> tuple[WordChange, str]:
+def mode_change(before: str, after: str) -> tuple[ModeChange, str]:
     """(kind, in words) of the change from one cycle of phases to another."""
     longer, shorter = (before, after) if len(before) >= len(after) else (after, before)
     verb = "vanish" if longer is before else "appear"
     for count in range(1, MOST_PHASES + 1):
         for chosen in itertools.combinations(range(len(longer)), count):
             rest = "".join(letter for i, letter in enumerate(longer) if i not in chosen)
-            if same_cycle(closed_word(rest), shorter):
+            if same_cycle(closed_sequence(rest), shorter):
                 kinds = {_kind(longer, i) for i in chosen}
                 letters = {longer[i] for i in chosen}
                 if len(kinds) == 1 and len({letter == "S" for letter in letters}) == 1:
@@ -55,12 +55,12 @@ def word_change(before: str, after: str) -> tuple[WordChange, str]:
                     plural = phase if count == 1 else f"{phase}s"
                     said = verb if count > 1 else f"{verb}es" if verb == "vanish" else f"{verb}s"
                     return kinds.pop(), f"{times} {plural} {said}"
-    return WordChange.UNNAMED, "several phases change at once"
+    return ModeChange.UNNAMED, "several phases change at once"
 
 
-def _kind(word: str, i: int) -> WordChange:
+def _kind(sequence: str, i: int) -> ModeChange:
     """What happens where phase i of a cycle vanishes."""
-    before, phase, after = word[i - 1], word[i], word[(i + 1) % len(word)]
+    before, phase, after = sequence[i - 1], sequence[i], sequence[(i + 1) % len(sequence)]
     if before != after:
-        return WordChange.CROSSING if phase == "S" else WordChange.SWITCHING
-    return WordChange.SPLITTING if before == "S" else WordChange.GRAZING
+        return ModeChange.CROSSING if phase == "S" else ModeChange.SWITCHING
+    return ModeChange.SPLITTING if before == "S" else ModeChange.GRAZING

@@ -7,7 +7,8 @@ import numpy as np
 
 from vibrocap.measures.ensemble import CHUNK
 from vibrocap.motion.run_evidence import certified
-from vibrocap.numerics.api import Budget, codes
+from vibrocap.numerics.api import Budget, RunResults, codes
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -19,8 +20,9 @@ MOST_STEPS = 10**9
 class SettlingRuns:
     """Where runs ended, arrays [runs, ...].
 
-    state: [runs, states] at the start of a drive period; ended: numbers of `numerics/kernel/codes.py`
-    response_period: 0 where it did not settle
+    state: [runs, states] at the start of a drive period, or of a system that nothing drives in time at a return to rest
+        of a contact; ended: numbers of `numerics/kernel/codes.py`
+    response_period: drive periods, or returns of a cycle; 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     certified: whether the evidence of the last response, or else of the last drive period, is within the bounds of a
         certificate, see `motion.run_evidence`
@@ -62,7 +64,7 @@ def settling_runs(
     progress: called now and then, from any thread, with the share begun
     """
     count = len(states)
-    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS, evidence=1)
+    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS, evidence=1, returns=not map_.equations.timed)
     parts = []
     for base in range(0, count, CHUNK):
         chosen = slice(base, min(base + CHUNK, count))
@@ -72,10 +74,20 @@ def settling_runs(
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
             gained = ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic]
-            drift[response > 0] = (gained / np.maximum(response, 1))[response > 0]
+            drift[response > 0] = (gained / _measured(map_, ends, parameters[chosen]))[response > 0]
         good = certified(map_.equations, ends, parameters[chosen], ROUGH)
         parts.append((ends.state, ends.status, response, drift, good))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _measured(map_: StroboscopicMap, ends: RunResults, parameters: np.ndarray) -> np.ndarray:
+    """Drive periods over which runs were measured after they settled: [runs]."""
+    periods = np.maximum(ends.response_period, 1).astype(float)
+    if not ends.layout.returns:
+        return periods
+    turn = ends.entry("CYCLE_TIME")
+    (period,) = evaluate([map_.equations.period], 0.0, [], 1.0, parameters.T)
+    return np.where(turn > 0.0, turn / period, periods)
 
 
 def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.recording.section import section_states, whole_turns
 from vibrocap.motion.run_evidence import certified
-from vibrocap.motion.section import section_states, whole_turns
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
-from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.sampling import check_smooth
+from vibrocap.physics.closed_loop.sampling import check_smooth
 from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
@@ -87,10 +88,10 @@ class StroboscopicMap:
         return float(evaluate([self.equations.period], 0.0, [], 1.0, parameters)[0])
 
     def rates(self, state: np.ndarray, side: Any, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
-        """y' at a state and a time since the start of the drive's period."""
+        """y' at a state [states] or [states, runs] and a time since the start of the drive's period."""
         parameters = self.equations.filled(parameters, time)
         values = evaluate(self.equations.rates, time, state, side, parameters)
-        return np.array([float(value) for value in values])
+        return np.array(np.broadcast_arrays(state[0], *values)[1:], dtype=float)
 
     def section(self, states: np.ndarray) -> np.ndarray:
         """Where states [..., states] are, see `section_states`: [..., kept]."""
@@ -102,14 +103,18 @@ class StroboscopicMap:
         return gained - whole_turns(self.system, gained)
 
     def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> Any:
-        """To which side the contact slides: +1, -1, or 0 where it sticks; of several contacts a tuple, one for each."""
+        """To which side the contact slides: +1, -1, or 0 where it sticks; of several contacts a tuple, one for each.
+
+        state: [states] or [states, runs], then an array [runs] for each contact
+        """
         parameters = self.equations.filled(parameters)
         contacts = self.equations.contacts
         velocities = [self.equations.contact_velocity, *(each.velocity for each in contacts[1:])]
         sides = []
         for k, velocity in enumerate(evaluate(velocities, 0.0, list(state), 1.0, parameters)):
             sticks = (contacts[k].hold if k else self.equations.hold) is not None
-            sides.append(0.0 if float(velocity) == 0.0 and sticks else -1.0 if float(velocity) < 0.0 else 1.0)
+            side = np.where((velocity == 0.0) & sticks, 0.0, np.where(velocity < 0.0, -1.0, 1.0))
+            sides.append(side if side.ndim else float(side))
         return sides[0] if len(sides) == 1 else tuple(sides)
 
     def free(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
@@ -255,8 +260,7 @@ def is_driven(system: System) -> bool:
     Raises ArgumentError for a controller that rounds what it measures.
     """
     check_smooth(system)
-    recording = equations(system)
-    return recording.corners is not None or depends_on_time(recording.rates)
+    return equations(system).timed
 
 
 def driven_map(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:

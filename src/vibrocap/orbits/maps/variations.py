@@ -5,7 +5,7 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 
-from vibrocap.motion.equations import Equations
+from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, sensitivity
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
@@ -43,7 +43,7 @@ def with_integrals(equations: Equations) -> Equations:
         after_switch=tuple(map(longer, equations.after_switch)),
         base=n + len(kept),
         true_load=None,  # nothing is measured
-        normal_momentum=None,
+        normal_height=None,
     )
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import FrictionLoop
+from vibrocap.measures.recorded.friction_loop import FrictionLoop
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims.vibration import ALIKE, both
 from vibrocap.paper.presets import law

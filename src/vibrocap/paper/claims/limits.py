@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.limits import frictional_limits, steady_friction, steady_slope
-from vibrocap.measures.offset_points import OffsetPoints
+from vibrocap.measures.recorded.limits import frictional_limits, steady_friction, steady_slope
+from vibrocap.measures.recorded.offset_points import OffsetPoints
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.imposed import imposed_sliding
 from vibrocap.paper.runs import Runs

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import LoopSide
-from vibrocap.measures.limits import boundary_velocity
+from vibrocap.measures.recorded.friction_loop import LoopSide
+from vibrocap.measures.recorded.limits import boundary_velocity
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.claims.claim import DRAWN, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims.friction import LIMIT, LOW, loop

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.response import response_class
-from vibrocap.measures.settling import settling
-from vibrocap.measures.sticking import stick_phases
-from vibrocap.measures.travel import drift
+from vibrocap.measures.recorded.response import response_class
+from vibrocap.measures.recorded.settling import settling
+from vibrocap.measures.recorded.sticking import stick_phases
+from vibrocap.measures.recorded.travel import drift
 from vibrocap.paper.claims.claim import DRAWN, RUN_ERROR, Finding, claim, decided, restricted
 from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT

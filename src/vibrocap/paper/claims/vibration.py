@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from vibrocap.measures.energy import energy_balance
-from vibrocap.measures.sticking import stick_fraction
-from vibrocap.measures.travel import drift, mean_velocity
+from vibrocap.measures.recorded.energy import energy_balance
+from vibrocap.measures.recorded.sticking import stick_fraction
+from vibrocap.measures.recorded.travel import drift, mean_velocity
 from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Outcome, Tolerance, claim, decided, restricted
 from vibrocap.paper.presets import LAWS, SHORT, law
 from vibrocap.paper.runs import Period, Runs

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import friction_curve
+from vibrocap.measures.recorded.friction_loop import friction_curve
 from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.figures.motion import around_events
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle

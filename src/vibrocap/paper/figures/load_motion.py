@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import friction_curve
+from vibrocap.measures.recorded.friction_loop import friction_curve
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.figures.figure import Curve, Figure, Panel
 from vibrocap.paper.figures.motion import PRINTED_FIRST, SHOWN, SYMBOL, history

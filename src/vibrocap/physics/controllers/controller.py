@@ -1,24 +1,34 @@
 """The contract of a controller: one kind or family per file in this folder; what makes the command."""
 
-from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
+from pydantic import model_validator
+
 from vibrocap.physics.elementary import cos, exp, sin, sqrt
+from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 
 __all__ = [
+    "AccelerationController",
     "Controller",
+    "Linear",
     "NonNegative",
     "Number",
     "Positive",
     "cos",
     "exp",
+    "model_validator",
     "parameter",
     "parameters",
     "sin",
     "sqrt",
 ]
+
+INTEGRAL, SATURATED = "integral_command", "command_saturated"
+LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
+SIDE, CURVATURE = "side", "reference_curvature"  # what may be measured besides states and their rates
+OWN = "own"  # what is measured where nothing else is said
 
 
 class Controller(Part):
@@ -38,6 +48,8 @@ class Controller(Part):
     sampled: whether it acts at samples alone, every `sample_time` and `delay` later (None: at once). The last of its
     states is then whether a sample or an action came last, +1 or -1; `after_sample` and `after_action` say what the
     others are after each, and `command` is one of them.
+    orders: "effort", or "acceleration" of one whose command is turned into a force or torque by the machine's own
+    equations and the friction forces that act at its contacts (`inverse_dynamics.py`): see `AccelerationController`.
     """
 
     name: ClassVar[str]
@@ -49,13 +61,18 @@ class Controller(Part):
     effort_states: ClassVar[tuple[str, ...]] = ()
     odd: ClassVar[bool] = True
     sampled: ClassVar[bool] = False
+    orders: ClassVar[Literal["effort", "acceleration"]] = "effort"
+    bound_kinds: ClassVar[tuple[str, ...]] = ()
     sample_time: Any
     delay: Any
+    limit: Any
 
     def measures(self, machine: Any) -> tuple[str, ...]:
-        """What it measures of a machine: names of states ("position"), or of their rates ("position_rate").
+        """What it measures of a machine: names of states ("position"), or of their rates ("position_rate"), which must
+        not depend on the command.
 
-        A rate must not depend on the command.
+        Besides, `SIDE`: the side to which its first contact slides, 1 or -1, at rest 0 or, of a contact that cannot
+        rest, one of the two; and `CURVATURE`: the curvature r'' of the reference.
         """
         raise NotImplementedError
 
@@ -76,6 +93,10 @@ class Controller(Part):
         """Rates of its own states."""
         return ()
 
+    def bounds(self, measured) -> tuple:
+        """What is positive as long as its command exists, each of the kind "singular_command" in `bound_kinds`."""
+        return ()
+
     def switches(self, t, measured, own, reference, slope) -> tuple:
         """Guards of its branches, each positive while its branch lasts; their natural size is 1."""
         return ()
@@ -93,165 +114,140 @@ class Controller(Part):
         raise NotImplementedError
 
 
-LIMIT_EVENTS = ("command_saturated", "command_unsaturated", "command_saturated")
+class Linear(Controller):
+    """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
 
+        u_raw = K_P e + K_D (r' - y') + S,     u = u_raw cut off at +-u_max,     S' = K_I [e + a (u - u_raw)]
 
-class ControlledMachine:
-    """A machine under a controller, as a machine whose drive is the reference. What is not said here is its own.
-
-    machine: the machine, or what stands behind the actuator; drive: the reference, whose slope may be asked for
+    With a > 0 the integral does not wind up: the excess of the command is fed back to it, with the tracking time
+    1/(a K_I) (Astrom and Hagglund, Advanced PID Control, 2006, section 3.5). The limit is reached and left at located
+    events, so that no step crosses a corner of u. S starts at 0 unless the start says otherwise.
     """
 
-    def __init__(self, machine: Any, controller: Any, drive: Any):
-        self.machine, self.controller_part, self.reference_part = machine, controller, drive
-        own = controller.states
-        self.states = (*machine.states, *own)
-        self.symmetry = (*machine.symmetry, *((-1,) * len(own)))
-        self.switched = (*machine.switched, *controller.switched)
-        self.switch_events = (*machine.switch_events, *controller.switch_events)
-        self.channels = tuple("controller" if name == "drive" else name for name in machine.channels)
+    proportional_gain: Any
+    integral_gain: Any
+    anti_windup: Any
+    limit: Any
+    measured: str
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.machine, name)
+    source: ClassVar[str] = "astrom2006"
+    all_states: ClassVar = (INTEGRAL, SATURATED)
+    effort_states: ClassVar = (INTEGRAL,)
 
     @property
-    def measured_states(self) -> tuple[str, ...]:
-        """The states on which the command depends by what is measured."""
-        names, states = self.controller_part.measures(self.machine), self.machine.states
-        return tuple(name if name in states else name.removesuffix("_rate") for name in names)
+    def states(self) -> tuple[str, ...]:
+        """S, then whether the limit holds where there is one."""
+        return INTEGRAL, *self.switched
 
     @property
-    def cyclic(self) -> Any:
-        """That of the machine, but for one that is measured: then the motion depends on it."""
-        return None if self.machine.cyclic in self.measured_states else self.machine.cyclic
+    def switched(self) -> tuple[str, ...]:
+        """1 or -1 while the limit holds, 0 while it does not."""
+        return () if self.limit is None else (SATURATED,)
 
     @property
-    def turns(self) -> Mapping[str, float]:
-        """Those of the machine that are not measured."""
-        return {name: turn for name, turn in self.machine.turns.items() if name not in self.measured_states}
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
+
+    def own_measured(self, machine) -> str:
+        """The state that is measured where nothing else is said."""
+        raise NotImplementedError
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state, and its rate where it is differentiated."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return (name, f"{name}_rate") if self.uses_slope else (name,)
 
     @property
-    def symmetric(self) -> bool:
-        """Where the machine is, and the command changes its sign with it."""
-        signs = dict(zip(self.machine.states, self.machine.symmetry, strict=True))
-        odd = (
-            self.controller_part.odd
-            and not self.controller_part.sampled
-            and all(signs[name] == -1 for name in self.measured_states)
-        )
-        return odd and self.machine.symmetric
+    def uses_slope(self) -> bool:
+        """Whether there is a K_D."""
+        return getattr(self, "derivative_gain", None) is not None
 
-    def _parted(self, y) -> tuple[tuple, tuple]:
-        """(states of the machine, of the controller)."""
-        count = len(self.machine.states)
-        return tuple(y[:count]), tuple(y[count : len(self.states)])
+    def _raw(self, measured, own, reference, slope):
+        raw = self.proportional_gain * (reference - measured[0]) + own[0]
+        return raw + self.derivative_gain * (slope - measured[1]) if len(measured) > 1 else raw  # type: ignore[attr-defined]
 
-    def _measured(self, t, mechanical) -> tuple:
-        still = (0.0,) * len(self.machine.contact_states)
-        found, rates = [], None
-        for name in self.controller_part.measures(self.machine):
-            if name in self.machine.states:
-                found.append(mechanical[self.machine.states.index(name)])
-            else:
-                rates = self.machine.rates(t, mechanical, 0.0, still) if rates is None else rates
-                found.append(rates[self.machine.states.index(name.removesuffix("_rate"))])
-        return tuple(found)
+    def command(self, t, measured, own, reference, slope):
+        """u."""
+        raw = self._raw(measured, own, reference, slope)
+        return raw if self.limit is None else limited(own[1], raw, self.limit)
 
-    def _given(self, t, y, reference) -> tuple:
-        """What the functions of the controller are given."""
-        mechanical, own = self._parted(y)
-        slope = self.reference_part.slope(t) if self.controller_part.uses_slope else 0.0
-        return t, self._measured(t, mechanical), own, reference, slope
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """S' = K_I [e + a (u - u_raw)]."""
+        error = reference - measured[0]
+        if self.limit is None:
+            return (self.integral_gain * error,)
+        excess = own[1] * own[1] * (own[1] * self.limit - self._raw(measured, own, reference, slope))
+        return self.integral_gain * (error + self.anti_windup * excess), 0.0
 
-    def _passed(self, t, y, reference) -> tuple:
-        """(states of the machine, command)."""
-        return self._parted(y)[0], self.controller_part.command(*self._given(t, y, reference))
+    def switches(self, t, measured, own, reference, slope) -> tuple:
+        """Those of the limit."""
+        if self.limit is None:
+            return ()
+        raw = self._raw(measured, own, reference, slope)
+        return limit_guards(own[1], raw, raw, self.limit)
 
-    def commanded(self, t, y, reference):
-        """u, what the machine or its actuator is told."""
-        return self.controller_part.command(*self._given(t, y, reference))
+    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
+        """S as it was."""
+        return own[0], HELD_AFTER[which]
 
-    def felt(self, t, y, reference):
-        """What the machine feels: u, or what the actuator makes of it."""
-        mechanical, command = self._passed(t, y, reference)
-        output = getattr(self.machine, "output", None)
-        return command if output is None else output(mechanical)
 
-    def scales(self, time=1.0) -> tuple:
-        """Natural size of each state."""
-        return (*self.machine.scales(time), *self.controller_part.scales(self.machine.effort_scale()))
+class AccelerationController(Controller):
+    """A controller whose command is the rate that a state of the machine is to have; its effort follows from that.
 
-    def contacts(self, t, y, drive) -> tuple:
-        """Of the machine, under u."""
-        return self.machine.contacts(t, *self._passed(t, y, drive))
+    The effort is the force or torque that gives the state this rate, under the friction at the contacts as it is then,
+    or, while the state `command_saturated` is 1 or -1, the limit to that side.
+    """
 
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y' of the machine under u, then of the controller."""
-        own = self.controller_part.rates(*self._given(t, y, drive))
-        return *self.machine.rates(t, *self._passed(t, y, drive), frictions), *own
+    limit: Any
+    measured: str
 
-    def switches(self, t, y, drive, frictions) -> tuple:
-        """Guards of the machine, then those of the controller."""
-        own = (
-            self._due(t, y)
-            if self.controller_part.sampled
-            else self.controller_part.switches(*self._given(t, y, drive))
-        )
-        return *self.machine.switches(t, *self._passed(t, y, drive), frictions), *own
+    orders: ClassVar = "acceleration"
+    all_states: ClassVar = (SATURATED,)
 
-    def after_switch(self, which, t, y, drive, frictions) -> tuple:
-        """All states after guard number `which`."""
-        (mechanical, command), (_, own) = self._passed(t, y, drive), self._parted(y)
-        guards = len(self.machine.switches(t, mechanical, command, frictions))
-        if which < guards:
-            return *self.machine.after_switch(which, t, mechanical, command, frictions), *own
-        if self.controller_part.sampled:
-            return *mechanical, *self._after_corner(t, y, drive)
-        return *mechanical, *self.controller_part.after_switch(which - guards, *self._given(t, y, drive))
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Whether the limit holds, where there is one."""
+        return () if self.limit is None else (SATURATED,)
 
-    def _due(self, t, y) -> tuple:
-        """The guard of a sampled controller, 1 until a sample or an action is due: it falls where the corner is."""
-        last = y[len(self.states) - 1]
-        return (last * self.reference_part.sign(t) - (1.0 - last * last),)
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """The same."""
+        return self.states
 
-    def _after_corner(self, t, y, reference) -> tuple:
-        """The states of a sampled controller after a sample, where the sign of the segment is +1, or an action, -1."""
-        given, sign = self._given(t, y, reference), self.reference_part.sign(t)
-        both = zip(self.controller_part.after_sample(*given), self.controller_part.after_action(given[2]), strict=True)
-        return *(0.5 * (1.0 + sign) * sample + 0.5 * (1.0 - sign) * action for sample, action in both), sign
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
 
-    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
-        """Of an imposed motion, which has no controller."""
-        return {}
+    @property
+    def uses_slope(self) -> bool:
+        """Always."""
+        return True
 
-    def bounds(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.bounds(t, self._parted(y)[0])
+    def own_measured(self, machine) -> str:
+        """The state that is tracked where nothing else is said."""
+        raise NotImplementedError
 
-    def energy(self, t, y):
-        """Of the machine: a controller stores none."""
-        return self.machine.energy(t, self._parted(y)[0])
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state and its rate, and r''."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return name, f"{name}_rate", CURVATURE
 
-    def momentum(self, t, y):
-        """Of the machine."""
-        return self.machine.momentum(t, self._parted(y)[0])
+    def accelerated(self, machine) -> str:
+        """The state that is the rate, or that moves one to one with it."""
+        rate = self.measures(machine)[1]
+        place = machine.place or machine.cyclic
+        return machine.contact_states[0] if rate not in machine.states and rate == f"{place}_rate" else rate
 
-    def outer_force(self, t, y, drive):
-        """Of the machine, under u."""
-        return self.machine.outer_force(t, *self._passed(t, y, drive))
+    def rates(self, t, measured, own, reference, slope) -> tuple:
+        """A limit is no quantity."""
+        return (0.0,) * len(own)
 
-    def wall_force(self, t, y, drive, frictions):
-        """Of the machine, under u."""
-        return self.machine.wall_force(t, *self._passed(t, y, drive), frictions)
+    def effort_switches(self, effort, t, measured, own, reference, slope) -> tuple:
+        """Guards of the limit. effort: what would give the rate that is ordered."""
+        return () if self.limit is None else limit_guards(own[0], effort, effort, self.limit)
 
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Of the machine: what would be the power of the drive is that of the controller."""
-        return self.machine.powers(t, *self._passed(t, y, drive), frictions)
-
-    def vertical_momentum(self, t, y) -> Any:
-        """Of the machine."""
-        return self.machine.vertical_momentum(t, self._parted(y)[0])
-
-    def scene(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.scene(t, self._parted(y)[0])
+    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
+        """Whether the limit holds."""
+        return (HELD_AFTER[which],)

@@ -3,97 +3,17 @@
 from typing import Any, ClassVar
 
 from vibrocap.physics.controllers.controller import (
-    LIMIT_EVENTS,
-    Controller,
+    INTEGRAL,
+    OWN,
+    Linear,
     NonNegative,
     Positive,
     parameter,
     parameters,
     sqrt,
 )
-from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
 
-INTEGRAL, SATURATED = "integral_command", "command_saturated"
 HELD, PENDING, SAMPLING = "held_command", "pending_command", "sampling"
-OWN = "own"  # what is measured where nothing else is said
-
-
-class Linear(Controller):
-    """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
-
-        u_raw = K_P e + K_D (r' - y') + S,     u = u_raw cut off at +-u_max,     S' = K_I [e + a (u - u_raw)]
-
-    With a > 0 the integral does not wind up: the excess of the command is fed back to it, with the tracking time
-    1/(a K_I) (Astrom and Hagglund, Advanced PID Control, 2006, section 3.5). The limit is reached and left at located
-    events, so that no step crosses a corner of u. S starts at 0 unless the start says otherwise.
-    """
-
-    proportional_gain: Any
-    integral_gain: Any
-    anti_windup: Any
-    limit: Any
-    measured: str
-
-    source: ClassVar[str] = "astrom2006"
-    all_states: ClassVar = (INTEGRAL, SATURATED)
-    effort_states: ClassVar = (INTEGRAL,)
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """S, then whether the limit holds where there is one."""
-        return INTEGRAL, *self.switched
-
-    @property
-    def switched(self) -> tuple[str, ...]:
-        """1 or -1 while the limit holds, 0 while it does not."""
-        return () if self.limit is None else (SATURATED,)
-
-    @property
-    def switch_events(self) -> tuple[str, ...]:
-        """Of the limit."""
-        return () if self.limit is None else LIMIT_EVENTS
-
-    def own_measured(self, machine) -> str:
-        """The state that is measured where nothing else is said."""
-        raise NotImplementedError
-
-    def measures(self, machine) -> tuple[str, ...]:
-        """The state, and its rate where it is differentiated."""
-        name = self.own_measured(machine) if self.measured == OWN else self.measured
-        return (name, f"{name}_rate") if self.uses_slope else (name,)
-
-    @property
-    def uses_slope(self) -> bool:
-        """Whether there is a K_D."""
-        return getattr(self, "derivative_gain", None) is not None
-
-    def _raw(self, measured, own, reference, slope):
-        raw = self.proportional_gain * (reference - measured[0]) + own[0]
-        return raw + self.derivative_gain * (slope - measured[1]) if len(measured) > 1 else raw  # type: ignore[attr-defined]
-
-    def command(self, t, measured, own, reference, slope):
-        """u."""
-        raw = self._raw(measured, own, reference, slope)
-        return raw if self.limit is None else limited(own[1], raw, self.limit)
-
-    def rates(self, t, measured, own, reference, slope) -> tuple:
-        """S' = K_I [e + a (u - u_raw)]."""
-        error = reference - measured[0]
-        if self.limit is None:
-            return (self.integral_gain * error,)
-        excess = own[1] * own[1] * (own[1] * self.limit - self._raw(measured, own, reference, slope))
-        return self.integral_gain * (error + self.anti_windup * excess), 0.0
-
-    def switches(self, t, measured, own, reference, slope) -> tuple:
-        """Those of the limit."""
-        if self.limit is None:
-            return ()
-        raw = self._raw(measured, own, reference, slope)
-        return limit_guards(own[1], raw, raw, self.limit)
-
-    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
-        """S as it was."""
-        return own[0], HELD_AFTER[which]
 
 
 @parameters
@@ -108,7 +28,9 @@ class PositionPID(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per length of error", "position gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per length of error", "position integral gain")
+    integral_gain: NonNegative = parameter(
+        0.0, "K_I", "rate of the command per length of error", "position integral gain"
+    )
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per speed of error; none where its rate is not measured", "position rate gain"
     )
@@ -135,7 +57,7 @@ class AnglePID(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per rad of error", "effort")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per rad of error", "effort rate")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per rad of error", "effort rate")
     derivative_gain: NonNegative | None = parameter(
         None, "K_D", "force or torque per rad/s of error; none where its rate is not measured", "angle rate gain"
     )
@@ -163,7 +85,7 @@ class VelocityPI(Linear):
     """
 
     proportional_gain: NonNegative = parameter(1.0, "K_P", "force or torque per speed of error", "position rate gain")
-    integral_gain: NonNegative = parameter(0.0, "K_I", "its rate per speed of error", "position gain")
+    integral_gain: NonNegative = parameter(0.0, "K_I", "rate of the command per speed of error", "position gain")
     anti_windup: NonNegative = parameter(
         0.0, "a", "error that a unit of cut-off command counts as; 0: none", "velocity anti-windup"
     )

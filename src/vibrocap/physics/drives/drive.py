@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part
+from vibrocap.physics.part import Part, inner_part, wrapped_class
 
 __all__ = [
     "Drive",
@@ -26,11 +26,13 @@ __all__ = [
     "Wave",
     "WithinOne",
     "cos",
+    "inner_part",
     "model_validator",
     "parameter",
     "parameters",
     "sin",
     "sqrt",
+    "wrapped_class",
 ]
 
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
@@ -68,6 +70,11 @@ class Drive(Part):
     def period(self) -> float:
         """Time after which the drive repeats."""
         raise NotImplementedError
+
+    @property
+    def time_scale(self):
+        """Time that measures how fast it moves a machine: its period, unless that holds many of its waves."""
+        return self.period
 
     @property
     def odd(self) -> bool:
@@ -157,7 +164,11 @@ class Piecewise(Drive):
     @property
     def continuous(self) -> bool:
         """Whether each segment ends where the next one begins, to rounding."""
-        return self.size() == 0.0 or _is_continuous(segment_table(self))
+        if self.size() == 0.0:
+            return True
+        table = segment_table(self)
+        plain = all(type(number) in (int, float) for row in table for number in row)
+        return (_is_continuous if plain else _is_continuous.__wrapped__)(table)  # what only stands for one is not kept
 
     @property
     def odd(self) -> bool:

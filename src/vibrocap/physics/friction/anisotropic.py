@@ -3,7 +3,7 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, Positive, inner_law, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, Positive, inner_part, parameter, wrapped_class
 
 
 @functools.cache
@@ -46,35 +46,35 @@ def anisotropic(law: type[Law]) -> Any:
 
         def steady_force(self, speed, load, side=1):
             """Friction force at a constant speed > 0 to `side`, counted positive."""
-            return inner_law(law, self).steady_force(speed, self._ratio(side) * load)
+            return inner_part(law, self).steady_force(speed, self._ratio(side) * load)
 
         def force(self, velocity, internal, side, load):
             """Friction force R and rates of the law, with the load that counts on this side."""
-            return inner_law(law, self).force(velocity, internal, side, self._ratio(side) * load)
+            return inner_part(law, self).force(velocity, internal, side, self._ratio(side) * load)
 
         def losses(self, velocity, internal, side, load):
             """Losses of the law, with the load that counts on this side."""
-            return inner_law(law, self).losses(velocity, internal, side, self._ratio(side) * load)
+            return inner_part(law, self).losses(velocity, internal, side, self._ratio(side) * load)
 
         def switches(self, velocity, internal, side, load):
             """Guards of the law, with the load that counts on this side."""
-            return inner_law(law, self).switches(velocity, internal, side, self._ratio(side) * load)
+            return inner_part(law, self).switches(velocity, internal, side, self._ratio(side) * load)
 
         def after_switch(self, which, velocity, internal, side, load):
             """Internal states of the law, with the load that counts on this side."""
-            return inner_law(law, self).after_switch(which, velocity, internal, side, self._ratio(side) * load)
+            return inner_part(law, self).after_switch(which, velocity, internal, side, self._ratio(side) * load)
 
         def after_reversal(self, internal, side, load):
             """Internal states of the law, with the load that counts on the new side."""
-            return inner_law(law, self).after_reversal(internal, side, self._ratio(side) * load)
+            return inner_part(law, self).after_reversal(internal, side, self._ratio(side) * load)
 
         def internal_scales(self, load):
             """Those of the law, with the mean of both loads."""
-            return inner_law(law, self).internal_scales(self._ratio(0.0) * load)
+            return inner_part(law, self).internal_scales(self._ratio(0.0) * load)
 
         def _held(self, load):
             """Largest forces that the contact can hold, forward and back."""
-            inner = inner_law(law, self)
+            inner = inner_part(law, self)
             return inner.holding_limit(self.forward_ratio * load), inner.holding_limit(self.back_ratio * load)
 
         def holding_limit(self, load):
@@ -82,7 +82,7 @@ def anisotropic(law: type[Law]) -> Any:
             forward, back = self._held(load)
             return 0.5 * (forward + back)
 
-        def holding_middle(self, load):
+        def holding_centre(self, load):
             """Middle of the range of forces that the contact can hold."""
             if law.kind != "set-valued":
                 return 0.0

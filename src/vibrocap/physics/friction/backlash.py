@@ -3,7 +3,7 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, inner_law, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, NonNegative, inner_part, parameter, wrapped_class
 
 MARGIN = 1e-9  # of the load, to which the force is negative before the joint opens
 
@@ -58,27 +58,27 @@ def backlash(law: type[Law]) -> Any:
             """Friction force R and rates of the law while engaged; none, and the rates of its rest, while free."""
             *states, _, engaged = internal
             closed = engaged * engaged
-            force, rates = inner_law(law, self).force(closed * velocity, tuple(states), side, load)
+            force, rates = inner_part(law, self).force(closed * velocity, tuple(states), side, load)
             return closed * force, (*rates, (1.0 - closed) * velocity, 0.0)
 
         def losses(self, velocity, internal, side, load):
             """Losses of the law while engaged; none while free."""
             *states, _, engaged = internal
-            return inner_law(law, self).losses(engaged * engaged * velocity, tuple(states), side, load)
+            return inner_part(law, self).losses(engaged * engaged * velocity, tuple(states), side, load)
 
         def stored_energy(self, internal):
             """Energy stored in the contact behind the joint."""
-            return inner_law(law, self).stored_energy(internal[:-2])
+            return inner_part(law, self).stored_energy(internal[:-2])
 
         def switches(self, velocity, internal, side, load):
             """The joint opens; it closes; and the guards of the law while engaged."""
             *states, position, engaged = internal
             closed = engaged * engaged
-            force, _ = inner_law(law, self).force(closed * velocity, tuple(states), side, load)
+            force, _ = inner_part(law, self).force(closed * velocity, tuple(states), side, load)
             half, width = 0.5 * self.gap, self.gap + 1e-9  # a gap of zero is crossed at once, and divides nothing
             opens = 1.0 - closed + closed * (MARGIN + engaged * force / load)
             closes = closed + (1.0 - closed) * (half - side * position) / width
-            others = inner_law(law, self).switches(closed * velocity, tuple(states), side, load)
+            others = inner_part(law, self).switches(closed * velocity, tuple(states), side, load)
             return opens, closes, *(1.0 - closed + closed * guard for guard in others)
 
         def after_switch(self, which, velocity, internal, side, load):
@@ -89,15 +89,19 @@ def backlash(law: type[Law]) -> Any:
                 return *unloaded, 0.5 * self.gap * engaged, 0.0
             if which == 1:
                 return *states, 0.5 * self.gap * side, 1.0 * side
-            return *inner_law(law, self).after_switch(which - 2, velocity, tuple(states), side, load), position, engaged
+            return (
+                *inner_part(law, self).after_switch(which - 2, velocity, tuple(states), side, load),
+                position,
+                engaged,
+            )
 
         def after_reversal(self, internal, side, load):
             """Internal states of the law; the joint is as it was."""
-            return *inner_law(law, self).after_reversal(internal[:-2], side, load), *internal[-2:]
+            return *inner_part(law, self).after_reversal(internal[:-2], side, load), *internal[-2:]
 
         def internal_scales(self, load):
             """Those of the law; half of the gap, with that of the first of the law's states; 1."""
-            scales = inner_law(law, self).internal_scales(load)
+            scales = inner_part(law, self).internal_scales(load)
             return *scales, 0.5 * self.gap + scales[0], 1.0
 
     return wrapped_class(backlash, Backlash, law)

@@ -8,15 +8,15 @@ case files, in the command line, in the contract tests and, compiled, in every r
 side, and when, is the business of the integrator.
 """
 
-import dataclasses
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from vibrocap.physics.bristles import stribeck_curve
 from vibrocap.physics.elementary import exp, log, power, sqrt
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part
+from vibrocap.physics.part import Part, inner_part, wrapped_class
 
 __all__ = [
     "AtLeastOne",
@@ -28,7 +28,7 @@ __all__ = [
     "Positive",
     "Share",
     "exp",
-    "inner_law",
+    "inner_part",
     "levels_in_order",
     "log",
     "parameter",
@@ -61,7 +61,6 @@ class Law(Part):
     special_cases: simpler laws that this one is for some values: by the simpler law's name the values of own parameters
         that it has not, a number or the name of another own parameter whose value it takes. Parameters of the same name
         are the same. A fit starts from the best of each, too.
-    wrappers, wrapped: of the class of a wrapped law, the wrappers from the inside out, and the plain law in them.
     """
 
     name: ClassVar[str]
@@ -73,8 +72,6 @@ class Law(Part):
     state_units: ClassVar[Mapping[str, str]] = {}
     creeps: ClassVar[bool] = False
     special_cases: ClassVar[Mapping[str, Mapping[str, float | str]]] = {}
-    wrappers: ClassVar[tuple[Callable, ...]] = ()
-    wrapped: ClassVar[Any] = None
 
     def force(self, velocity, internal, side, load):
         """Friction force R and the rates of the internal states: (R, (z', ...))."""
@@ -88,7 +85,7 @@ class Law(Part):
         """Largest force that the contact can hold at rest (set-valued laws); not less than that at vanishing speed."""
         raise NotImplementedError
 
-    def holding_middle(self, load):
+    def holding_centre(self, load):
         """Middle of the forces that the contact can hold at rest, which lie within `holding_limit` of it."""
         return 0.0
 
@@ -154,40 +151,6 @@ class Curve(Law):
         return True
 
 
-def wrapped_class(wrapper: Callable, cls: type[Law], law: type[Law]) -> type[Law]:
-    """Finish the class of a wrapped law: its name, its documentation, its fields, and how it is pickled.
-
-    wrapper: the function that makes it   cls: the class, whose base is the law   law: the law that is wrapped
-    """
-    cls.__name__ = cls.__qualname__ = f"{wrapper.__name__.title()}{law.__name__}"
-    cls.__doc__ = (
-        f"{law.__name__}, {wrapper.__name__}: see `vibrocap.physics.friction.{wrapper.__name__}`.\n\n    {law.__doc__}"
-    )
-    cls.name = f"{wrapper.__name__}-{law.name}"
-    cls.wrappers, cls.wrapped = (*law.wrappers, wrapper), law.wrapped or law
-    cls.__reduce__ = _pickled  # type: ignore[method-assign,assignment]
-    return parameters(cls)
-
-
-def inner_law(law: type[Law], outer: Any) -> Law:
-    """The law inside a wrapped one, with its parameters; what the wrapper says anew it does not see."""
-    inner = object.__new__(law)
-    vars(inner).update(vars(outer))
-    return inner
-
-
-def _pickled(law) -> tuple:
-    """How to make a wrapped law again; its class can be found in no module."""
-    values = {field.name: getattr(law, field.name) for field in dataclasses.fields(law)}
-    return _unpickled, (law.wrapped, law.wrappers, values)
-
-
-def _unpickled(law, wrappers, values):
-    for wrapper in wrappers:
-        law = wrapper(law)
-    return law(**values)
-
-
 @model_validator(mode="after")
 def levels_in_order(law):
     """Refuse a static coefficient below the Coulomb coefficient; laws with both levels name this validator."""
@@ -201,6 +164,5 @@ def levels_in_order(law):
 
 def stribeck_level(law, speed, load):
     """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
-    drop = law.static_coefficient - law.coulomb_coefficient
-    shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
-    return load * (law.coulomb_coefficient + drop * shape)
+    levels = law.coulomb_coefficient, law.static_coefficient
+    return load * stribeck_curve(speed, *levels, law.stribeck_velocity, law.stribeck_exponent)

@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+from vibrocap.physics.bristles import bristle_slip
 from vibrocap.physics.friction.law import (
     Exponent,
     Law,
@@ -92,7 +93,8 @@ class LuGre(Law):
 
     def _slip_rate(self, velocity, bristle, side, load):
         """v - xi': the part of the velocity at which bristles slip, |v| xi / g(v)."""
-        return self.bristle_stiffness * (side * velocity) * bristle / self._steady_level(side * velocity, load)
+        level = self._steady_level(side * velocity, load)
+        return bristle_slip(side * velocity, bristle, self.bristle_stiffness, level)
 
     def internal_scales(self, load):
         """g(0), the largest deflection."""

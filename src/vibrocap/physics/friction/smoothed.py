@@ -4,7 +4,7 @@ import functools
 from typing import ClassVar, Literal
 
 from vibrocap.physics.elementary import atan, tanh
-from vibrocap.physics.friction.law import Law, Positive, inner_law, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, Positive, inner_part, parameter, wrapped_class
 
 HALF_TURN = 3.141592653589793
 
@@ -43,11 +43,11 @@ def smoothed(law: type[Law]) -> type[Law]:
 
         def steady_force(self, speed, load, *side):
             """Friction force at a constant speed (to `side`, of a law whose directions differ)."""
-            return self._smoothed_sign(speed) * inner_law(law, self).steady_force(speed, load, *side)
+            return self._smoothed_sign(speed) * inner_part(law, self).steady_force(speed, load, *side)
 
         def force(self, velocity, internal, side, load):
             """Friction force R while sliding to `side`; there are no internal states."""
-            force, _ = inner_law(law, self).force(velocity, internal, side, load)
+            force, _ = inner_part(law, self).force(velocity, internal, side, load)
             return self._smoothed_sign(side * velocity) * force, ()
 
         def losses(self, velocity, internal, side, load):
@@ -58,7 +58,7 @@ def smoothed(law: type[Law]) -> type[Law]:
             """None: the contact does not stick."""
             return Law.holding_limit(self, load)
 
-        def holding_middle(self, load):
+        def holding_centre(self, load):
             """None: the contact does not stick."""
             return 0.0
 

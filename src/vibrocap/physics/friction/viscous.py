@@ -3,7 +3,7 @@
 import functools
 from typing import Any, ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, inner_law, parameter, wrapped_class
+from vibrocap.physics.friction.law import Law, NonNegative, inner_part, parameter, wrapped_class
 
 
 @functools.cache
@@ -48,16 +48,16 @@ def viscous(law: type[Law]) -> Any:
 
         def steady_force(self, speed, load, *side):
             """Friction force at a constant speed > 0 (to `side`, of a law whose directions differ)."""
-            return inner_law(law, self).steady_force(speed, load, *side) + self._viscous(speed) * speed
+            return inner_part(law, self).steady_force(speed, load, *side) + self._viscous(speed) * speed
 
         def force(self, velocity, internal, side, load):
             """Friction force R with the viscous part, and the rates of the law."""
-            force, rates = inner_law(law, self).force(velocity, internal, side, load)
+            force, rates = inner_part(law, self).force(velocity, internal, side, load)
             return force + self._viscous(side * velocity) * velocity, rates
 
         def losses(self, velocity, internal, side, load):
             """Losses of the law; that of the viscous part is one of sliding."""
-            sliding, bristles = inner_law(law, self).losses(velocity, internal, side, load)
+            sliding, bristles = inner_part(law, self).losses(velocity, internal, side, load)
             return sliding + self._viscous(side * velocity) * velocity * velocity, bristles
 
     return wrapped_class(viscous, Viscous, law)

@@ -3,6 +3,7 @@
 import math
 from typing import Any, ClassVar
 
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
 from vibrocap.physics.machines.machine import (
     Body,
     Contact,
@@ -15,7 +16,6 @@ from vibrocap.physics.machines.machine import (
     parameters,
     sin,
 )
-from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2
 
 LOADS = ("weight", "dynamic")
 

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
 from vibrocap.physics.machines.machine import Machine, Positive, Scales, parameter, parameters
-from vibrocap.physics.scales import STANDARD_GRAVITY_M_PER_S2
 
 WEIGHT = "weight"
 ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass

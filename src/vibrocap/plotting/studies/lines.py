@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from vibrocap.plotting.look.style import logarithmic
 from vibrocap.plotting.studies.cells import Cell, cell_labels, cells, unsettled, unsettled_label
 from vibrocap.plotting.studies.view import Panel, View, value_label
-from vibrocap.plotting.style import logarithmic
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)
 DOT = 2.2

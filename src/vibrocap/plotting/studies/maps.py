@@ -23,11 +23,12 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
-from vibrocap.plotting.finishing import save
-from vibrocap.plotting.labels import filled
-from vibrocap.plotting.own_lines import in_own_lines
-from vibrocap.plotting.page import page
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look.finishing import save
+from vibrocap.plotting.look.labels import filled
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import STYLE, given_axes, legend_below, logarithmic, settings_of, style
 from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
@@ -42,7 +43,6 @@ from vibrocap.plotting.studies.cells import (
 )
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, settings_of, style
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.

@@ -16,7 +16,7 @@ from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
+from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
 from vibrocap.studies.refinement import even_in_logarithm
 from vibrocap.studies.store.zarr_form import ALWAYS
 

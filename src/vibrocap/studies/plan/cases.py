@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
-from vibrocap.physics.conversion import INITIAL
+from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.studies.plan.runs import Block, Runs, values_array
 
 

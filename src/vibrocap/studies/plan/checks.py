@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind
-from vibrocap.physics.conversion import INITIAL
+from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Axis, Grid
 from vibrocap.studies.plan.cases import CaseList

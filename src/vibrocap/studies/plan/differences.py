@@ -27,6 +27,7 @@ def _described(record: Mapping[str, Any]) -> Said:
         for key, value in entries.items() if isinstance(entries, dict) else ():
             found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
     found |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
+    found["extrapolate"] = (str(each := record.get("extrapolate", False)), each)
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
     asked = [measure for measure in record["measures"] if measure != LOAD_WATCH]
     found["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))

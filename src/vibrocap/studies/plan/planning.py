@@ -3,14 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
+from vibrocap.arguments import Complaint, Complaints, check_choice, check_threshold, is_whole, shown
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
-from vibrocap.measures.standard import LOAD_WATCH, known_measure
-from vibrocap.measures.windows import usual_window
-from vibrocap.motion.equations import equations
+from vibrocap.measures.recorded.windows import usual_window
+from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
@@ -61,7 +61,10 @@ def planned_study(
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
     measures = with_load_watch(system, plan, measures)
-    return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
+    if settle and not equations(system).timed and OUTCOME not in measures:
+        measures = (*measures, OUTCOME)
+    settle = None if settle is None else float(settle)
+    return Study(Case(system, start, **run), plan, measures, window, settle, extrapolate=bool(settings["extrapolate"]))
 
 
 def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure]) -> tuple[str | Measure, ...]:
@@ -90,6 +93,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():
         check_threshold("settle", settings["settle"])
+        check_choice("extrapolate", settings["extrapolate"])
     return found
 
 

@@ -27,7 +27,7 @@ class Study:
     case: the system on which the plan's values are put, where its runs start, and how they are run
     plan: the runs
     measures: names of what is measured, or measures of one's own
-    window, settle, device: how, as `ensemble` takes them; a graphics card gives other bits than a processor
+    window, settle, device, extrapolate: how, as `ensemble` takes them; a card gives other bits than a processor
     code: with what the results are made, by name, see `code_version`; as it is here unless given
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
@@ -40,6 +40,7 @@ class Study:
     settle: float | None = None
     code: Mapping[str, str] = dataclasses.field(default_factory=dict)
     device: str = "cpu"
+    extrapolate: bool = False
 
     def __post_init__(self):
         if not self.code:
@@ -48,13 +49,25 @@ class Study:
     @property
     def settings(self) -> dict[str, Any]:
         """How the runs are made, as `ensemble` takes it."""
-        return {**self.case.run, "window": self.window, "settle": self.settle, "device": self.device}
+        return {
+            **self.case.run,
+            "window": self.window,
+            "settle": self.settle,
+            **self._extrapolates,
+            "device": self.device,
+        }
+
+    @property
+    def _extrapolates(self) -> dict[str, bool]:
+        """Nothing where it means nothing."""
+        return {} if self.settle is None else {"extrapolate": self.extrapolate}
 
     def record(self) -> dict[str, Any]:
         """The study as JSON can hold it: enough to run it again (with measures and parts of one's own given again)."""
         parts = {what: part_fingerprint(part) for what, part in self.own_parts.items()}
         measures = [_measure_record(measure) for measure in self.measures]
-        how = {"window": self.window, "settle": self.settle, "device": self.device, "code": dict(self.code)}
+        how = {"window": self.window, "settle": self.settle, **self._extrapolates}
+        how |= {"device": self.device, "code": dict(self.code)}
         what = {"case": case_text(self.case), "plan": self.plan.record(), "measures": measures}
         return what | how | ({"parts": parts} if parts else {})
 
@@ -82,7 +95,13 @@ class Study:
             raise CaseError(complaints, "the study")
         plan = PLANS[record["plan"]["kind"]].from_record(record["plan"])
         case = case_from_text(record["case"], "the case of the study")
-        how = record["window"], record["settle"], dict(record["code"]), record["device"]
+        how = (
+            record["window"],
+            record["settle"],
+            dict(record["code"]),
+            record["device"],
+            record.get("extrapolate", False),
+        )
         return cls(case, plan, tuple(known), *how)
 
     @functools.cached_property

@@ -12,14 +12,14 @@ from vibrocap.case.case import CaseError, case_from_dict
 from vibrocap.case.sections import is_kind, is_part, kind_key, kind_paths, kinds_of
 from vibrocap.case.units import as_given
 from vibrocap.physics.carry_over import carried, lacking
-from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
+from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.numbering import number_in
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
-from vibrocap.physics.units import effort_of
 
 ALL = "vary what all kinds have, do a study for each, or give a list of cases"
 CURE = "give it in a list of cases, or begin with a case whose {} is of this kind"

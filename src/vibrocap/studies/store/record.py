@@ -90,6 +90,7 @@ class _Study(_Strict):
     measures: list[Annotated[str, Field(pattern=r"^\w+$")] | _OwnMeasure]
     window: int
     settle: FiniteFloat | None
+    extrapolate: bool = False
     device: str
     code: _Texts
     parts: dict[str, _Hash] = {}

@@ -102,7 +102,7 @@ class Dense {
     for (let i = 0; i < this.count; i += step) {
       data.push(this.start(i));
       const head = i * this.size + 5;
-      for (let j = 0; j < n; j++) data.push(this.motion.pieces[head + j * (order + 1)]);
+      for (let j = 0; j < n; j++) data.push(this.motion.pieces[head + j]);
     }
     data.push(this.end, ...this.motion.final);
     return Float64Array.from(data);

@@ -66,7 +66,7 @@ class Form {
 }
 
 // The table of a drive with corners, a row per segment: the share of the period at its end, then its coefficients; and
-// the segment with which a period begins, as `motion/corners.py` finds it.
+// the segment with which a period begins, as `motion/recording/corners.py` finds it.
 function firstSegment({ segments, coefficients }, table, period) {
   const width = coefficients + 1;
   for (let i = 1; i < segments; i++) table[i * width] += table[(i - 1) * width];
@@ -120,7 +120,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     real.set(initial, at.STATE);
     real.set(begun.parameters, at.PARAMETER);
     real.set(begun.scales, at.SCALE);
-    real[at.UNSAFE_SPEED] = real[at.FAR_SPEED] = Infinity;
+    real[at.REFUTED_SPEED] = real[at.FAR_SPEED] = Infinity;
     real[at.PERIOD] = period;
     real[at.HOLD_RATE] = begun.holdRate;
     real[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
@@ -133,7 +133,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
       const side = Math.sign(begun.velocities[i]);
       real[at.SIDE_TOLD + i] = NOT_TOLD;
       real[at.SIDE + i] = side || (rests ? 0 : 1);
-      if (!side) whole[(rests ? at.ARRIVING : at.ZEROS) + i] = 1n;
+      if (!side) whole[(rests ? at.TO_DECIDE : at.ZEROS) + i] = 1n;
     });
     tape.set(initial, 0);
     if (drive) {
@@ -218,7 +218,7 @@ function measured(form, result, begun, threshold) {
     since: result[head.since],
     windowStart: result[head.window_start],
     windowPeriods: periods,
-    word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
+    mode_sequence: form.kind === "smooth" ? "" : modeSequenceOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: alike && result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
     values: READERS[form.number](result, begun.period, threshold, alike),
   };
@@ -226,16 +226,16 @@ function measured(form, result, begun, threshold) {
 
 const LETTERS = ["", "F", "S", "B"];
 
-// The word in the places of packed letters, two bits each.
-function wordOf(places, count, perPlace) {
-  const word = [];
+// The mode sequence in the places of packed letters, two bits each.
+function modeSequenceOf(places, count, perPlace) {
+  const letters = [];
   places.forEach((packed, place) => {
     const size = Math.min(Math.max(count - place * perPlace, 0), perPlace);
-    for (let i = 0; i < size; i++) word.push(LETTERS[Math.floor(packed / 4 ** (size - 1 - i)) % 4]);
+    for (let i = 0; i < size; i++) letters.push(LETTERS[Math.floor(packed / 4 ** (size - 1 - i)) % 4]);
   });
-  if (count > perPlace * places.length) return word.join("") + "...";
-  while (word.length > 1 && word[word.length - 1] === word[0]) word.pop();
-  return word.join("");
+  if (count > perPlace * places.length) return letters.join("") + "...";
+  while (letters.length > 1 && letters[letters.length - 1] === letters[0]) letters.pop();
+  return letters.join("");
 }
 
 // Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state). They are kept

@@ -20,20 +20,20 @@ from vibrocap.numerics.kernel.generated.facts import (
     STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENT_LIMIT,
     EVENTS,
     GAVE_WAY,
-    IDLE,
     PERIOD,
     SCALE,
     SIDE,
     STATE,
     STATUS,
     TIME,
+    TO_DECIDE,
     WORK,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
@@ -42,7 +42,9 @@ from vibrocap.numerics.kernel.interface import (
     begin_branch,
     decide_together,
     leave_piece,
+    note_event,
     on_event,
+    on_return,
     stay_in_piece,
     turned,
 )
@@ -52,7 +54,7 @@ from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 NO_MOTION = 16.0 * EPSILON  # of the natural speed: rounding, where other contacts move the body as well
-SLIGHT = 64.0 * EPSILON  # of the terms of a velocity, or of a force
+SLIGHT = 64.0 * EPSILON  # of the terms of a velocity or of a force; of a guard, whose natural size is one
 BEYOND = 1e-9  # of its limit: by so much the force on a contact at rest exceeds it only where something has jumped
 
 
@@ -63,7 +65,7 @@ def sides_hold(floats, ints, trace, lane):
             if STICKS[c] == 0 and KINKS[c] == 1 and not side_holds(floats, ints, trace, lane, c):
                 return False
         if open_still(floats, ints, lane):
-            ints[IDLE + lane] += 1
+            ints[ZERO_PROGRESS + lane] += 1
             decide_together(floats, ints, lane)
             return False
     for c in range(CONTACTS):
@@ -77,10 +79,10 @@ def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
         if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            if ints[ARRIVING + c * LANES + lane] == 1:
+            if ints[TO_DECIDE + c * LANES + lane] == 1:
                 return True
             force, limit = abs(floats[HOLD_OF[c] + lane]), floats[LIMIT_OF[c] + lane]
-            if ints[ARRIVING + c * LANES + lane] == 0 and force > (1.0 + BEYOND) * limit:
+            if ints[TO_DECIDE + c * LANES + lane] == 0 and force > (1.0 + BEYOND) * limit:
                 return True
     return False
 
@@ -91,7 +93,7 @@ def side_holds(floats, ints, trace, lane, c):
     if side == 0.0:
         # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
         clear = abs(floats[HOLD_OF[c] + lane]) < (1.0 - 1e-12) * floats[LIMIT_OF[c] + lane]
-        if clear and ints[ARRIVING + c * LANES + lane] == 0:
+        if clear and ints[TO_DECIDE + c * LANES + lane] == 0:
             return True
         return not decide(floats, ints, trace, lane, c)
     if ints[ZEROS + c * LANES + lane] > 0:
@@ -105,7 +107,7 @@ def side_holds(floats, ints, trace, lane, c):
         return False
     if side * velocity > 0.0:
         return True
-    ints[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
+    ints[ZERO_PROGRESS + lane] += 1  # the velocity passed zero within the rounding of the last step
     cross(floats, ints, trace, lane, 1, c, 0.0)
     return False
 
@@ -129,7 +131,7 @@ def decide(floats, ints, trace, lane, c):
     It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
     The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
-    ints[ARRIVING + c * LANES + lane] = 0
+    ints[TO_DECIDE + c * LANES + lane] = 0
     h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
     slides, direction, zeros = False, 0.0, 0
     for k in range(-1, 2, 2):
@@ -142,7 +144,7 @@ def decide(floats, ints, trace, lane, c):
         return False
     floats[SIDE + c * LANES + lane] = direction
     ints[ZEROS + c * LANES + lane] = zeros
-    ints[IDLE + lane] += 1
+    ints[ZERO_PROGRESS + lane] += 1
     if SEVERAL:
         ints[GAVE_WAY + c * LANES + lane] = 1
     if came_from == direction:
@@ -176,11 +178,11 @@ def leaves(floats, ints, lane, c):
         ints[ZEROS + c * LANES + lane] = min(k + 1, ORDER)
         if k == ORDER - 1:
             return True  # at rest for good: nothing will happen on either side
-    ints[IDLE + lane] += 1
+    ints[ZERO_PROGRESS + lane] += 1
     if STICKS[c] == 1:
         floats[CAME_FROM + c * LANES + lane] = side
         floats[SIDE + c * LANES + lane] = 0.0
-        ints[ARRIVING + c * LANES + lane] = 1
+        ints[TO_DECIDE + c * LANES + lane] = 1
     else:
         floats[SIDE + c * LANES + lane] = -side
         turned(floats, lane, c)
@@ -211,6 +213,7 @@ def cross(floats, ints, trace, lane, event, c, h):
     if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
         ints[STATUS + lane] = TOO_MANY_EVENTS
         return
+    note_event(floats, ints, lane, event, c)
     leave_piece(floats, ints, lane, event, c, h)
     if event == 1:
         if SEVERAL:
@@ -221,6 +224,7 @@ def cross(floats, ints, trace, lane, event, c, h):
                 rest(floats, ints, lane)
             else:
                 turn_round(floats, ints, lane, c)
+        on_return(floats, ints, lane)
     elif event >= FIRST_SWITCH:
         ints[EVENTS + lane] -= 1  # counted where it happens
         begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)
@@ -262,7 +266,7 @@ def arrive(floats, ints, lane, c):
     """A contact has come to rest, and is to be asked."""
     floats[CAME_FROM + c * LANES + lane] = floats[SIDE + c * LANES + lane]
     floats[SIDE + c * LANES + lane] = 0.0
-    ints[ARRIVING + c * LANES + lane] = 1
+    ints[TO_DECIDE + c * LANES + lane] = 1
 
 
 def give_way_together(floats, ints, lane, h):
@@ -297,7 +301,7 @@ def rest(floats, ints, lane):
     else:
         floats[CAME_FROM + lane] = came_from
         floats[SIDE + lane] = 0.0
-        ints[ARRIVING + lane] = 1
+        ints[TO_DECIDE + lane] = 1
 
 
 def jumped(floats, ints, trace, lane):
@@ -321,7 +325,7 @@ def open_arrivals(ints, lane):
     """Whether a contact has come to rest and is still to be asked."""
     arrived = 0
     for c in range(CONTACTS):
-        arrived += ints[ARRIVING + c * LANES + lane] % 2
+        arrived += ints[TO_DECIDE + c * LANES + lane] % 2
     return arrived > 0
 
 
@@ -337,13 +341,13 @@ def jumped_to(floats, ints, trace, lane, c, v):
                 floats[STATE + state] -= v
             floats[CAME_FROM + place] = before
             floats[SIDE + place] = 0.0
-            ints[ARRIVING + place] = 1
+            ints[TO_DECIDE + place] = 1
             stay_in_piece(ints, lane)
         elif SEVERAL:
-            ints[ARRIVING + place] = 1
+            ints[TO_DECIDE + place] = 1
         return
     floats[CAME_FROM + place] = 0.0
-    ints[ARRIVING + place] = 0
+    ints[TO_DECIDE + place] = 0
     if v == 0.0:  # of a kinked law: its rates tell, see `side_holds`
         return
     side = 1.0 if v > 0.0 else -1.0

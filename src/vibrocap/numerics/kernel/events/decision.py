@@ -18,7 +18,7 @@ Contacts at imposed distances answer alike (rows of A are the same): they rest t
 of friction are the same, and then hold one force in equal shares of their limits. While pivoting, a little more on the
 diagonal keeps them apart.
 
-What is too near a limit to be decided by forces alone is left at rest, with ARRIVING = 2: then the series of the force
+What is too near a limit to be decided by forces alone is left at rest, with TO_DECIDE = 2: then the series of the force
 that holds it decides, see `contact.decide`.
 """
 
@@ -26,13 +26,13 @@ from vibrocap.numerics.kernel.codes import AMBIGUOUS_CONTACTS, BEYOND_BOUND, UND
 from vibrocap.numerics.kernel.generated.equations import contact_rows
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, ROW_LIKE, SHARED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     CAME_FROM,
     GAVE_WAY,
     SIDE,
     STATE,
     STATUS,
     TIME,
+    TO_DECIDE,
     WORK,
     ZEROS,
 )
@@ -95,7 +95,7 @@ def decide_together(floats, ints, lane):
                 floats[GAVE + c] = 1.0
     for c in range(CONTACTS):
         if floats[AT_REST + c] == 1.0:
-            ints[ARRIVING + c * LANES + lane] = 2 if floats[TIED + c] == 1.0 else 0
+            ints[TO_DECIDE + c * LANES + lane] = 2 if floats[TIED + c] == 1.0 else 0
             if floats[TRIED + c] != 0.0:
                 floats[SIDE + c * LANES + lane] = floats[TRIED + c]
                 floats[CAME_FROM + c * LANES + lane] = 0.0

@@ -12,7 +12,7 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import first_root
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,
     BOUND_REACHED,
@@ -21,7 +21,7 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.events.contact import jumped
+from vibrocap.numerics.kernel.events.contact import SLIGHT, jumped
 from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,
@@ -44,7 +44,6 @@ from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
 from vibrocap.numerics.kernel.generated.lane import (
     EVENT_LIMIT,
     EVENTS,
-    IDLE,
     IMPLICIT_STEPS,
     PERIOD,
     SERIES,
@@ -54,12 +53,12 @@ from vibrocap.numerics.kernel.generated.lane import (
     TAYLOR_STEPS,
     TIME,
     WORK,
+    ZERO_PROGRESS,
 )
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
-ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
 
@@ -80,11 +79,11 @@ def branch_holds(floats, ints, trace, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        if floats[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
+        if floats[row] > (0.0 if i < LAW_BRANCHES else SLIGHT):
             continue
         if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
             continue
-        ints[IDLE + lane] += 1
+        ints[ZERO_PROGRESS + lane] += 1
         begin_branch(floats, ints, trace, lane, i)
         return False
     return True
@@ -101,7 +100,7 @@ def vanishing(floats, row, h):
     zeros = 0
     power = 1.0
     for k in range(ORDER):
-        if zeros == k and abs(floats[row + k * LANES]) * power <= ROUNDING:
+        if zeros == k and abs(floats[row + k * LANES]) * power <= SLIGHT:
             zeros = k + 1
         power *= h
     return zeros
@@ -147,7 +146,7 @@ def begin_branch(floats, ints, trace, lane, which):
     chosen = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == 0
     if which < LAW_BRANCHES:
         on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
-    elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
+    elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -SLIGHT):
         on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
         if OCCURRED >= 0 and ints[WINDOW_START + lane] >= 0:
             floats[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0

@@ -16,6 +16,11 @@ def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) ->
     raise NotImplementedError
 
 
+def switch_simd(floats, row, one, h) -> tuple:
+    """The same of the guard of a branch with its series at row; without its first coefficient in the lanes `one`."""
+    raise NotImplementedError
+
+
 def guard_at(floats, x) -> tuple:
     """(value, slope) of that polynomial at x, a number per lane from 0 to 1."""
     raise NotImplementedError

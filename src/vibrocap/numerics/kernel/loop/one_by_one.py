@@ -1,4 +1,4 @@
-"""The loop over lanes that takes one after another: of a recorded motion, and of a thread of a graphics card."""
+"""The loop over lanes that takes one after another: of a recorded motion, and of a thread of a GPU."""
 
 from vibrocap.numerics.kernel.codes import RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.generated.ensemble import STEP_LIMIT

@@ -12,13 +12,20 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.kernel.codes import (
+    DONE,
+    GRAZE,
+    NOT_FINITE,
+    PLACE_PASSED,
+    RUNNING,
+    STEP_UNDERFLOW,
+    UNDECIDED,
+)
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
     GAVE_WAY,
-    IDLE,
     IMPLICIT_STEPS,
     PERIOD,
     PERIOD_COUNT,
@@ -32,6 +39,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TIME,
     UNTIL,
     WHOLE_PERIODS,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
@@ -48,6 +56,8 @@ from vibrocap.numerics.kernel.interface import (
     on_event,
     on_period,
     on_piece,
+    on_place,
+    place_passed,
     polished_step,
     repeat_to,
     shorter_step,
@@ -62,12 +72,12 @@ from vibrocap.numerics.kernel.step.taylor import move_to
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
 APPROACHES = 8  # times that an implicit step is made shorter before the event that it would end with
-MOST_IDLE = 12  # decisions in a row without advance, per contact, before one counts as undecided
+MOST_ZERO_PROGRESS = 12  # decisions in a row without advance, per contact, before one counts as undecided
 
 
 def step(floats, ints, trace, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if ints[IDLE + lane] > MOST_IDLE * CONTACTS:
+    if ints[ZERO_PROGRESS + lane] > MOST_ZERO_PROGRESS * CONTACTS:
         ints[STATUS + lane] = UNDECIDED
         return
     if not SEVERAL and not within_bounds(floats, ints, trace, lane):
@@ -113,9 +123,12 @@ def step(floats, ints, trace, lane):
         on_event(floats, ints, trace, lane, GRAZE, c, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
+    passed = place_passed(floats, ints, lane, h)
+    if passed > 0.0:
+        event, h = PLACE_PASSED, passed
     if event == 1:
         event, h = polished_step(floats, ints, lane, h, longest)
-    elif event >= FIRST_SWITCH:
+    elif event >= PLACE_PASSED:
         repeat_to(floats, ints, lane, h)
     on_piece(floats, ints, trace, lane, h)
     watch_load(floats, ints, lane, h)
@@ -135,11 +148,13 @@ def step(floats, ints, trace, lane):
         ints[ZEROS + i * LANES + lane] = 0
         if SEVERAL:
             ints[GAVE_WAY + i * LANES + lane] = 0
-    ints[IDLE + lane] = 0
-    if event != 0:
+    ints[ZERO_PROGRESS + lane] = 0
+    if event == PLACE_PASSED:
+        on_place(floats, ints, lane)
+    elif event != 0:
         cross(floats, ints, trace, lane, event, c, h)
-        if ints[STATUS + lane] != RUNNING:
-            return
+    if ints[STATUS + lane] != RUNNING:
+        return
     if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
         turn(floats, ints, trace, lane)
 

@@ -11,8 +11,10 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     MEASURED,
     MORE,
     NEXT_RUN,
+    ON_TRIAL,
     PAUSE,
     PERIOD_BUDGET,
+    REFUSED_TRIALS,
     REMAINING,
     RESPONSE,
     RESULT_START,
@@ -26,13 +28,11 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 )
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOWED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENTS,
     GAVE_WAY,
     HOLD_RATE,
-    IDLE,
     IMPLICIT_STEPS,
     PARAMETER,
     PATIENCE,
@@ -46,7 +46,9 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
+    TO_DECIDE,
     WHOLE_PERIODS,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.sizes import (
@@ -59,7 +61,15 @@ from vibrocap.numerics.kernel.generated.sizes import (
     RUN_SIZE,
     STATES,
 )
-from vibrocap.numerics.kernel.interface import advance, begin_drive, on_period
+from vibrocap.numerics.kernel.interface import (
+    advance,
+    begin_drive,
+    begin_marks,
+    begin_returns,
+    ends_trial,
+    on_period,
+    tell_returns,
+)
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate
@@ -75,7 +85,7 @@ def advance_ensemble(floats, ints, trace, turns):
     for _ in range(turns):
         busy = False
         for lane in range(LANES):
-            if ints[STATUS + lane] != RUNNING:
+            if ints[STATUS + lane] != RUNNING and not ends_trial(floats, ints, lane):
                 if ints[RUN + lane] >= 0:
                     end_run(floats, ints, trace, lane)
                 if ints[NEXT_RUN] < ints[LAST_RUN]:
@@ -119,12 +129,12 @@ def begin_run(floats, ints, trace, lane, run):
     for c in range(CONTACTS):
         side = trace[place + 2 + c]
         floats[CAME_FROM + c * LANES + lane] = 0.0
-        ints[ARRIVING + c * LANES + lane] = 0
+        ints[TO_DECIDE + c * LANES + lane] = 0
         ints[ZEROS + c * LANES + lane] = 0
         ints[GAVE_WAY + c * LANES + lane] = 0
         if side == 0.0:  # at rest
             if STICKS[c] == 1:
-                ints[ARRIVING + c * LANES + lane] = 1
+                ints[TO_DECIDE + c * LANES + lane] = 1
             else:
                 side = 1.0
                 ints[ZEROS + c * LANES + lane] = 1
@@ -137,22 +147,25 @@ def begin_run(floats, ints, trace, lane, run):
     ints[TAYLOR_STEPS + lane] = 0
     ints[IMPLICIT_STEPS + lane] = 0
     ints[EVENTS + lane] = 0
-    ints[IDLE + lane] = 0
+    ints[ZERO_PROGRESS + lane] = 0
     ints[PENDING + lane] = 0
     floats[DELAY + lane] = 0.0
     ints[RESPONSE + lane] = 0
     ints[SINCE + lane] = 0
     ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
     ints[WINDOW_START + lane] = -1
+    begin_marks(ints, lane)
     for i in range(STATES):  # of the run before
         floats[START_STATE + i * LANES + lane] = floats[STATE + i * LANES + lane]
     for i in range(MEASURED_COUNT):
         floats[MEASURED + i * LANES + lane] = 0.0
+    begin_returns(floats, ints, lane)
     on_period(floats, ints, trace, lane)
 
 
 def end_run(floats, ints, trace, lane):
     """Write the result of the run on a lane to the trace, and free the lane."""
+    tell_returns(floats, ints, lane)
     place = ints[RESULT_START] + ints[RUN + lane] * RESULT_SIZE
     trace[place] = ints[STATUS + lane]
     trace[place + 1] = ints[PERIOD_COUNT + lane]
@@ -164,6 +177,8 @@ def end_run(floats, ints, trace, lane):
     trace[place + 7] = ints[TAYLOR_STEPS + lane]
     trace[place + 8] = ints[IMPLICIT_STEPS + lane]
     trace[place + 9] = floats[CONTACT_RESIDUAL + lane]
+    trace[place + 10] = ints[REFUSED_TRIALS + lane]
+    trace[place + 11] = ints[ON_TRIAL + lane] // 2
     place += RESULT_HEAD_SIZE
     for i in range(STATES):
         trace[place + i] = floats[START_STATE + i * LANES + lane]

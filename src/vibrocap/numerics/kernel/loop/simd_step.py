@@ -19,9 +19,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_set,
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.events.contact import JUMP, SLIGHT, cross, pin
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
     LIFTED,
@@ -30,30 +30,29 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
+    LACUNARY,
     LIMIT_CONSTANT,
     MANIFOLDS,
     MAYBE_STIFF,
+    RETURNING,
     SET_VALUED,
     SEVERAL,
     SHARED,
     SHARP,
     SLOW_CONTACT,
     SLOWED,
-    SPARSE,
     STATE_OF,
     STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     DAMPED_STEP,
     DECAY_RATE,
     GAVE_WAY,
-    IDLE,
     IMPLICIT_STEPS,
     PATIENCE,
     PERIOD,
@@ -65,22 +64,38 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
+    TO_DECIDE,
     TOLERANCE,
     UNTIL,
     WORK,
+    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION, VELOCITY, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, before_turning, doubt_simd, out_of_doubt, still_simd
+from vibrocap.numerics.kernel.loop.turning_simd import (
+    ahead_simd,
+    before_turning,
+    doubt_simd,
+    out_of_doubt,
+    passing_simd,
+    still_simd,
+)
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
-from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
+from vibrocap.numerics.kernel.step.taylor_simd import (
+    greater,
+    least_of_cubic,
+    least_of_four,
+    lesser,
+    series_values,
+    taylor_steps,
+)
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -151,10 +166,8 @@ def step_simd(floats, ints, trace, running):
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
-        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, ARRIVING + c * LANES, 0)
+        plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, TO_DECIDE + c * LANES, 0)
     plain = tangents_wait(ints, plain)
-    for i in range(BRANCHES):
-        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
             row = SWITCH + i * (ORDER + 1) * LANES
@@ -162,12 +175,14 @@ def step_simd(floats, ints, trace, running):
             if LOCATED[i] == 1:
                 holds = within_piece(floats, row, h)
             plain = plain & (clear | holds)
+    if RETURNING:
+        plain = plain & ~passing_simd(floats, h)
     settled, near, far = plain, plain, plain
     if SLOWED:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     event = plain & ~plain
-    which = 0.0 * h  # number of the contact of the event
+    which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
     for c in range(CONTACTS):
@@ -175,7 +190,7 @@ def step_simd(floats, ints, trace, running):
             own = load(floats, SIDE + c * LANES)
             one = whole_equal(ints, ZEROS + c * LANES, 1)
             two = whole_equal(ints, ZEROS + c * LANES, 2)
-            if SPARSE:
+            if LACUNARY:
                 plain = plain & ~two
             stuck = plain & ~plain
             push = own
@@ -209,13 +224,29 @@ def step_simd(floats, ints, trace, running):
                         event = (event & ~found) | (found & ~early)
                     else:
                         event = found & ~early
+    for i in range(BRANCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES
+        clear = ~plain | within_piece(floats, row, h)
+        if bits(~clear) != 0:
+            first, following = load(floats, row), load(floats, row + LANES) * h
+            one = (abs(first) <= SLIGHT) & (following > SLIGHT)  # as behind an impact
+            sure = first > SLIGHT
+            if i >= LAW_BRANCHES:
+                sure = sure | one
+            leading, last, changes = switch_simd(floats, row, one, h)
+            found = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
+            plain = plain & (clear | found | (sure & (leading > 0.0) & (changes == 0.0)))
+            if bits(found) != 0:
+                h = where(found, h * root_simd(floats, leading, last, found), h)
+                event = event | found
+                which = where(found, 1.0 * (CONTACTS + i), which)
     end = series_values(floats, VELOCITY, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
         follow_manifolds(floats, slow, settled, near, far, plain, h)
     move_simd(floats, ints, trace, plain, h, end)
-    if SEVERAL:
+    if SEVERAL or BRANCHES > 0:
         store(floats, EVENT_CONTACT, which)
     if SHARED:
         moved = bits(plain)
@@ -261,11 +292,27 @@ def hold_simd(floats, c, stuck, two, longest, h):
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
+    held = abs(hold) < (1.0 - 1e-12) * limit
+    sure = held & (limit + push * hold > growth * h)
+    if bits(stuck & held & ~sure) != 0:
+        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
     steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+
+
+def least_of_guard(floats, c, push, h):
+    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
+    hold, limit = HOLD_OF[c], LIMIT_OF[c]
+    others = 0.0 * h
+    for k in range(ORDER - 1, 3, -1):
+        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
+    first = load(floats, limit) + push * load(floats, hold)
+    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
+    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
+    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
+    return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
 
 
 def root_simd(floats, first, last, wanted):
@@ -326,7 +373,7 @@ def move_simd(floats, ints, trace, plain, h, end):
         whole_set(ints, ZEROS + c * LANES, 0, plain)
         if SEVERAL:
             whole_set(ints, GAVE_WAY + c * LANES, 0, plain)
-    whole_set(ints, IDLE, 0, plain)
+    whole_set(ints, ZERO_PROGRESS, 0, plain)
     whole_add(ints, TAYLOR_STEPS, 1, plain)
     if MAYBE_STIFF:
         whole_add(ints, PATIENCE, -1, plain)
@@ -341,9 +388,12 @@ def finish_simd(floats, ints, trace, events, turns):
         if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
             if (events >> lane) & 1:
                 event = 1
-                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL else 0
-                if floats[SIDE + c * LANES + lane] == 0.0:
+                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL or BRANCHES > 0 else 0
+                if c >= CONTACTS:
+                    event = FIRST_SWITCH + c - CONTACTS
+                    c = 0
+                elif floats[SIDE + c * LANES + lane] == 0.0:
                     event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
-            if (turns >> lane) & 1:
+            if (turns >> lane) & 1 and ints[STATUS + lane] == RUNNING:
                 turn(floats, ints, trace, lane)

@@ -1,15 +1,23 @@
 """Whether contacts turn within a step of all lanes, or are too near rest to tell."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, floor, load, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SHARP, SLOW_CONTACT, SLOW_STATE, STATE_OF
-from vibrocap.numerics.kernel.generated.lane import SCALE, SIDE, ZEROS
+from vibrocap.numerics.kernel.generated.facts import (
+    MANIFOLDS,
+    PLACE,
+    PLACE_TURN,
+    SHARP,
+    SLOW_CONTACT,
+    SLOW_STATE,
+    STATE_OF,
+)
+from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED
-from vibrocap.numerics.kernel.step.taylor_simd import lesser
+from vibrocap.numerics.kernel.step.taylor_simd import lesser, series_values
 
 CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
 
@@ -90,3 +98,14 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
     late = early + (second * (1.0 / 3.0) + third)
     least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
     return (least > 0.0) & ~stuck, change
+
+
+def passing_simd(floats, h):
+    """Where the place of returns may be passed within the step, see `observe/returns.py`."""
+    row = SERIES + PLACE * (ORDER + 1) * LANES
+    if PLACE_TURN > 0.0:
+        return floor(load(floats, row) / PLACE_TURN) != floor(series_values(floats, row, h) / PLACE_TURN)
+    rate = 0.0 * h
+    for k in range(ORDER, 0, -1):
+        rate = rate * h + k * load(floats, row + k * LANES)
+    return (load(floats, row + LANES) > 0.0) & ~(rate > 0.0)

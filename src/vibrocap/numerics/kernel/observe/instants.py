@@ -8,10 +8,14 @@ from vibrocap.numerics.kernel.generated.sizes import (
     LANES,
     OBSERVABLES,
     ORDER,
+    PIECE_SIZE,
+    RATE_ROWS,
     ROOM,
     ROWS,
     STATES,
     TABLE_NUMBERS,
+    WHOLE_COUNT,
+    WHOLE_ROWS,
 )
 from vibrocap.numerics.kernel.interface import begin_drive, fitting_point
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
@@ -49,10 +53,19 @@ def take_piece(floats, ints, trace, place):
     floats[STEP] = trace[place + 2]
     floats[SIDE] = trace[place + 3]
     for c in range(1, CONTACTS):
-        floats[SIDE + c] = trace[place + PIECE_HEAD + ROWS * (ORDER + 1) + c - 1]
+        floats[SIDE + c] = trace[place + PIECE_SIZE - CONTACTS + c]
     ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
-    for i in range(ROWS * (ORDER + 1)):
-        floats[SERIES + i] = trace[place + PIECE_HEAD + i]
+    for i in range(ROWS):
+        floats[SERIES + i * (ORDER + 1)] = trace[place + PIECE_HEAD + i]
+    out = place + PIECE_HEAD + ROWS - 1
+    for i in range(WHOLE_COUNT):
+        for k in range(1, ORDER + 1):
+            floats[SERIES + WHOLE_ROWS[i] * (ORDER + 1) + k] = trace[out + i * ORDER + k]
+    for i in range(ROWS):
+        if RATE_ROWS[i] >= 0:
+            for k in range(1, ORDER + 1):
+                rate = floats[SERIES + RATE_ROWS[i] * (ORDER + 1) + k - 1]
+                floats[SERIES + i * (ORDER + 1) + k] = rate * (1.0 / k)
 
 
 def look_at(floats, ints, trace, share, out):

@@ -22,7 +22,16 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TIME,
 )
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, EVENT_SIZE, LANES, ORDER, PIECE_SIZE, ROWS
+from vibrocap.numerics.kernel.generated.sizes import (
+    CONTACTS,
+    EVENT_SIZE,
+    LANES,
+    ORDER,
+    PIECE_SIZE,
+    ROWS,
+    WHOLE_COUNT,
+    WHOLE_ROWS,
+)
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -47,11 +56,14 @@ def on_piece(floats, ints, trace, lane, h):
     trace[place + 4] = ints[STIFF + lane]
     # Not in the order of the memory: LLVM would copy several at once, and a wide load waits until all narrow stores to
     # its place, of the coefficients just written, have left the processor. That was a seventh of the time of a motion.
-    for k in range(ORDER + 1):
-        for i in range(ROWS):
-            trace[place + PIECE_HEAD + i * (ORDER + 1) + k] = floats[SERIES + (i * (ORDER + 1) + k) * LANES + lane]
+    for i in range(ROWS):
+        trace[place + PIECE_HEAD + i] = floats[SERIES + i * (ORDER + 1) * LANES + lane]
+    out = place + PIECE_HEAD + ROWS - 1
+    for k in range(1, ORDER + 1):
+        for i in range(WHOLE_COUNT):
+            trace[out + i * ORDER + k] = floats[SERIES + (WHOLE_ROWS[i] * (ORDER + 1) + k) * LANES + lane]
     for c in range(1, CONTACTS):
-        trace[place + PIECE_HEAD + ROWS * (ORDER + 1) + c - 1] = floats[SIDE + c * LANES + lane]
+        trace[place + PIECE_SIZE - CONTACTS + c] = floats[SIDE + c * LANES + lane]
     ints[PIECES + lane] += 1
 
 

@@ -4,11 +4,13 @@ The criterion and the reasons for it stand in `measures.settling`, which calls t
 stored motion; a kernel calls them at every mark of a run. Mark k, the state at the start of period k over its natural
 size with 0 for the cyclic coordinate, stands in a ring, in the place of mark k - MARK_COUNT. A coordinate that turns
 is the point of its circle, whose ordinate stands behind the states (`motion.section`).
+
+`marks` is the place of a ring: MARKS of the starts of periods; of a system that nothing drives in time there is another
+one, of its returns (`observe/returns.py`), for which "period" below means a return.
 """
 
 import math
 
-from vibrocap.numerics.kernel.generated.ensemble import MARKS
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
@@ -23,9 +25,9 @@ FASTEST = 0.01  # contraction that is believed when looking back for a shorter p
 FARTHEST = 1e6  # natural sizes by which no two stroboscopic states differ that will settle within three blocks
 
 
-def remember(floats, lane, mark):
+def remember(floats, marks, lane, mark):
     """Keep the stroboscopic state of the period that begins."""
-    place = MARKS + mark % MARK_COUNT * MARK_SIZE * LANES + lane
+    place = marks + mark % MARK_COUNT * MARK_SIZE * LANES + lane
     for i in range(STATES):
         size = 0.0 if i == CYCLIC else floats[STATE + i * LANES + lane] / floats[SCALE + i * LANES + lane]
         floats[place + i * LANES] = size
@@ -36,24 +38,25 @@ def remember(floats, lane, mark):
         floats[place + (STATES + k) * LANES] = radius * math.sin(angle)
 
 
-def settled_response(floats, lane, mark, threshold, tolerance):
+def settled_response(floats, marks, lane, mark, longest, threshold, tolerance):
     """(response period, period since which it was settled, bound of the distance to go); (0, 0, 0.0): not settled.
 
-    mark: the last one; threshold, tolerance: shares of the natural size of each state
+    mark: the last one; longest: period that is looked for; threshold, tolerance: shares of the natural size of each
+    state
     """
-    for n in range(1, LONGEST_PERIOD + 1):
+    for n in range(1, longest + 1):
         if mark < n + 3 * max(n, 3):
             break
-        if not may_settle(floats, lane, mark, n, threshold, tolerance):
+        if not may_settle(floats, marks, lane, mark, n, threshold, tolerance):
             continue
-        ratio, remaining = distance_to_go(floats, lane, mark, n, tolerance)
+        ratio, remaining = distance_to_go(floats, marks, lane, mark, n, tolerance)
         if ratio >= 0.0 and remaining <= threshold:
-            period = shortest_period(floats, lane, mark, n, ratio, threshold)
-            return period, settled_since(floats, lane, mark, period, threshold - remaining), remaining
+            period = shortest_period(floats, marks, lane, mark, n, ratio, threshold)
+            return period, settled_since(floats, marks, lane, mark, period, threshold - remaining), remaining
     return 0, 0, 0.0
 
 
-def may_settle(floats, lane, mark, n, threshold, tolerance):
+def may_settle(floats, marks, lane, mark, n, threshold, tolerance):
     """Whether `distance_to_go` over n periods can be within the threshold, from two differences d.
 
     With q = threshold/(d + threshold) for the last one, d r/(1 - r) <= threshold asks for r <= q. Of the two bounds of
@@ -62,14 +65,14 @@ def may_settle(floats, lane, mark, n, threshold, tolerance):
     the last block is w^(n/(block - 1)), w the ratio of its last and first difference: the exponent is 1/2, 1, or for
     n > 2 at most 3/2. Where the last states may be a standstill no rate counts, and SLOWEST may take the place of w.
     """
-    last = difference(floats, lane, mark, mark - n)
+    last = difference(floats, marks, lane, mark, mark - n)
     if last * last * last > FARTHEST * threshold * threshold:
         return False
     enough = threshold / (last + threshold)
     if last <= STANDSTILL * tolerance or enough >= 0.85:  # SLOWEST**16 = 0.85
         return True
     block = max(n, 3)
-    first = max(difference(floats, lane, mark - block + 1, mark - block + 1 - n), tolerance)
+    first = max(difference(floats, marks, lane, mark - block + 1, mark - block + 1 - n), tolerance)
     if n == 1:
         return last <= enough * enough * first
     if n == 2:
@@ -78,82 +81,84 @@ def may_settle(floats, lane, mark, n, threshold, tolerance):
     return ratio * ratio * ratio <= enough * enough
 
 
-def distance_to_go(floats, lane, mark, n, tolerance):
+def distance_to_go(floats, marks, lane, mark, n, tolerance):
     """(contraction r over n periods, bound of the distance still to go); (-1.0, 0.0) where differences do not shrink.
 
     Differences are those of states n periods apart, the largest over the states; a standstill has the contraction 0.
     """
     block = max(n, 3)
-    latest = largest_difference(floats, lane, mark, mark - block, n)
-    if latest <= STANDSTILL * tolerance and spread(floats, lane, mark, n) <= STANDSTILL * tolerance:
+    latest = largest_difference(floats, marks, lane, mark, mark - block, n)
+    if latest <= STANDSTILL * tolerance and spread(floats, marks, lane, mark, n) <= STANDSTILL * tolerance:
         return 0.0, latest
-    older = largest_difference(floats, lane, mark - block, mark - 2 * block, n)
-    oldest = largest_difference(floats, lane, mark - 2 * block, mark - 3 * block, n)
+    older = largest_difference(floats, marks, lane, mark - block, mark - 2 * block, n)
+    oldest = largest_difference(floats, marks, lane, mark - 2 * block, mark - 3 * block, n)
     # A difference below one tolerance is no smaller than one tolerance.
     per_block = max(latest / max(older, tolerance), older / max(oldest, tolerance))
     if not per_block < 1.0:
         return -1.0, 0.0
-    first = difference(floats, lane, mark - block + 1, mark - block + 1 - n)
-    within = (difference(floats, lane, mark, mark - n) / max(first, tolerance)) ** (1.0 / (block - 1))
+    first = difference(floats, marks, lane, mark - block + 1, mark - block + 1 - n)
+    within = (difference(floats, marks, lane, mark, mark - n) / max(first, tolerance)) ** (1.0 / (block - 1))
     ratio = max(per_block ** (n / block), min(within, SLOWEST) ** n)
     per_period = ratio ** (1.0 / n)
     distance = 0.0
     for k in range(mark - block + 1, mark + 1):  # earlier ones continued at that rate
-        distance = max(distance * per_period, difference(floats, lane, k, k - n))
+        distance = max(distance * per_period, difference(floats, marks, lane, k, k - n))
     return ratio, distance * ratio / (1.0 - ratio)
 
 
-def shortest_period(floats, lane, mark, n, ratio, threshold):
+def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
     """The smallest divisor of n that the settled motion has as its period to within the threshold.
 
     An alternating transient looks settled over two periods a little before it does over one. A motion that is within
-    the threshold at its end was further away before, by its contraction.
+    the threshold at its end was further away before, by its contraction, and perhaps on the other side.
     """
     per_period = max(ratio, FASTEST) ** (1.0 / n)
+    before = threshold  # how far away what is within the threshold was so many periods earlier
     for divisor in range(1, n):
+        before = before / per_period if ratio > 0.0 else before
         if n % divisor != 0:
             continue
-        allowed = 2.0 * threshold
+        allowed = threshold + before
         repeats = True
         for k in range(mark, mark - n, -1):
-            repeats = repeats and difference(floats, lane, k, k - divisor) <= allowed
+            repeats = repeats and difference(floats, marks, lane, k, k - divisor) <= allowed
             allowed /= per_period
         if repeats:
             return divisor
     return n
 
 
-def settled_since(floats, lane, mark, n, distance):
+def settled_since(floats, marks, lane, mark, n, distance):
     """First mark from which on every state is within a distance of the final one of the same phase.
 
     It looks back no further than the ring reaches.
     """
     first = max(0, mark - MARK_COUNT + 1)
     for k in range(mark, first - 1, -1):
-        if difference(floats, lane, k, mark - (mark - k) % n) > distance:
+        if difference(floats, marks, lane, k, mark - (mark - k) % n) > distance:
             return k + 1
     return first
 
 
-def difference(floats, lane, j, k):
+def difference(floats, marks, lane, j, k):
     """Largest difference over the states between marks j and k."""
-    a = MARKS + j % MARK_COUNT * MARK_SIZE * LANES + lane
-    b = MARKS + k % MARK_COUNT * MARK_SIZE * LANES + lane
+    a = marks + j % MARK_COUNT * MARK_SIZE * LANES + lane
+    b = marks + k % MARK_COUNT * MARK_SIZE * LANES + lane
     largest = 0.0
     for i in range(MARK_SIZE):
         largest = max(largest, abs(floats[a + i * LANES] - floats[b + i * LANES]))
     return largest
 
 
-def largest_difference(floats, lane, newest, before, n):
+def largest_difference(floats, marks, lane, newest, before, n):
     """Largest difference over n periods at the marks from `newest` back to that after `before`."""
     largest = 0.0
     for k in range(before + 1, newest + 1):
-        largest = max(largest, difference(floats, lane, k, k - n))
+        largest = max(largest, difference(floats, marks, lane, k, k - n))
     return largest
 
 
-def spread(floats, lane, mark, n):
+def spread(floats, marks, lane, mark, n):
     """Largest extent of the states of one phase, over the marks that `distance_to_go` looks at."""
     count = 3 * max(n, 3) // n + 1
     largest = 0.0
@@ -161,7 +166,7 @@ def spread(floats, lane, mark, n):
         for i in range(MARK_SIZE):
             low, high = math.inf, -math.inf
             for k in range(count):
-                value = floats[MARKS + ((mark - phase - k * n) % MARK_COUNT * MARK_SIZE + i) * LANES + lane]
+                value = floats[marks + ((mark - phase - k * n) % MARK_COUNT * MARK_SIZE + i) * LANES + lane]
                 low, high = min(low, value), max(high, value)
             largest = max(largest, high - low)
     return largest

@@ -1,9 +1,9 @@
-"""Sticking during a run: the time at rest and the number of rests in the window, and the word of its last period.
+"""Sticking during a run: time at rest and number of rests in the window, and the mode sequence of its last period.
 
 A phase is a stretch of time on one side. What is shorter than a sliver, cut off by the window's end, is no phase.
 """
 
-from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, WORD_PLACES
+from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, MODE_PLACES
 from vibrocap.numerics.kernel.generated.ensemble import (
     LETTER_COUNT,
     LETTER_LENGTH,
@@ -28,7 +28,7 @@ def begin_phases(floats, lane):
     floats[LETTER_COUNT + lane] = NOT_SPELLING
 
 
-def begin_word(floats, lane):
+def begin_sequence(floats, lane):
     """The last period begins."""
     floats[LETTER_SIDE + lane] = NO_SIDE
     floats[LETTER_LENGTH + lane] = 0.0
@@ -70,7 +70,7 @@ def end_letter(floats, lane):
     if floats[LETTER_SIDE + lane] == NO_SIDE or floats[LETTER_LENGTH + lane] <= SLIVER * floats[PERIOD + lane]:
         return
     count = int(floats[LETTER_COUNT + lane])
-    if count < WORD_PLACES * LETTERS_PER_PLACE:
+    if count < MODE_PLACES * LETTERS_PER_PLACE:
         place = LETTERS + count // LETTERS_PER_PLACE * LANES + lane
         floats[place] = 4.0 * floats[place] + (2.0 - floats[LETTER_SIDE + lane])
     floats[LETTER_COUNT + lane] = count + 1.0

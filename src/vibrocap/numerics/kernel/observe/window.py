@@ -6,7 +6,7 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 import math
 
-from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, ASK_SYMMETRY, ASK_WORD
+from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.ensemble import (
     ASKED,
@@ -15,6 +15,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     INTEGRAL,
     LARGEST,
     LEAST,
+    MARKS,
     MEASURED,
     PEAK,
     REMAINING,
@@ -37,10 +38,10 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import take_evidence
+from vibrocap.numerics.kernel.interface import quiet_since, response_sought, starts_trial, take_evidence, trial_fails
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
-from vibrocap.numerics.kernel.observe.settle import remember, settled_response
-from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_word, end_phases, spell
+from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response
+from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 FAR = 1e300  # beyond any number that is measured
@@ -65,7 +66,7 @@ def on_piece(floats, ints, trace, lane, h):
         gather_functions(floats, ints, lane, h)
     if asked & ASK_EXTREMES != 0:
         gather_extremes(floats, lane, h)
-    if asked & ASK_WORD != 0:
+    if asked & ASK_MODES != 0:
         spell(floats, lane, h)
     if asked & ASK_SYMMETRY != 0:
         half = 0.5 * floats[PERIOD + lane]
@@ -87,14 +88,22 @@ def on_jump(floats, ints, lane, gained):
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
+    if trial_fails(floats, ints, lane):
+        return
     done = ints[PERIOD_COUNT + lane]
     threshold = floats[THRESHOLD + lane]
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
-        remember(floats, lane, done)
-        response, since, remaining = settled_response(floats, lane, done, threshold, floats[TOLERANCE + lane])
+        mark = done - quiet_since(ints, lane)
+        response, since, remaining = 0, 0, 0.0
+        if mark >= 0:
+            longest = response_sought(LONGEST_PERIOD)
+            remember(floats, MARKS, lane, mark)
+            response, since, remaining = settled_response(
+                floats, MARKS, lane, mark, longest, threshold, floats[TOLERANCE + lane]
+            )
         if response > 0 and done + response <= ints[WHOLE_PERIODS + lane]:
             ints[RESPONSE + lane] = response
-            ints[SINCE + lane] = since
+            ints[SINCE + lane] = done - mark + since
             floats[REMAINING + lane] = remaining
             ints[WHOLE_PERIODS + lane] = done + response
             begin_window(floats, ints, lane)
@@ -102,9 +111,16 @@ def on_period(floats, ints, trace, lane):
     if ints[WINDOW_START + lane] < 0 and left == ints[WINDOW + lane]:
         begin_window(floats, ints, lane)
     if left == 1:
-        begin_word(floats, lane)
+        begin_sequence(floats, lane)
     elif left == 0:
         end_phases(floats, lane)
+    if threshold > 0.0 and ints[RESPONSE + lane] == 0 and starts_trial(floats, ints, lane):
+        ints[RESPONSE + lane] = 1
+        ints[SINCE + lane] = done
+        floats[REMAINING + lane] = threshold
+        ints[WHOLE_PERIODS + lane] = done + 1
+        begin_window(floats, ints, lane)
+        begin_sequence(floats, lane)
 
 
 def begin_window(floats, ints, lane):

@@ -13,22 +13,22 @@ from vibrocap.numerics.kernel.generated.facts import (
     CONTACT_STATE,
     GAPS,
     KINKED,
+    LACUNARY,
     MIRRORED,
     ROUGH,
     SET_VALUED,
     SHARP,
     SHARP_INTERNAL,
-    SPARSE,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     FAR_SPEED,
     NEAR_SPEED,
     PERIOD,
+    REFUTED_SPEED,
     SAFE_SPEED,
     SCALE,
     SIDE,
     TOLERANCE,
-    UNSAFE_SPEED,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
@@ -61,7 +61,7 @@ def resolved(floats, lane, h):
     change = excursion(floats, VELOCITY + lane, h)
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
     resting = (GAPS or ROUGH) and abs(start) <= FAINT * change
-    if SPARSE and floats[SIDE + lane] != 0.0:  # of a contact at rest the series is rounding
+    if LACUNARY and floats[SIDE + lane] != 0.0:  # of a contact at rest the series is rounding
         tail = velocity_tail(floats, VELOCITY + lane, h)
         if ROUGH and resting:  # the series of a power that is rounded off at rest has, as v = c t^2, one term in four
             tail += velocity_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
@@ -109,13 +109,13 @@ def learn(floats, lane, h, least, most):
     """Widen the ranges of speed about which something is known to a step whose speed stays between these two."""
     lasting = max(h, LEAST_SHARE * floats[PERIOD + lane])
     tried = 8.0 * most
-    if tried >= floats[UNSAFE_SPEED + lane]:
-        tried = 0.5 * (most + floats[UNSAFE_SPEED + lane])
-    while most <= tried < floats[UNSAFE_SPEED + lane]:
+    if tried >= floats[REFUTED_SPEED + lane]:
+        tried = 0.5 * (most + floats[REFUTED_SPEED + lane])
+    while most <= tried < floats[REFUTED_SPEED + lane]:
         if hidden(floats, lane, h, lasting, 0.0, tried) == 0.0:
             floats[SAFE_SPEED + lane] = tried
             return
-        floats[UNSAFE_SPEED + lane] = tried
+        floats[REFUTED_SPEED + lane] = tried
         tried = max(most, 0.5 * tried)
     tried = least
     for _ in range(4):
@@ -145,6 +145,6 @@ def hidden(floats, lane, h, lasting, least, most):
 def forget(floats, lane):
     """Nothing is known of the law yet."""
     floats[SAFE_SPEED + lane] = 0.0
-    floats[UNSAFE_SPEED + lane] = math.inf
+    floats[REFUTED_SPEED + lane] = math.inf
     floats[FAR_SPEED + lane] = math.inf
     floats[NEAR_SPEED + lane] = 0.0

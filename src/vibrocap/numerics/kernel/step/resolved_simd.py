@@ -7,10 +7,10 @@ from vibrocap.numerics.kernel.generated.facts import (
     CONTACT_STATE,
     GAPS,
     KINKED,
+    LACUNARY,
     ROUGH,
     SET_VALUED,
     SHARP_INTERNAL,
-    SPARSE,
 )
 from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED, SCALE, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
@@ -52,7 +52,7 @@ def resolved_simd(floats, side, start, change, h, moving):
                     )
             fine = fine | asked_before(floats, resting, least, most)
     telling = moving | ~moving
-    if SPARSE:
+    if LACUNARY:
         least, tail = FAINT * most, velocity_tail_simd(floats, VELOCITY, h)
         if ROUGH:  # as `resolved.faint`
             tail = tail + where(resting, velocity_tail_simd(floats, VELOCITY - 2 * LANES, h) / (h * h), 0.0)

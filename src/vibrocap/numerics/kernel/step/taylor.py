@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SPARSE, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     HOLD_RATE,
     PERIOD,
@@ -62,7 +62,7 @@ def taylor_step(floats, ints, lane):
     h = rough_power(min(one, other))
     if BRANCHES:
         h = min(h, reach(wanted, earlier, ORDER - 2))
-    if SPARSE and ints[ZEROS + lane] == 2:
+    if LACUNARY and ints[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
             h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))

@@ -104,6 +104,11 @@ def least_of_cubic(floats, row, others, h):
     second = load(floats, row + LANES) * h
     third = load(floats, row + 2 * LANES) * h * h
     fourth = (load(floats, row + 3 * LANES) - others * h) * h * h * h
+    return least_of_four(first, second, third, fourth)
+
+
+def least_of_four(first, second, third, fourth):
+    """The least Bernstein coefficient over the unit interval of a polynomial of these coefficients."""
     early = first + second * (1.0 / 3.0)
     late = early + (second + third) * (1.0 / 3.0)
     return lesser(lesser(first, early), lesser(late, first + second + third + fourth))

@@ -5,7 +5,6 @@ from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
 from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    ARRIVING,
     HOLD_RATE,
     IMPLICIT_STEPS,
     PARAMETER,
@@ -20,6 +19,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TABLE_START,
     TAYLOR_STEPS,
     TIME,
+    TO_DECIDE,
     WORK,
     ZEROS,
 )
@@ -85,7 +85,7 @@ def begin_motion(floats, ints, trace, _):
         if abs(v) > none:
             floats[SIDE + c] = 1.0 if v > 0.0 else -1.0
         elif STICKS[c] == 1:
-            ints[ARRIVING + c] = 1
+            ints[TO_DECIDE + c] = 1
         else:
             floats[SIDE + c] = 1.0
             ints[ZEROS + c] = 1

@@ -11,6 +11,7 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.cycles.hopf_end import flow_across, hopf_at_end, is_smooth
 from vibrocap.orbits.continuation.cycles.stick_loss import stick_loss
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
+from vibrocap.orbits.continuation.special_points import Found, SpecialKind
 from vibrocap.orbits.maps.cycle_map import CycleMap
 
 STRETCH = 30  # points after which the section is looked at
@@ -47,7 +48,7 @@ def _followed_by_sections(
 
     The points of both sections are of the same cycles at other instants: where the section is set anew, the states jump
     along the cycle, and no special point is looked for. Cycles without events have no phases: their section is set
-    across the flow where they are, as a cycle that shrinks would else touch a section that stands still, which looks
+    across the flow where they are. So it is of any cycle that would soon touch a section that stands still, which looks
     like a fold. A branch whose cycles shrink to an equilibrium ends at its Hopf point.
     """
     points, special = [start], []
@@ -56,7 +57,8 @@ def _followed_by_sections(
         smooth = is_smooth(here)
         longest = min(step, SHORT * flow_across(closure, here)[0]) if smooth else step
         way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
-        way = _crossing(closure, way)
+        whole, way = len(way.points), _crossing(closure, way)
+        touches = 1 < len(way.points) < whole
         special += [(len(points) - 1 + i, found) for i, found in way.special]
         points += way.points[1:]
         if (birth := hopf_at_end(closure, points[-1])) is not None:
@@ -68,28 +70,43 @@ def _followed_by_sections(
         stuck = way.end is not BranchEnd.TOO_MANY_POINTS
         if stuck and abs(points[-1].x[-1] - here.x[-1]) <= TOO_CLOSE and len(way.points) < STRETCH:
             return Followed(points, special, way.end)
-        turned = _set_anew(closure, points[-1])
+        turned = _set_anew(closure, points[-1], touches)
         if turned is None:
-            if stuck:
-                return Followed(points, special, way.end)
+            if stuck or len(way.points) == 1:
+                return Followed(points, special, way.end if stuck else BranchEnd.NEWTON_FAILED)
             here, sign = points[-1], 1.0
             continue
         closure, here = turned
         sign = 1.0
+        if special and _of_the_section(special[-1], len(points), here):
+            points.pop()
+            special.pop()
         points.append(here)
 
 
+def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> bool:
+    """Whether multipliers jump over the last step only, where the section has come to the end of its phase.
+
+    The same cycle has as many unstable ones as before where its section is set anew.
+    """
+    after, found = last
+    return after == count - 2 and found.kind is SpecialKind.JUMP and anew.unstable() == found.unstable[0]
+
+
 def _crossing(closure: CycleMap, way: Followed) -> Followed:
-    """The part of a way before the first smooth cycle that does not cross the section well any more."""
+    """The part of a way before the first cycle that does not cross the section well any more."""
     for k, point in enumerate(way.points):
-        if k and is_smooth(point) and flow_across(closure, point)[1] < CROSSES:
+        if k and flow_across(closure, point)[1] < CROSSES:
             special = [(i, found) for i, found in way.special if i < k - 1]
             return Followed(way.points[:k], special, BranchEnd.TOO_MANY_POINTS)
     return way
 
 
-def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoint] | None:
-    """(map, point) with the section amid the phase in which it lies; None where it is amid it already."""
+def _set_anew(closure: CycleMap, last: BranchPoint, touches: bool) -> tuple[CycleMap, BranchPoint] | None:
+    """(map, point) with the section amid the phase in which it lies; None where it is amid it already.
+
+    touches: whether cycles soon touch the section, so that it is at least set across the flow where they are
+    """
     state, period = closure.state(last.x, last.closing), closure.period(last.x)
     system = closure.system.with_parameters({closure.path: closure.parameter(last.x)})
     motion = simulate(system, periods=2.0 * period / system.drive.period, initial=named_states(system, state))
@@ -101,7 +118,7 @@ def _set_anew(closure: CycleMap, last: BranchPoint) -> tuple[CycleMap, BranchPoi
     last_mark = min((time for time in marks if time > 0.0), default=marks[0])
     share = -first / (last_mark - first)
     if AMID <= share <= 1.0 - AMID:
-        return None
+        return _section_at(closure, last, state) if touches else None
     middle = 0.5 * (first + last_mark) + (period if first + last_mark < 0.0 else 0.0)
     moved = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
     if float(motion.at(middle, "side")[0]) == 0.0:

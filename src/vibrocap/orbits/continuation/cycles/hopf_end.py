@@ -16,7 +16,7 @@ SAME_FREQUENCY = 1e-2  # by how much that of the cycle may differ from that of t
 
 def is_smooth(point: BranchPoint) -> bool:
     """Whether nothing happens along the cycle: no stick, no reversal, no impact."""
-    return len(point.closing.word) <= 1 and point.closing.impacts <= 0.0
+    return len(point.closing.mode_sequence) <= 1 and point.closing.impacts <= 0.0
 
 
 def flow_across(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
@@ -44,7 +44,7 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     if found is None or not _belongs(closure, mode, found, state, period, amplitude):
         return None
     place, count = mode.parameter(found.x), last.unstable()
-    words = last.closing.word, last.closing.word
+    words = last.closing.mode_sequence, last.closing.mode_sequence
     text = f"the cycles shrink to steady sliding; omega {found.frequency:.10g}"
     return Found(SpecialKind.HOPF, 1.0, last, found.error, (count, count), words, text=text, place=place)
 

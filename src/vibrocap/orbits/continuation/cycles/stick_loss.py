@@ -16,7 +16,7 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.cycles.hopf_end import is_smooth
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.orbits.maps.itinerary import word_change
+from vibrocap.orbits.maps.itinerary import mode_change
 
 SAMPLES = 1000  # of a cycle, between which its least speed is looked for
 APART = 1.6  # ratio of the least speeds of neighbours that are extrapolated
@@ -27,9 +27,9 @@ TRUSTED = 1e-6  # share of the parameter's range by which an extrapolation may d
 
 
 def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after: int) -> Found:
-    """The record of a change of word after a point, located anew where smooth cycles lie on one side of it."""
+    """The record of a change of mode sequence after a point, located anew where smooth cycles lie on one side of it."""
     smooth = [is_smooth(points[i]) for i in (after, after + 1)] if after + 1 < len(points) else [False, False]
-    moves = found.kind in (SpecialKind.WORD_CHANGE, SpecialKind.UNLOCATED) and "S" in "".join(found.words)
+    moves = found.kind in (SpecialKind.MODE_CHANGE, SpecialKind.UNLOCATED) and "S" in "".join(found.words)
     if not moves or smooth[0] == smooth[1]:
         return found
     side = points[after + 1 :] if smooth[1] else points[after::-1]
@@ -50,10 +50,10 @@ def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after
     error = 3.0 * abs(place - other) + CLOSED * (slope * largest + abs(place))
     if not error <= TRUSTED * abs(closure.between[1] - closure.between[0]):
         return found
-    change, phases = word_change(*found.words)
+    change, phases = mode_change(*found.words)
     text = "; ".join(filter(None, (phases, "the branch turns back" if _turns(points, after) else "")))
     return dataclasses.replace(
-        found, kind=SpecialKind.WORD_CHANGE, place=place, error=error, change=change, passed=None, text=text
+        found, kind=SpecialKind.MODE_CHANGE, place=place, error=error, change=change, passed=None, text=text
     )
 
 

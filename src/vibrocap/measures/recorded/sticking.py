@@ -1,0 +1,85 @@
+"""Sticking: how much of the time, how often, how long, and the mode sequence of a period."""
+
+import dataclasses
+from typing import Any
+
+from vibrocap.arguments import ArgumentError, shown
+from vibrocap.measures.recorded.windows import period_times, window_times
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
+from vibrocap.quantities.declared import Number, Time
+from vibrocap.quantities.dimensional import Dimensional
+
+LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
+SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
+
+
+@dataclasses.dataclass(frozen=True)
+class StickPhases(Dimensional):
+    """Stretches of sticking within a window; those that it cuts count with the part inside."""
+
+    number: int
+    lengths: tuple[Time, ...]
+    total: Time
+    longest: Time
+
+
+def stick_phases(
+    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None, contact: int = 1
+) -> StickPhases | None:
+    """Number and lengths of the phases in which the contact sticks, over a window (`windows.window_times`).
+
+    None where the law cannot stick: with a law that gives a force for every velocity (LuGre), rest is passed through at
+    an instant and never held, so "0" would claim something that was not looked at.
+    contact: which of the contacts of the machine
+    """
+    start, end = window_times(motion, window, periods)
+    if _law(motion, contact).kind != "set-valued":
+        return None
+    lengths = tuple(phase.length for phase in _phases(motion, start, end, contact) if phase.side == STUCK)
+    return StickPhases(len(lengths), lengths, sum(lengths), max(lengths, default=0.0))
+
+
+def stick_fraction(
+    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None, contact: int = 1
+) -> Number | None:
+    """Share of a window in which a contact sticks; None where its law cannot stick (`stick_phases`)."""
+    start, end = window_times(motion, window, periods)
+    phases = stick_phases(motion, (start, end), contact=contact)
+    return None if phases is None else phases.total / (end - start)
+
+
+def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> str:
+    """The mode sequence of one whole period: F sliding forward, S stuck, B sliding back, such as "FSBS".
+
+    It is read as a cycle from the period's start: a last phase on the side of the first is the same phase of a steady
+    motion, cut by the period's mark, and is left out. A law that cannot stick spells with F and B alone.
+
+    contact: which, of a machine with several
+    Raises ValueError for a contact that there is not, and for a smooth law, whose motion passes through rest unnoticed.
+    """
+    law = _law(motion, contact)
+    if law.kind == "smooth":
+        raise ValueError(f"the {law.name} law is smooth: changes of its side are not recorded")
+    return spelled(motion, *period_times(motion, period), contact)
+
+
+def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
+    """The mode sequence of the phases of a contact from start to end, read as a cycle (`mode_sequence`)."""
+    letters = [LETTERS[phase.side] for phase in _phases(motion, start, end, contact)]
+    while len(letters) > 1 and letters[-1] == letters[0]:
+        letters.pop()
+    return "".join(letters)
+
+
+def _law(motion: Trajectory, contact: int) -> Any:
+    """The law of a contact; ArgumentError for one that there is not."""
+    laws = motion.system.laws
+    if contact not in range(1, len(laws) + 1):
+        raise ArgumentError("contact", f"should be a whole number from 1 to {len(laws)}, got {shown(contact)}")
+    return laws[contact - 1]
+
+
+def _phases(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Phase]:
+    """Phases within a window, cut at its ends."""
+    cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases_of(contact))
+    return [phase for phase in cut if phase.length > SLIVER * motion.period]

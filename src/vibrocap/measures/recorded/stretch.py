@@ -1,0 +1,133 @@
+"""A stretch of a motion on one side of the contact, on which friction is smooth: its values, roots and integrals."""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.motion.trajectory import Trajectory
+
+GAUSS_POINTS = 16  # per piece; a piece is one step of a Taylor series, which 16 points integrate to rounding
+SCAN = 16  # intervals per piece in which sign changes are looked for
+DIFFERENCE = 2e-3  # of a piece: step of the difference quotient; (2e-3)^4 and 1e-16/2e-3 are both small
+
+
+@dataclasses.dataclass(frozen=True)
+class Nodes:
+    """Quadrature points of a stretch: an integral over time is the sum of weight times integrand. All are [points]."""
+
+    time: np.ndarray
+    weight: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    friction: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Stretch:
+    """A motion between two times of one phase. At an end the values are those within, not those beyond a jump."""
+
+    motion: Trajectory
+    start: float
+    end: float
+    side: int
+
+    @functools.cached_property
+    def pieces(self) -> np.ndarray:
+        """Indices of the pieces that it covers, at least in part."""
+        motion = self.motion
+        inside = (motion.piece_start < self.end) & (motion.piece_start + motion.piece_length > self.start)
+        return np.flatnonzero(inside & (motion.piece_side == self.side))
+
+    @property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Start and end time of each piece, cut at the ends of the stretch."""
+        start = self.motion.piece_start[self.pieces]
+        length = self.motion.piece_length[self.pieces]
+        return np.maximum(start, self.start), np.minimum(start + length, self.end)
+
+    def velocity(self, t: np.ndarray) -> np.ndarray:
+        """Sliding velocity of the contact."""
+        return self._observed("contact_velocity", t, self._piece_at(t))
+
+    def acceleration(self, t: np.ndarray) -> np.ndarray:
+        """Its rate: the derivative of the polynomial of the state that moves with it."""
+        piece = self._piece_at(t)
+        motion = self.motion
+        row = motion.state_names.index(motion.system.machine.contact_states[0])
+        coefficients, s = motion.series[piece][:, row], t - motion.piece_start[piece]
+        result = np.zeros_like(s)
+        for k in range(coefficients.shape[1] - 1, 0, -1):
+            result = result * s + k * coefficients[:, k]
+        return result
+
+    def friction(self, t: np.ndarray) -> np.ndarray:
+        """Friction force R."""
+        return self._observed("friction", t, self._piece_at(t))
+
+    def friction_rate(self, t: np.ndarray) -> np.ndarray:
+        """dR/dt, by a difference quotient of fourth order on the piece's own series, which goes on beyond its ends."""
+        piece = self._piece_at(t)
+        h = DIFFERENCE * self.motion.piece_length[piece]
+        ahead, back, ahead2, back2 = (self._observed("friction", t + k * h, piece) for k in (1, -1, 2, -2))
+        return (8.0 * (ahead - back) - (ahead2 - back2)) / (12.0 * h)
+
+    def position(self, t: np.ndarray) -> np.ndarray:
+        """Place of the contact on its ground."""
+        return contact_place(self.motion, t, self._piece_at(t))
+
+    def roots(self, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Times at which a function of time changes its sign, to rounding."""
+        start, end = self.edges
+        if not len(start):
+            return np.empty(0)
+        share = np.linspace(0.0, 1.0, SCAN + 1)
+        times = np.unique((start[:, None] + (end - start)[:, None] * share).ravel())
+        signs = np.sign(function(times))
+        times, signs = times[signs != 0.0], signs[signs != 0.0]
+        change = np.flatnonzero(signs[1:] != signs[:-1])
+        low, high, below = times[change], times[change + 1], signs[change]
+        for _ in range(64):
+            middle = 0.5 * (low + high)
+            same = np.sign(function(middle)) == below
+            before = low, high
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
+                break
+        return 0.5 * (low + high)
+
+    def nodes(self, cuts: np.ndarray | None = None) -> Nodes:
+        """Gauss points on every piece; at `cuts`, times at which an integrand changes its form, pieces are cut."""
+        start, end = self.edges
+        cuts = np.empty(0) if cuts is None else cuts
+        marks = np.unique(np.concatenate((start, end, cuts[(cuts > self.start) & (cuts < self.end)])))
+        points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        half, centre = 0.5 * np.diff(marks), 0.5 * (marks[1:] + marks[:-1])
+        t = (centre[:, None] + half[:, None] * points).ravel()
+        return Nodes(t, (half[:, None] * weights).ravel(), self.velocity(t), self.acceleration(t), self.friction(t))
+
+    def _piece_at(self, t: np.ndarray) -> np.ndarray:
+        return np.minimum(np.maximum(self.motion.piece_at(t), self.pieces[0]), self.pieces[-1])
+
+    def _states(self, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
+        return self.motion.piece_states(piece, t - self.motion.piece_start[piece])
+
+    def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
+        sides = (np.full(len(t), float(self.side)), *self.motion.sides(piece)[1:])
+        drive = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
+        return self.motion.observe((name,), t, self._states(t, piece), sides, drive)[0]
+
+
+def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:
+    """Place of the contact on its ground, whose rate is the contact velocity, at times t (on given pieces)."""
+    machine = motion.system.machine
+    piece = motion.piece_at(t) if piece is None else piece
+    row = motion.state_names.index(machine.place or machine.cyclic)
+    return motion.piece_states(piece, t - motion.piece_start[piece])[row] - machine.ground_speed() * t
+
+
+def stretches(motion: Trajectory, start: float, end: float) -> list[Stretch]:
+    """The stretches of a window, in order: its phases, cut at its ends."""
+    cut = (Stretch(motion, max(p.start, start), min(p.end, end), p.side) for p in motion.phases)
+    return [stretch for stretch in cut if stretch.end - stretch.start > 0.0 and len(stretch.pieces)]

@@ -1,0 +1,291 @@
+"""A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
+
+import copy
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.motion.recording.contact_equations import (
+    contact_equations,
+    decision_rows,
+    imposed_shifts,
+    states_at_contacts,
+)
+from vibrocap.motion.recording.corners import recorded_corners, segment_paths
+from vibrocap.motion.recording.section import turning_states
+from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
+from vibrocap.numerics.expressions.corners import Corners
+from vibrocap.numerics.expressions.equations import Equations
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.physics.closed_loop.sampling import SampledReference
+from vibrocap.physics.events import LOCATED
+from vibrocap.physics.flow import Flow
+from vibrocap.physics.machines.machine import IMPACT, Machine
+from vibrocap.physics.numbering import numbered
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
+
+
+def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
+    """Whether a parameter is a number of the parameter vector; if not, its value belongs to the equations' form."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return not (name in getattr(law_or_part, "shape_parameters", ()) and value == int(value))
+
+
+@functools.lru_cache(maxsize=256)
+def parameter_values(system: System) -> tuple[float, ...]:
+    """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
+    found = tuple(float(value) for _, value in _recorded_parameters(system))
+    corners = equations(system).corners
+    if corners is None:
+        return found
+    return tuple(corners.filled(np.append(found, np.zeros(2 + corners.coefficients))).tolist())
+
+
+def parameters_at(system: System, time: np.ndarray) -> tuple:
+    """The parameter vector of a system whose drive has corners, at times [n] since the start of its period.
+
+    The numbers of the segment that holds are arrays [n].
+    """
+    found, corners = parameter_values(system), equations(system).corners
+    if corners is None:
+        return found
+    return (*found[: corners.place], *corners.present(*corners.of_one(found), time, 0.0)[1])
+
+
+def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
+    found = []
+    for part, record in system.parts.items():
+        for info in parameter_table(record):
+            value = getattr(record, info.name)
+            if is_recorded(record, info.name, value):
+                found.append((f"{part}.{info.name}", value))
+    return found
+
+
+def form(system: System) -> tuple:
+    """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
+    result = []
+    for part, record in system.parts.items():
+        fixed = tuple(
+            (info.name, getattr(record, info.name))
+            for info in parameter_table(record)
+            if not is_recorded(record, info.name, getattr(record, info.name))
+        )
+        result.append((part, type(record), fixed))
+    if isinstance(system.timed_drive, SampledReference):
+        result.append(("samples", system.timed_drive.count))
+    return tuple(result)
+
+
+@functools.lru_cache(maxsize=256)
+def equations(system: System) -> Equations:
+    """Record the equations of a system; systems of one form share them."""
+    return _equations(form(system), _Unhashed(system))
+
+
+class _Unhashed:
+    """Carries a system past the cache key: systems of one form are equal here."""
+
+    def __init__(self, system: System):
+        self.system = system
+
+    def __hash__(self):
+        return 0
+
+    def __eq__(self, other):
+        return True
+
+
+@functools.lru_cache(maxsize=64)
+def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
+    system = carrier.system
+    graph = Graph()
+    paths = tuple(path for path, _ in _recorded_parameters(system))
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
+    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    corners = _recorded_corners(system, paths)
+    if corners is not None:
+        put_on_segment(system, recorded, graph, corners.place)
+        drive: Any = system.timed_drive
+        paths = (*paths, *segment_paths(drive))
+    y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
+    sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
+    flow = recorded.flow(graph.node("time"), y, sides)
+    placed = recorded.placed
+    expression = graph.expression
+    scales = recorded.scales()
+    own = len(system.friction.internal)
+    internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
+    mechanical = y[: len(placed.states)]
+    first, *others = flow.contacts
+    observables = {
+        "friction": first.friction,
+        "holding_force": first.held,
+        "contact_velocity": first.contact.velocity,
+        "drive": flow.drive,
+        "energy": flow.energy,
+        "contact_energy": flow.contact_energy,
+        "momentum": placed.momentum(graph.node("time"), mechanical),
+        **{f"{name}_rate": rate for name, rate in internal_rates.items()},
+    }
+    for number, each in enumerate(others, start=2):
+        own = {"friction": each.friction, "contact_velocity": each.contact.velocity}
+        if system.machine.follows_load:
+            own["reaction"] = each.normal
+            if each.contact.sticks:
+                own |= {"holding_limit": each.limit, "holding_centre": each.middle}
+        observables |= {numbered(name, number): value for name, value in own.items()}
+    contact = system.state_names.index(system.machine.contact_states[0])
+    balance = Balance(
+        momentum=expression(observables["momentum"]),
+        outer=expression(flow.outer_force),
+        friction=expression(flow.sliding_friction),
+        share=expression(first.contact.slips),
+        middle=first.middle if isinstance(first.middle, Expression) else None,
+        acceleration=expression(flow.rates[contact]),
+        normal=_normal_balance(graph, placed, mechanical, flow),
+    )
+    if flow.bounds and first.limit is not None:
+        observables |= {"holding_limit": first.limit, "holding_centre": first.middle}
+    reaction = flow.reaction
+    if reaction is not None:
+        inertia, own, *slopes = reaction
+        made = sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))
+        observables["reaction"] = (own + made) / inertia
+    from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
+    if from_outside or others:
+        observables["outer_force"] = flow.outer_force
+    if system.actuator is not None:
+        observables["command"] = flow.command
+    if system.controller is not None:
+        observables["reference"] = flow.reference
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.tangential)
+    expressed = {name: expression(value) for name, value in observables.items()}
+    return Equations(
+        graph=graph,
+        state_names=system.state_names,
+        integral_names=(*system.channels, "impulse"),
+        parameter_paths=paths,
+        rates=tuple(expression(rate) for rate in flow.rates),
+        integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
+        scales=tuple(expression(scale) for scale in scales),
+        contacts=contact_equations(system, flow, expression),
+        rows=None if flow.rows is None else decision_rows(flow, expression),
+        internal_states=states_at_contacts(system),
+        shifts=imposed_shifts(system, placed, graph, mechanical),
+        cyclic_state=-1 if system.cyclic is None else system.state_names.index(system.cyclic),
+        turns=turning_states(system),
+        symmetry=system.symmetry,
+        period=expression(recorded.drive.period),
+        switches=tuple(expression(guard) for guard in flow.switches),
+        law_switches=flow.law_switches,
+        impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
+        loads=tuple(expression(load) for load in flow.loads),
+        quotients=tuple(expression(quotient) for quotient in flow.quotients),
+        bounds=tuple(expression(bound) for bound in flow.bounds),
+        bound_kinds=flow.bound_kinds,
+        located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
+        after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
+        maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
+        observables=expressed,
+        base=len(flow.rates),
+        # Where several contacts rub, or the command knows the friction, the acceleration is but one of its terms.
+        balance=None if first.contact.given.response or others or not _balances(balance, flow, len(paths)) else balance,
+        corners=corners,
+        true_load=None if flow.loads else expressed.get("reaction"),
+        normal_height=None
+        if flow.loads or reaction is None
+        else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
+    )
+
+
+def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
+    """Whether the acceleration follows from the balance of momentum, and vanishes with that of a contact at rest."""
+    rates = [balance.momentum.graph.expression(rate) for rate in flow.rates]
+    still = derivative(balance.momentum.graph.expression(flow.contacts[0].contact.velocity), -1)
+    return still.value == 0.0 and balance.holds(rates, parameters)
+
+
+def put_on_segment(system: System, recorded: System, graph: Graph, place: int) -> None:
+    """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
+    drive = _timed(system, recorded.drive, recorded.controller)
+    _, *segment = segment_paths(drive)
+    start, *coefficients = (graph.node("parameter", place + 1 + k) for k in range(len(segment)))
+    object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
+
+
+def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
+    """The corners of the drive, recorded in a graph of their own: a table may have very many."""
+    graph = Graph()
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
+    named = ("drive", "controller")
+    parts = {part: with_symbols(part, each, symbols) for part, each in system.parts.items() if part in named}
+    return recorded_corners(_timed(system, parts["drive"], parts.get("controller")), len(paths))
+
+
+def _timed(system: System, drive: Any, controller: Any) -> Any:
+    """What a drive and a controller with symbols make of it, as `System.timed_drive` does with numbers."""
+    timed = system.timed_drive
+    return SampledReference(drive, controller.delay, timed.count) if isinstance(timed, SampledReference) else drive
+
+
+def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
+    """The balance of momentum normal to the ground, where the load of the law follows from it."""
+    momentum = machine.vertical_momentum(graph.node("time"), mechanical)
+    if not flow.loads or momentum is None:
+        return None
+    moving, at_rest = map(graph.expression, flow.loads)
+    return NormalBalance(
+        momentum=graph.expression(momentum), mean=graph.expression(machine.loads()[0]), moving=moving, at_rest=at_rest
+    )
+
+
+def _normal_height(
+    system: System, machine: Machine, y: tuple, flow: Flow, reaction: Expression, parameters: int
+) -> tuple[Expression, float] | None:
+    """(h, sign): the true load is a constant and sign h'', h the cosine of an angle of the machine's that swings a bob.
+
+    Its momentum normal to the ground, -sin(a) a', is then a product; None where it is written otherwise, or where the
+    load does not follow from it. That is compared with no switched state on, as a mass that touches a stop has none.
+    """
+    own = copy.deepcopy(y[0].graph)
+    states = [Expression(own, state.index) for state in y]
+    momentum = machine.vertical_momentum(own.node("time"), tuple(states[: len(machine.states)]))
+    if momentum is None:
+        return None
+    momentum = own.expression(momentum)
+    mean = Expression(own, reaction.index) - rate_of(momentum, list(map(own.expression, flow.rates)))
+    draw = np.random.default_rng(0)
+    at = [np.zeros(5) if name in system.switched else draw.uniform(0.1, 0.9, 5) for name in system.state_names]
+    with np.errstate(all="ignore"):
+        (means,) = evaluate([mean], draw.uniform(0.1, 0.9, 5), at, 1.0, draw.uniform(0.5, 1.5, parameters))
+    if np.ptp(means) > 1e-9 * np.max(np.abs(means)):
+        return None
+    found = _swinging(momentum, [own.expression(rate).index for rate in flow.rates])
+    return None if found is None else (y[0].graph.node("cos", found[0]), found[1])
+
+
+def _swinging(momentum: Expression, rates: Sequence[int], sign: float = -1.0) -> tuple[int, float] | None:
+    """(node of a, sign) of a momentum that is written as sign times the rate -sin(a) a' of cos(a), a a state."""
+    nodes = momentum.graph.nodes
+    op, *operands = nodes[momentum.index]
+    if op == "neg":
+        return _swinging(Expression(momentum.graph, operands[0]), rates, -sign)
+    for function, rate in (operands, operands[::-1]) if op == "mul" else ():
+        name, *inner = nodes[function]
+        if name == "sin" and nodes[inner[0]][0] == "state" and rates[nodes[inner[0]][1]] == rate:
+            return inner[0], sign
+    return None
+
+
+def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
+    """The same record with its numbers replaced by symbols."""
+    copy = object.__new__(type(record))
+    for info in parameter_table(record):
+        value = symbols.get(f"{part}.{info.name}", getattr(record, info.name))
+        object.__setattr__(copy, info.name, value)
+    return copy

@@ -1,0 +1,50 @@
+"""Code for GPUs: PTX, the language that the driver of every NVIDIA GPU makes into the GPU's own.
+
+Code for compute capability 7.0 runs on all GPUs since.
+"""
+
+from vibrocap.numerics.compiler.foreign import foreign_code
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
+from vibrocap.numerics.compiler.lowering import lowered
+from vibrocap.numerics.compiler.machine import Target
+from vibrocap.numerics.compiler.subset import LIBRARY
+
+GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
+ENTRY = "run_all"
+THREAD = "run_thread"  # the function of a kernel that is one thread
+ARGUMENTS = (FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, INT, INT, INT, INT)  # of it
+ALL_THREADS = """
+declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
+define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_floats, ptr %start_ints, ptr %kept_floats,
+                                ptr %kept_ints, i64 %fresh, i64 %rounds) {{
+  %floats = alloca [{reals} x double], align 16
+  %ints = alloca [{wholes} x i64], align 16
+  %in_block = call i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+  %block = call i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+  %size = call i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
+  %blocks = call i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
+  %first = mul i32 %block, %size
+  %number = add i32 %first, %in_block
+  %all = mul i32 %blocks, %size
+  %thread = zext i32 %number to i64
+  %threads = zext i32 %all to i64
+  %done = call i64 @kernel_entry(ptr %floats, ptr %ints, ptr %trace, ptr %queue, ptr %start_floats, ptr %start_ints,
+                                 ptr %kept_floats, ptr %kept_ints, i64 %thread, i64 %threads, i64 %fresh, i64 %rounds)
+  ret void
+}}
+"""
+
+
+def thread_code(text: str) -> str:
+    """One thread in LLVM's language: the same for a GPU and, to be tested, for a processor."""
+    return lowered(text, THREAD, 1, arguments=ARGUMENTS, library=LIBRARY)
+
+
+def ptx(text: str, reals: int, wholes: int) -> str:
+    """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
+    one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
+    code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
+    return foreign_code(code, GPU, "assembly", f".entry {ENTRY}(".encode()).decode()

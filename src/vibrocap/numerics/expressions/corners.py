@@ -1,0 +1,105 @@
+"""The corners of a drive as functions of the parameter vector, and the segment that holds at a time."""
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.expressions.graph import Expression, evaluate, reachable
+
+NEAR = 2.0 * float(np.finfo(float).eps)  # of the period, as in the kernel: a segment that ends so soon is over
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Corners:
+    """The segments of a drive in one period, as functions of the parameter vector.
+
+    place: number of the first parameter that belongs to the present segment; coefficients: per segment
+    lengths, shapes: of each segment its share of the period and its coefficients in powers of the share
+    """
+
+    place: int
+    coefficients: int
+    period: Expression
+    lengths: tuple[Expression, ...]
+    shapes: tuple[tuple[Expression, ...], ...]
+    samples: int = 0  # in a period, of two segments each, at whose ends no rounding adds up; 0: there are none
+
+    @property
+    def row_size(self) -> int:
+        """Numbers per segment of a table: the share at its end, its coefficients."""
+        return 1 + self.coefficients
+
+    @functools.cached_property
+    def numbers(self) -> list[Expression]:
+        """Of each segment its length, then its coefficients."""
+        return [e for length, shape in zip(self.lengths, self.shapes, strict=True) for e in (length, *shape)]
+
+    @functools.cached_property
+    def _moving(self) -> list[int]:
+        """Numbers of the parameters on which the table depends."""
+        graph = self.period.graph
+        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self.numbers]))
+        return [operands[0] for op, *operands in nodes if op == "parameter"]
+
+    def tables(self, parameters: np.ndarray) -> np.ndarray:
+        """[runs, segments, row_size] of parameter vectors [runs, parameters]; one table if it is the same for all."""
+        if np.all(parameters[:, self._moving] == parameters[:1, self._moving]):
+            parameters = parameters[:1]
+        runs = len(parameters)
+        values = evaluate(self.numbers, 0.0, (), 1.0, parameters.T)
+        columns = [np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in values]
+        found = np.stack(columns, axis=1).reshape(runs, -1, self.row_size)
+        if self.samples:
+            begins = np.arange(self.samples) / self.samples
+            found[:, ::2, 0] = begins + found[:, :1, 0]
+            found[:, 1::2, 0] = np.append(begins[1:], 1.0)
+        else:
+            found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)
+        return found
+
+    def periods(self, parameters: np.ndarray) -> np.ndarray:
+        """[runs] periods of the drive."""
+        (period,) = evaluate([self.period], 0.0, (), 1.0, parameters.T)
+        return np.broadcast_to(np.asarray(period, dtype=float), (len(parameters),))
+
+    def of_one(self, parameters: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """([1, segments, row_size] table, [1] period) of one parameter vector."""
+        return _of_one(self, parameters)
+
+    def filled(self, parameters: np.ndarray, time: Any = 0.0) -> np.ndarray:
+        """Parameter vectors [..., parameters] with the segment that holds at a time since the start of the period."""
+        rows = np.atleast_2d(np.array(parameters, dtype=float))
+        _, present = self.present(self.tables(rows), self.periods(rows), np.broadcast_to(time, (len(rows),)))
+        rows[:, self.place :] = present.T
+        return rows.reshape(np.shape(parameters))
+
+    def present(
+        self, tables: np.ndarray, periods: np.ndarray, time: np.ndarray, near: float = NEAR
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(number of the segment [n], its numbers in the parameter vector [2 + coefficients, n]) at times [n].
+
+        tables: [n or 1, segments, row_size]; periods: [n or 1]; time: since the start of the period
+        near: share of the period from which on a segment that is left counts as over
+        """
+        time = np.asarray(time, dtype=float)
+        if len(tables) == 1:
+            share = time / periods + near
+            number = np.searchsorted(tables[0, :, 0], share, side="right")
+        else:
+            number = np.sum(tables[:, :, 0] <= (time / periods + near)[:, None], axis=1)
+        number = np.minimum(number, tables.shape[1] - 1)
+        which = np.arange(len(time)) if len(tables) > 1 else np.zeros(len(time), dtype=int)
+        start = np.where(number > 0, tables[which, number - 1, 0], 0.0) * periods
+        divisors = np.broadcast_to(periods, (self.coefficients, len(time))).copy()
+        divisors[:1] = 1.0
+        scale = np.divide.accumulate(np.vstack((np.ones((1, len(time))), divisors)))[1:].T  # as the kernel does it
+        coefficients = tables[which, number, 1:] * scale
+        return number, np.stack((np.broadcast_to(periods, time.shape), start, *coefficients.T))
+
+
+@functools.lru_cache(maxsize=64)
+def _of_one(corners: Corners, parameters: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    row = np.array([parameters])
+    return corners.tables(row), corners.periods(row)

@@ -1,0 +1,185 @@
+"""The equations of a system as they are recorded: what all writers and runs of the numerics are given."""
+
+import dataclasses
+from typing import Any
+
+from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.corners import Corners
+from vibrocap.numerics.expressions.graph import Expression, Graph, depends_on_time
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ContactEquations:
+    """Recorded equations of one contact.
+
+    velocity: of sliding; state: number of the state that moves one to one with it; kind: "set-valued" (it can rest),
+    "kinked" or "smooth"; hold: the force that would hold it in the present modes of all others, over the middle of what
+    it can hold; limit: how far that reaches (both None where it cannot rest); internal: numbers of the states of its
+    law, without those that change at events only; after_reversal: all states after it has turned to its side
+    """
+
+    velocity: Expression
+    state: int
+    kind: str
+    hold: Expression | None
+    limit: Expression | None
+    internal: tuple[int, ...]
+    after_reversal: tuple[Expression, ...]
+
+    @property
+    def sticks(self) -> bool:
+        """Whether it can rest."""
+        return self.hold is not None
+
+    @property
+    def is_state(self) -> bool:
+        """Whether its velocity is one of the states, whose series is then its own."""
+        return self.velocity.index == self.velocity.graph.node("state", self.state).index
+
+    def moved(self, move: Any, reset: Any) -> "ContactEquations":
+        """The same on another graph; reset: what an event makes of all states."""
+        return dataclasses.replace(
+            self,
+            velocity=move(self.velocity),
+            hold=None if self.hold is None else move(self.hold),
+            limit=None if self.limit is None else move(self.limit),
+            after_reversal=reset(self.after_reversal),
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class DecisionRows:
+    """The problem of several contacts at rest, recorded: see `physics/contacts.py`, and what each may take.
+
+    b [n], response [n n], loads [n], load_response [n n] (none of constant loads); of each contact, as taken by the
+    machine: force while it slides (per load), what pushes it then and at rest, least and most that it can hold, and
+    least and most once it has given way (per load; None where it cannot rest)
+    """
+
+    b: tuple[Expression, ...]
+    response: tuple[tuple[Expression, ...], ...]
+    loads: tuple[Expression, ...]
+    load_response: tuple[tuple[Expression, ...], ...]
+    forces: tuple[Expression, ...]
+    pushes: tuple[tuple[Expression, ...], ...]
+    bounds: tuple[tuple[Expression, ...] | None, ...]
+
+    def moved(self, move: Any) -> "DecisionRows":
+        """The same on another graph."""
+        fields = {field.name: _moved(getattr(self, field.name), move) for field in dataclasses.fields(self)}
+        return dataclasses.replace(self, **fields)
+
+
+def _moved(value: Any, move: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_moved(each, move) for each in value)
+    return None if value is None else move(value)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Equations:
+    """Recorded equations of all systems of one form; their numbers are in the parameter vector.
+
+    rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
+    friction); hold, arriving and limit: None where the contact cannot stick.
+    """
+
+    graph: Graph
+    state_names: tuple[str, ...]
+    integral_names: tuple[str, ...]
+    parameter_paths: tuple[str, ...]
+    rates: tuple[Expression, ...]
+    integrals: tuple[Expression, ...]
+    scales: tuple[Expression, ...]
+    contacts: tuple[ContactEquations, ...]  # the first one before the others
+    rows: DecisionRows | None  # of several contacts
+    internal_states: tuple[int, ...]  # of the laws and velocities of further contacts that are states
+    # at imposed distances, the velocity of each contact less the state that all share: functions of time
+    shifts: tuple[Expression, ...]
+    cyclic_state: int  # -1: none
+    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
+    symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
+    period: Expression
+    switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
+    law_switches: int  # how many of them are the laws'
+    impact: int  # place among the integrals of the work of impacts; -1: there is none
+    loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
+    quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
+    bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
+    bound_kinds: tuple[int, ...]  # number of each bound among those that there are
+    located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
+    after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
+    maybe_stiff: bool  # whether a contact has a law with a force for every velocity
+    observables: dict[str, Expression]
+    base: int  # states of the motion itself; tangents may follow them
+    balance: Balance | None  # of momentum, where it gives the acceleration of the contact
+    guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
+    corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
+    true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
+    # (h, sign): that load is a constant and sign h'', where it follows from a height h.
+    normal_height: tuple[Expression, float] | None = None
+
+    @property
+    def timed(self) -> bool:
+        """Whether they contain the time; otherwise motions have periods of their own."""
+        return self.corners is not None or depends_on_time(self.rates)
+
+    @property
+    def contact_velocity(self) -> Expression:
+        """Of the first contact."""
+        return self.contacts[0].velocity
+
+    @property
+    def contact_state(self) -> int:
+        """Number of the state that moves one to one with it."""
+        return self.contacts[0].state
+
+    @property
+    def hold(self) -> Expression | None:
+        """Of the first contact."""
+        return self.contacts[0].hold
+
+    @property
+    def limit(self) -> Expression | None:
+        """Of the first contact."""
+        return self.contacts[0].limit
+
+    @property
+    def kinked(self) -> bool:
+        """Whether what acts on the first contact has a kink at rest."""
+        return self.contacts[0].kind == "kinked"
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several contacts."""
+        return len(self.contacts) > 1
+
+    @property
+    def coupled(self) -> bool:
+        """Whether friction at one contact accelerates another."""
+        rows = () if self.rows is None else self.rows.response
+        return any(entry.value != 0.0 for i, row in enumerate(rows) for entry in (*row[:i], *row[i + 1 :]))
+
+    @property
+    def imposed_velocities(self) -> tuple[Expression, ...]:
+        """Of further contacts, where they are no states."""
+        return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
+
+    @property
+    def pinned(self) -> tuple[Expression, ...]:
+        """Velocities that decide the state of the first contact where one of them is zero."""
+        return tuple(each.velocity for each in self.contacts[1:] if each.sticks and not each.is_state)
+
+    @property
+    def resting(self) -> tuple[int, ...]:
+        """Velocities that are exactly zero while a further contact sticks."""
+        return tuple(each.state for each in self.contacts[1:] if each.sticks and each.is_state)
+
+    @property
+    def guards(self) -> tuple[Expression, ...]:
+        """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
+        return (*self.switches, *self.bounds)
+
+    def filled(self, parameters: Any, time: Any = 0.0) -> Any:
+        """Parameter vectors with the segment of the drive at a time since the start of its period, where it has any."""
+        return parameters if self.corners is None else self.corners.filled(parameters, time)

@@ -1,0 +1,61 @@
+"""One thread of a GPU: it takes run after run from a queue, and goes on where the last launch stopped.
+
+The elementary functions are the package's own polynomials: a GPU has no library of functions that a processor has too.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
+from vibrocap.numerics.kernel.codes import RUNNING
+from vibrocap.numerics.kernel.generated.ensemble import RUN
+from vibrocap.numerics.kernel.generated.lane import STATUS, WORK
+from vibrocap.numerics.kernel.interface import advance, ends_trial
+from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
+
+# Places of `queue`.
+NEXT, END, BUSY = 0, 1, 2  # first run that no thread has begun; end of the runs; threads that go on in another launch
+WHOLE_SIZE = 0  # numbers in `ints`; set behind this text
+
+
+def run_thread(
+    floats, ints, trace, queue, start_floats, start_ints, kept_floats, kept_ints, thread, threads, fresh, rounds
+):
+    """Make up to `rounds` steps, through run after run of the trace, until the queue is empty.
+
+    kept_floats, kept_ints: [entries, threads] what threads carry between launches; fresh: begin from start_* instead
+    """
+    for i in range(WORK):
+        floats[i] = start_floats[i] if fresh != 0 else kept_floats[i * threads + thread]
+    for i in range(WHOLE_SIZE):
+        ints[i] = start_ints[i] if fresh != 0 else kept_ints[i * threads + thread]
+    running = True
+    for _ in range(rounds):
+        if ints[STATUS] != RUNNING and not ends_trial(floats, ints, 0):
+            if ints[RUN] >= 0:
+                end_run(floats, ints, trace, 0)
+            run = take(queue, NEXT, 1)
+            if run >= queue[END]:
+                running = False
+                break
+            begin_run(floats, ints, trace, 0, run)
+        advance(floats, ints, trace, 1)
+    if running:
+        take(queue, BUSY, 1)
+    for i in range(WORK):
+        kept_floats[i * threads + thread] = floats[i]
+    for i in range(WHOLE_SIZE):
+        kept_ints[i * threads + thread] = ints[i]
+
+
+def sine(x):
+    """sin x."""
+    return sine_cosine(x)[0]
+
+
+def cosine(x):
+    """cos x."""
+    return sine_cosine(x)[1]
+
+
+def power(x, y):
+    """x**y for x > 0, to some ulps times y log x."""
+    return exponential(y * logarithm(x))

@@ -1,0 +1,206 @@
+"""Settling by returns, of a system that nothing drives in time: its motions have periods of their own.
+
+The section is where the velocity of a contact, whichever, falls to zero: whether it sticks there, turns back or passes
+is the same at every return of a cycle. A motion that no contact comes to rest in returns where a coordinate is largest,
+or one that turns has turned. The states at returns are marks as those at the starts of periods are (`settle.py`), and
+a motion has settled when they repeat after as many returns as its cycle has; the window is then these returns, from one
+to the other exactly. What rests or slides steadily makes no returns: there the marks at the starts of periods tell,
+which have to stand still and begin anew at each return.
+"""
+
+import math
+
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.codes import DONE
+from vibrocap.numerics.kernel.generated.ensemble import (
+    BEGUN_AT,
+    BY_PLACE,
+    CYCLE_TIME,
+    LEFT,
+    PASSED,
+    PASSED_AT,
+    QUIET_SINCE,
+    REMAINING,
+    RESPONSE,
+    RETURN_COUNT,
+    RETURN_MARKS,
+    RETURN_TIMES,
+    RETURNS,
+    SETTLED_AT,
+    SETTLED_TIME,
+    SINCE,
+    THRESHOLD,
+)
+from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
+from vibrocap.numerics.kernel.generated.lane import (
+    IMPLICIT_STEPS,
+    PERIOD,
+    PERIOD_COUNT,
+    SCALE,
+    SERIES,
+    STATUS,
+    TAYLOR_STEPS,
+    TIME,
+    TOLERANCE,
+    WHOLE_PERIODS,
+)
+from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
+from vibrocap.numerics.kernel.observe.settle import remember, settled_response
+from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
+from vibrocap.numerics.kernel.observe.window import begin_window
+from vibrocap.numerics.kernel.step.taylor import series_value
+
+MOST_RETURNS = (MARK_COUNT - 8) // 4  # of a cycle: so many marks tell
+OFTEN = 8  # passages of the place without a return to rest, from which on they are the returns
+UNMOVED = 64.0 * EPSILON  # of the natural size of the coordinate
+BEFORE = 1e-6  # of a step: a place that is passed so shortly before its end is passed at its end, by an event
+MOST_TRIES = 60  # halvings among them
+
+
+def begin_returns(floats, ints, lane):
+    """A run begins."""
+    ints[RETURN_COUNT + lane] = 0
+    ints[LEFT + lane] = 0
+    ints[QUIET_SINCE + lane] = 0
+    ints[BY_PLACE + lane] = 1
+    ints[PASSED + lane] = 0
+    ints[PASSED_AT + lane] = -1
+    floats[BEGUN_AT + lane] = -1.0
+    floats[SETTLED_AT + lane] = 0.0
+
+
+def quiet_since(ints, lane):
+    """First period from which on there has been no return."""
+    return ints[QUIET_SINCE + lane]
+
+
+def response_sought(longest):
+    """Longest response that the starts of periods tell: they have to stand still."""
+    return 1
+
+
+def place_passed(floats, ints, lane, h):
+    """Time within the step at which the place is passed; -1.0: it is not.
+
+    Not in the step that begins there: it may begin a little before, as an implicit step is not known exactly within.
+    """
+    if ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == ints[PASSED_AT + lane]:
+        return -1.0
+    row = SERIES + PLACE * (ORDER + 1) * LANES + lane
+    target, way = 0.0, 1.0
+    if PLACE_TURN > 0.0:
+        start, end = floats[row], series_value(floats, row, h)
+        way = 1.0 if end > start else -1.0
+        tiny = UNMOVED * (abs(start) + PLACE_TURN)
+        target = way * PLACE_TURN * (math.floor((way * start + tiny) / PLACE_TURN) + 1.0)
+    elif not (floats[row + LANES] * h > UNMOVED * floats[SCALE + PLACE * LANES + lane]):
+        return -1.0
+    high = (1.0 - BEFORE) * h
+    value, _ = before_place(floats, row, target, way, high)
+    if value > 0.0:
+        return -1.0
+    low, passed = 0.0, 0.5 * high
+    for _ in range(MOST_TRIES):
+        value, slope = before_place(floats, row, target, way, passed)
+        if value > 0.0:
+            low = passed
+        else:
+            high = passed
+        following = passed - value / slope if slope != 0.0 else low
+        if not (low < following < high):
+            following = 0.5 * (low + high)
+        done = abs(following - passed) <= EPSILON * h
+        passed = following
+        if done:
+            break
+    return passed
+
+
+def before_place(floats, row, target, way, s):
+    """(above zero until the place is passed: the way that is left to turn, or the rate of the coordinate; its slope)"""
+    value, slope = 0.0, 0.0
+    if PLACE_TURN > 0.0:
+        for k in range(ORDER, -1, -1):
+            slope = slope * s + value
+            value = value * s + floats[row + k * LANES]
+        return way * (target - value), -way * slope
+    for k in range(ORDER, 0, -1):
+        slope = slope * s + value
+        value = value * s + k * floats[row + k * LANES]
+    return value, slope
+
+
+def on_place(floats, ints, lane):
+    """The lane stands where the place is passed. It is a return unless contacts come to rest in between."""
+    ints[PASSED_AT + lane] = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane]
+    if ints[BY_PLACE + lane] == 0 and ints[LEFT + lane] == 0:
+        ints[PASSED + lane] += 1
+        if ints[PASSED + lane] > OFTEN:
+            ints[BY_PLACE + lane] = 1
+            ints[RETURN_COUNT + lane] = 0
+    if ints[BY_PLACE + lane] == 1:
+        count_return(floats, ints, lane)
+
+
+def on_return(floats, ints, lane):
+    """The velocity of a contact has fallen to zero; the lane stands there."""
+    ints[PASSED + lane] = 0
+    if ints[BY_PLACE + lane] == 1 and ints[LEFT + lane] == 0:
+        ints[BY_PLACE + lane] = 0
+        ints[RETURN_COUNT + lane] = 0
+    if ints[BY_PLACE + lane] == 0:
+        count_return(floats, ints, lane)
+
+
+def count_return(floats, ints, lane):
+    """At a return the motion may be found settled, so that the window begins; or the window ends, and the run.
+
+    Where the cycle is found near the end of the budget, the run goes on for the returns that are measured.
+    """
+    if not (floats[THRESHOLD + lane] > 0.0):
+        return
+    count = ints[RETURN_COUNT + lane]
+    ints[RETURN_COUNT + lane] = count + 1
+    if ints[LEFT + lane] > 0:
+        ints[LEFT + lane] -= 1
+        if ints[LEFT + lane] == 0:
+            end_phases(floats, lane)
+            ints[STATUS + lane] = DONE
+        return
+    if ints[RESPONSE + lane] > 0:
+        return
+    now = elapsed(floats, ints, lane)
+    ints[QUIET_SINCE + lane] = ints[PERIOD_COUNT + lane] + 1
+    remember(floats, RETURN_MARKS, lane, count)
+    floats[RETURN_TIMES + count % MARK_COUNT * LANES + lane] = now
+    response, since, remaining = settled_response(
+        floats, RETURN_MARKS, lane, count, MOST_RETURNS, floats[THRESHOLD + lane], floats[TOLERANCE + lane]
+    )
+    if response == 0:
+        return
+    ints[RESPONSE + lane] = response
+    ints[SINCE + lane] = since
+    ints[LEFT + lane] = response
+    floats[REMAINING + lane] = remaining
+    floats[BEGUN_AT + lane] = now
+    floats[SETTLED_AT + lane] = floats[RETURN_TIMES + since % MARK_COUNT * LANES + lane]
+    length = now - floats[RETURN_TIMES + (count - response) % MARK_COUNT * LANES + lane]
+    ints[WHOLE_PERIODS + lane] += 1 + int(2.0 * length / floats[PERIOD + lane])
+    begin_window(floats, ints, lane)
+    begin_sequence(floats, lane)
+
+
+def tell_returns(floats, ints, lane):
+    """The run ends: what is told of its returns. A cycle that did not come back in twice its time has not settled."""
+    floats[RETURNS + lane] = 1.0 * ints[RETURN_COUNT + lane]
+    floats[SETTLED_TIME + lane] = floats[SETTLED_AT + lane]
+    floats[CYCLE_TIME + lane] = 0.0
+    if floats[BEGUN_AT + lane] >= 0.0:
+        floats[CYCLE_TIME + lane] = elapsed(floats, ints, lane) - floats[BEGUN_AT + lane]
+    if ints[LEFT + lane] > 0:
+        ints[RESPONSE + lane] = 0
+
+
+def elapsed(floats, ints, lane):
+    """Time since the run began."""
+    return ints[PERIOD_COUNT + lane] * floats[PERIOD + lane] + floats[TIME + lane]

@@ -1,0 +1,211 @@
+"""A machine under a controller: where what the controller measures and commands meets the machine's equations."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.physics.closed_loop.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
+from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
+
+FAR = 1e6  # times the natural size and the reference: from there on what is measured has run away
+
+
+class ControlledMachine:
+    """A machine under a controller, as a machine whose drive is the reference. What is not said here is its own.
+
+    A run ends where what is measured first has grown to `FAR` natural sizes and references: the loop is unstable.
+
+    machine: the machine, or what stands behind the actuator; drive: the reference, whose slope may be asked for;
+    sides: to which its contacts slide, where that is known (`sliding`)
+    """
+
+    sides: tuple = (1,)
+
+    def __init__(self, machine: Any, controller: Any, drive: Any):
+        self.machine, self.controller_part, self.reference_part = machine, controller, drive
+        own = controller.states
+        self.states = (*machine.states, *own)
+        self.symmetry = (*machine.symmetry, *((-1,) * len(own)))
+        self.switched = (*machine.switched, *controller.switched)
+        self.switch_events = (*machine.switch_events, *controller.switch_events)
+        self.channels = tuple("controller" if name == "drive" else name for name in machine.channels)
+        self.bound_kinds = ("runaway", *controller.bound_kinds, *machine.bound_kinds)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.machine, name)
+
+    @property
+    def measured_states(self) -> tuple[str, ...]:
+        """The states on which the command depends by what is measured."""
+        names = [name for name in self.controller_part.measures(self.machine) if name not in (SIDE, CURVATURE)]
+        return tuple(name if name in self.machine.states else name.removesuffix("_rate") for name in names)
+
+    def sliding(self, sides: tuple) -> "ControlledMachine":
+        """The same while its contacts slide to these sides."""
+        self.sides = sides
+        return self
+
+    @property
+    def cyclic(self) -> Any:
+        """That of the machine, but for one that is measured: then the motion depends on it."""
+        return None if self.machine.cyclic in self.measured_states else self.machine.cyclic
+
+    @property
+    def turns(self) -> Mapping[str, float]:
+        """Those of the machine that are not measured."""
+        return {name: turn for name, turn in self.machine.turns.items() if name not in self.measured_states}
+
+    @property
+    def symmetric(self) -> bool:
+        """Where the machine is, and the command changes its sign with it."""
+        signs = dict(zip(self.machine.states, self.machine.symmetry, strict=True))
+        odd = (
+            self.controller_part.odd
+            and not self.controller_part.sampled
+            and all(signs[name] == -1 for name in self.measured_states)
+        )
+        return odd and self.machine.symmetric
+
+    def _parted(self, y) -> tuple[tuple, tuple]:
+        """(states of the machine, of the controller)."""
+        count = len(self.machine.states)
+        return tuple(y[:count]), tuple(y[count : len(self.states)])
+
+    def _measured(self, t, mechanical) -> tuple:
+        still = (0.0,) * len(self.machine.contact_states)
+        found, rates = [], None
+        for name in self.controller_part.measures(self.machine):
+            if name == SIDE:
+                found.append(self.sides[0])
+            elif name == CURVATURE:
+                found.append(self.reference_part.curvature(t))
+            elif name in self.machine.states:
+                found.append(mechanical[self.machine.states.index(name)])
+            else:
+                rates = self.machine.rates(t, mechanical, 0.0, still) if rates is None else rates
+                found.append(rates[self.machine.states.index(name.removesuffix("_rate"))])
+        return tuple(found)
+
+    def _given(self, t, y, reference) -> tuple:
+        """What the functions of the controller are given."""
+        mechanical, own = self._parted(y)
+        slope = self.reference_part.slope(t) if self.controller_part.uses_slope else 0.0
+        return t, self._measured(t, mechanical), own, reference, slope
+
+    def _effort(self, t, y, reference) -> tuple[tuple, Affine, Affine]:
+        """(states of the machine, u before its limit, u), of a controller that orders an acceleration."""
+        part, (mechanical, own) = self.controller_part, self._parted(y)
+        place = self.machine.states.index(part.accelerated(self.machine))
+        rate = affine_rates(self.machine, t, mechanical)[place]
+        raw = effort_for(rate, part.command(*self._given(t, y, reference)))
+        held = dict(zip(part.states, own, strict=True)).get(SATURATED)
+        return mechanical, raw, raw if held is None else raw.scaled(1.0 - held * held) + held * part.limit
+
+    @property
+    def _by_forces(self) -> bool:
+        return self.controller_part.orders == "acceleration"
+
+    def _passed(self, t, y, reference, frictions) -> tuple:
+        """(states of the machine, command)."""
+        if self._by_forces:
+            mechanical, _, effort = self._effort(t, y, reference)
+            return mechanical, effort.at(frictions)
+        return self._parted(y)[0], self.controller_part.command(*self._given(t, y, reference))
+
+    def commanded(self, t, y, reference, frictions):
+        """u, what the machine or its actuator is told."""
+        return self._passed(t, y, reference, frictions)[1]
+
+    def felt(self, t, y, reference, frictions):
+        """What the machine feels: u, or what the actuator makes of it."""
+        mechanical, command = self._passed(t, y, reference, frictions)
+        output = getattr(self.machine, "output", None)
+        return command if output is None else output(mechanical)
+
+    def scales(self, time=1.0) -> tuple:
+        """Natural size of each state."""
+        return (*self.machine.scales(time), *self.controller_part.scales(self.machine.effort_scale()))
+
+    def contacts(self, t, y, drive) -> tuple:
+        """Of the machine, under u."""
+        if self._by_forces:
+            mechanical, _, effort = self._effort(t, y, drive)
+            return contacts_under(self.machine, t, mechanical, effort)
+        return self.machine.contacts(t, *self._passed(t, y, drive, ()))
+
+    def rates(self, t, y, drive, frictions) -> tuple:
+        """y' of the machine under u, then of the controller."""
+        own = self.controller_part.rates(*self._given(t, y, drive))
+        return *self.machine.rates(t, *self._passed(t, y, drive, frictions), frictions), *own
+
+    def switches(self, t, y, drive, frictions) -> tuple:
+        """Guards of the machine, then those of the controller."""
+        if self.controller_part.sampled:
+            own = self._due(t, y)
+        elif self._by_forces:
+            raw = self._effort(t, y, drive)[1].at(frictions)
+            own = self.controller_part.effort_switches(raw, *self._given(t, y, drive))
+        else:
+            own = self.controller_part.switches(*self._given(t, y, drive))
+        return *self.machine.switches(t, *self._passed(t, y, drive, frictions), frictions), *own
+
+    def after_switch(self, which, t, y, drive, frictions) -> tuple:
+        """All states after guard number `which`."""
+        (mechanical, command), (_, own) = self._passed(t, y, drive, frictions), self._parted(y)
+        guards = len(self.machine.switches(t, mechanical, command, frictions))
+        if which < guards:
+            return *self.machine.after_switch(which, t, mechanical, command, frictions), *own
+        if self.controller_part.sampled:
+            return *mechanical, *self._after_corner(t, y, drive)
+        return *mechanical, *self.controller_part.after_switch(which - guards, *self._given(t, y, drive))
+
+    def _due(self, t, y) -> tuple:
+        """The guard of a sampled controller, 1 until a sample or an action is due: it falls where the corner is."""
+        last = y[len(self.states) - 1]
+        return (last * self.reference_part.sign(t) - (1.0 - last * last),)
+
+    def _after_corner(self, t, y, reference) -> tuple:
+        """The states of a sampled controller after a sample, where the sign of the segment is +1, or an action, -1."""
+        given, sign = self._given(t, y, reference), self.reference_part.sign(t)
+        both = zip(self.controller_part.after_sample(*given), self.controller_part.after_action(given[2]), strict=True)
+        return *(0.5 * (1.0 + sign) * sample + 0.5 * (1.0 - sign) * action for sample, action in both), sign
+
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
+        """Of an imposed motion, which has no controller."""
+        return {}
+
+    def bounds(self, t, y) -> tuple:
+        """What is measured has not run away, the command exists, and what the machine says."""
+        mechanical, _ = self._parted(y)
+        state = self.machine.states.index(self.measured_states[0])
+        size = self.machine.scales(self.reference_part.period)[state]
+        wanted, found = self.reference_part.value(t) / size, mechanical[state] / (FAR * size)
+        own = self.controller_part.bounds(self._measured(t, mechanical))
+        return 1.0 + wanted * wanted - found * found, *own, *self.machine.bounds(t, mechanical)
+
+    def energy(self, t, y):
+        """Of the machine: a controller stores none."""
+        return self.machine.energy(t, self._parted(y)[0])
+
+    def momentum(self, t, y):
+        """Of the machine."""
+        return self.machine.momentum(t, self._parted(y)[0])
+
+    def outer_force_under(self, t, y, drive, frictions):
+        """Of the machine, under u."""
+        return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
+
+    def wall_force(self, t, y, drive, frictions):
+        """Of the machine, under u."""
+        return self.machine.wall_force(t, *self._passed(t, y, drive, frictions), frictions)
+
+    def powers(self, t, y, drive, frictions) -> tuple:
+        """Of the machine: what would be the power of the drive is that of the controller."""
+        return self.machine.powers(t, *self._passed(t, y, drive, frictions), frictions)
+
+    def vertical_momentum(self, t, y) -> Any:
+        """Of the machine."""
+        return self.machine.vertical_momentum(t, self._parted(y)[0])
+
+    def scene(self, t, y) -> tuple:
+        """Of the machine."""
+        return self.machine.scene(t, self._parted(y)[0])

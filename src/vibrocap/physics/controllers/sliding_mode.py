@@ -1,0 +1,109 @@
+"""Sliding mode: a command that is all or nothing brings a motion onto a line of its errors and holds it there."""
+
+from typing import Any, ClassVar
+
+from vibrocap.physics.controllers.controller import (
+    OWN,
+    AccelerationController,
+    Positive,
+    parameter,
+    parameters,
+    sqrt,
+)
+
+NEAR = 1e-6  # of the line, as an error: where a motion counts as on it from its start
+ROUNDING = 1e-14  # of the line, as an error: what lies on it
+
+
+class SlidingMode(AccelerationController):
+    """A command of full size against the sliding variable s, set-valued where that is zero, as friction is at rest.
+
+        u in -u_max Sgn(s),     s = (y' - r') + c (y - r)
+
+    (Utkin 1977). Where the command can, it keeps the motion on s = 0, as a contact sticks: it then is whatever force or
+    torque holds it there under the friction at the contacts, the equivalent control, within +-u_max, and the error
+    decays as exp(-c t) whatever the machine is. The line is reached and left at located events, `command_unsaturated`
+    and `command_saturated`, so that nothing chatters. Rounding is led back to it at the rate c.
+    """
+
+    convergence_rate: Any
+
+    source: ClassVar[str] = "utkin1977"
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Leaving the line forward, starting behind it, reaching it, starting before it, leaving it back."""
+        leaves, reaches = "command_saturated", "command_unsaturated"
+        return leaves, leaves, reaches, leaves, leaves
+
+    def _errors(self, measured, reference, slope) -> tuple:
+        """(s, y' - r')."""
+        place, rate, _ = measured
+        return (rate - slope) + self.convergence_rate * (place - reference), rate - slope
+
+    def command(self, t, measured, own, reference, slope):
+        """y'' = r'' - c (y' - r') - c s, by which s stays at zero."""
+        away, rate = self._errors(measured, reference, slope)
+        return measured[2] - self.convergence_rate * rate - self.convergence_rate * away
+
+    def effort_switches(self, effort, t, measured, own, reference, slope) -> tuple:
+        """Of the ends of the command while on the line, and of the line while beside it. effort: that holds it there"""
+        held, away = own[0], self._errors(measured, reference, slope)[0] / self.convergence_rate
+        beside, on = held * held, 1.0 - held * held
+        return (
+            beside + on * (self.limit - effort) / self.limit,
+            beside + on * (NEAR + away),
+            on - held * away,
+            beside + on * (NEAR - away),
+            beside + on * (self.limit + effort) / self.limit,
+        )
+
+    def after_switch(self, which, t, measured, own, reference, slope) -> tuple:
+        """At which end the command is; 0: between them, on the line.
+
+        What the command cannot keep on the line leaves it to the side to which it is pushed. But where the line was
+        located a little too early, the motion is still before it and the command has to bring it there first.
+        """
+        away = self._errors(measured, reference, slope)[0] / self.convergence_rate
+        before, behind = ROUNDING - away, ROUNDING + away  # negative while that is not so
+        forward, back = before / sqrt(before * before), -(behind / sqrt(behind * behind))
+        return ((forward, 1.0, 0.0, -1.0, back)[which],)
+
+
+RATE = parameter(1.0, "c", "rate at which errors decay on the line", unit="1/s")
+SIZE = parameter(1.0, "u_max", "force or torque beside the line, the most that there is", "effort")
+
+
+@parameters
+class AngleSlidingMode(SlidingMode):
+    """Sliding mode of an angle, such as that of a pendulum or a rotor; the reference is the angle wanted."""
+
+    convergence_rate: Positive = RATE
+    limit: Positive = SIZE
+    measured: str = parameter(OWN, "theta", "the state that is tracked; own: the state angle of the machine")
+
+    name: ClassVar[str] = "angle-sliding-mode"
+    reference: ClassVar = "number"
+
+    def own_measured(self, machine) -> str:
+        """The angle."""
+        return "angle"
+
+
+@parameters
+class PositionSlidingMode(SlidingMode):
+    """Sliding mode of a displacement, such as that of a mass in its capsule; the reference is the one wanted.
+
+    It cannot be the place of a body that comes to rest: what is held by friction and by the command at once is open.
+    """
+
+    convergence_rate: Positive = RATE
+    limit: Positive = SIZE
+    measured: str = parameter(OWN, "z", "the state that is tracked; own: the first state of the machine")
+
+    name: ClassVar[str] = "position-sliding-mode"
+    reference: ClassVar = "displacement"
+
+    def own_measured(self, machine) -> str:
+        """The first state."""
+        return machine.states[0]

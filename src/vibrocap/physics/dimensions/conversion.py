@@ -1,0 +1,303 @@
+"""Conversion: what is given in SI becomes the parameters of parts without units, or complaints that name the key."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scales
+from vibrocap.physics.dimensions.units import (
+    UNDECLARED,
+    Key,
+    Units,
+    effort_of,
+    one_way,
+    parameter_keys,
+    same_without_units,
+    state_keys,
+    state_units,
+    undeclared,
+)
+from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
+from vibrocap.physics.part import PartInSI
+from vibrocap.quantities.declared import Context, Declared
+
+
+@dataclasses.dataclass(frozen=True)
+class WithoutUnits:
+    """What was given in SI, without units.
+
+    values: by name. keys: under which key each was given. complaints: about what cannot be converted, field = key.
+    """
+
+    values: dict[str, Any]
+    keys: dict[str, str]
+    complaints: Complaints
+
+
+def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+    """The parameters of a part (a class) whose values are given in SI.
+
+    bare: whether a key without a unit is in SI too, as where a case says units = "SI"
+    In SI only a zero, a word and a number without a unit have defaults: any other is that of a certain size of machine.
+    """
+    keys = parameter_keys(part, units.effort)
+    found = _without_units({info.name for info in parameter_table(part)}, keys, given, units, bare)
+    for info in parameter_table(part):
+        if info.name not in {*found.keys, *given} and not _has_default(info, keys):
+            found.complaints.add(*_missing(part, info, keys))
+    return found
+
+
+def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+    """Initial states by name whose values are given in SI."""
+    return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+
+
+def with_gravity(given: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
+    """What is given in SI of an environment, with gravity on a slope where the machine (a class) does not know it."""
+    if machine.gravity is not None or not any(key.startswith("inclination") for key in given):
+        return given
+    return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **given}
+
+
+INITIAL = "initial."
+
+
+def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
+    """(path without unit, key) of a path such as "drive.frequency_Hz"; None for one that is none in SI.
+
+    parts: of a system by name, or their classes
+    """
+    section, _, name = path.partition(".")
+    if path.startswith(INITIAL):
+        keys: Mapping[str, Key] = state_keys(state_units(parts))
+    else:
+        part = parts.get(section)
+        if part is None:
+            return None
+        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
+    key = keys.get(name)
+    return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
+
+
+def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
+    """Every path of these parts and their initial states that carries its unit."""
+    found: list[str] = []
+    for section, part in parts.items():
+        keys = parameter_keys(part if isinstance(part, type) else type(part), effort_of(section, parts))
+        found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
+    states = state_keys(state_units(parts))
+    return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """A parameter or initial state as it is asked for, with or without units.
+
+    path: by which it is asked for. plain: its path without units. scale: what one dimensionless unit is in its unit.
+    """
+
+    path: str
+    plain: str
+    unit: str = "1"
+    scale: float = 1.0
+
+
+def quantity(path: str, system: Any) -> Quantity:
+    """The quantity of a path such as "machine.mass_ratio" or, in SI, "drive.frequency_Hz".
+
+    Raises ArgumentError for a path in SI of a system that does not know its scales.
+    """
+    place = path_in_si(path, system.parts)
+    if place is None:
+        return Quantity(path, path)
+    if system.units is None:
+        raise ArgumentError(path, f"the case does not say what its units are; give {place[0]}, or a case in SI")
+    return Quantity(path, place[0], place[1].unit, system.si.per_key(place[1]))
+
+
+def quantity_in_si(plain: str, system: Any) -> Quantity:
+    """The quantity of a path without units, in SI where the system knows its scales and the quantity has a unit."""
+    if system.units is not None:
+        for path in paths_in_si(system.parts):
+            place = path_in_si(path, system.parts)
+            if place is not None and place[0] == plain and place[1].has_unit:
+                return quantity(path, system)
+    return Quantity(plain, plain)
+
+
+class Along(Declared):
+    """A parameter along which something is known: of a number its value, of a path the path that says its unit.
+
+    The path is what the record or the call around has as `over`. One that is given without its unit ("drive.frequency")
+    takes numbers without units; what is shown is in SI.
+    """
+
+    def _shown(self, context: Context) -> Quantity:
+        paths = [path for path in context.known("over") if isinstance(path, str)]
+        found = (quantity(path, context.system) for path in paths)
+        in_si = next((each for each in found if each.path != each.plain), None)
+        return quantity_in_si(paths[0], context.system) if in_si is None else in_si
+
+    def unit(self, context: Context) -> str:
+        return self._shown(context).unit
+
+    def scale(self, context: Context) -> float:
+        return self._shown(context).scale
+
+    def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        call = context.around[0] if context.around and isinstance(context.around[0], Mapping) else {}
+        if isinstance(value, str):
+            return quantity(value, context.system).plain if back else self._shown(context).path
+        if back and "over" in call:
+            asked = quantity(call["over"], context.system)
+            return value if asked.path == asked.plain else super().converted(value, context, back)
+        return super().converted(value, context, back)
+
+
+Path = Annotated[str, Along()]
+Parameter = Annotated[float, Along()]
+Parameters = Annotated[np.ndarray, Along()]
+
+
+def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
+
+    parts: of the system by name
+    Raises ArgumentError for a quantity that is given in two ways.
+    """
+    found: dict[str, Any] = {}
+    for path, value in values.items():
+        place = path_in_si(path, parts) if scales is not None else None
+        plain = path if place is None else place[0]
+        if plain in found:
+            raise ArgumentError(path, "is given in two ways; give one of them")
+        if place is None or scales is None or isinstance(value, str):
+            found[plain] = value
+        else:
+            found[plain] = value / place[1].scale(scales, effort_of(plain.partition(".")[0], parts))
+    return found
+
+
+def _without_units(
+    names: Iterable[str], keys: Mapping[str, Key], given: Mapping[str, Any], units: Units, bare: bool
+) -> WithoutUnits:
+    found = WithoutUnits({}, {}, Complaints())
+    for key, value in given.items():
+        known = keys.get(key) or _named(key, value, names, keys, bare)
+        if isinstance(known, str):
+            found.complaints.add(key, known)
+        elif known.name in found.keys:
+            found.complaints.add(key, f"is {found.keys[known.name]} once more; give one of them")
+        else:
+            found.keys[known.name] = key
+            has_unit = known.has_unit or known.key != key
+            found.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
+    return found
+
+
+def _divided(value: Any, scale: float) -> Any:
+    """A number, or each number of a list, over a scale; what is neither as it is."""
+    if isinstance(value, (list, tuple)):
+        return [_divided(each, scale) for each in value]
+    return value / scale if is_number(value) else value
+
+
+def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:
+    """What a key without a unit stands for, or what is wrong with it."""
+    stems = {each.stem: each.name for each in keys.values()}
+    name = key if key in names else stems.get(key)
+    first = one_way(keys, name) if name else None
+    if first is None:
+        if key in names:
+            return UNDECLARED
+        return f"no such key in SI; {suggestion(key, keys)}"
+    if isinstance(value, str):
+        return first
+    ways = [each.key for each in keys.values() if each.name == name and each.has_unit]
+    if bare and len(ways) == 1 and key in stems:
+        return first
+    return f"has no unit in a case in SI; give {listed(ways, ' or ')}"
+
+
+def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
+    return info.default in (None, 0.0) or same_without_units(keys, info.name) or one_way(keys, info.name) is None
+
+
+def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[str, str]:
+    ways = [each.key for each in keys.values() if each.name == info.name and each.has_unit]
+    text = "is missing; it has no default in SI"
+    if info.name == "normal_load" and part.si_load:
+        text = f"is missing; give the load on the contact in {keys[ways[0]].unit}, or {part.si_load}"
+    elif len(ways) > 1:
+        text += f" (or {listed(ways[1:], ' or ')})"
+    return ways[0], text
+
+
+def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tuple[dict[str, Any], Scales]:
+    """(the parts without units, the scales of the machine), of parts some of which are in SI.
+
+    scales: those of a machine that is not given in SI
+    Raises ArgumentError for parts of which some are in SI and others not, ParameterError for values that do not serve.
+    """
+    machine = given["machine"]
+    if not isinstance(machine, PartInSI):
+        if scales is None:
+            kind = type(machine).__name__
+            raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
+        in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
+        return {**given, **_parts_in_turn(in_si, scales, type(machine))}, scales
+    fields = [info.name for info in parameter_table(machine.part.si_scales)]
+    try:
+        own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
+    except ParameterError as error:
+        raise error.within("machine") from None
+    rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
+    return _parts_in_turn({**given, "machine": rest}, own, machine.part), own
+
+
+def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
+    """The parts without units; ParameterError with every complaint, named by the keys that were given.
+
+    machine: its class
+    """
+    found: dict[str, Any] = {}
+    kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in given.items()}
+    complaints: list[Complaint] = []
+    for name, part in given.items():
+        kind, effort = kinds[name], effort_of(name, {**kinds, "machine": machine})
+        said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
+        complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
+        if not isinstance(part, PartInSI):
+            keys = parameter_keys(kind, effort)
+            if complaints:
+                continue
+            if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
+                way = f"{kind.__name__}.in_si(...)"
+                raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
+            found[name] = part
+            continue
+        values = with_gravity(part.values, machine) if name == "environment" else part.values
+        plain = part_without_units(part.part, values, Units(scales, effort, {}))
+        complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
+        try:
+            found[name] = part.part(**plain.values)
+        except ParameterError as error:
+            complaints += [_as_given(each, name, values, plain.values, plain.keys) for each in error.complaints]
+    if complaints:
+        raise ParameterError("the system", complaints)
+    return found
+
+
+def _as_given(
+    complaint: Complaint, part: str, given: Mapping[str, Any], plain: Mapping[str, Any], keys: Mapping[str, str]
+) -> Complaint:
+    """A complaint about a value without units, about what was given."""
+    name = complaint.field
+    if name not in keys:
+        return complaint.about(f"{part}.{name}")
+    text, got, _ = complaint.text.rpartition(f", got {shown(plain[name])}")
+    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(given[keys[name]])}" if got else complaint.text)

@@ -1,0 +1,336 @@
+"""Units: in which SI unit each parameter, state and result stands, and the keys that carry them.
+
+The dimension of a parameter is declared with it, by its role or its unit; here it becomes a unit with a name, and a key
+such as "bristle_stiffness_N_per_m". What a motion can be asked for has its unit in `QUANTITIES`.
+"""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.physics.dimensions.scales import EFFORTS, Scales
+from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
+from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
+from vibrocap.physics.states import OUTPUT, laws_of, state_names
+
+# role: the units in which it may be given, with what one of them is in SI; the first is that of results
+ROLE_UNITS: dict[str, dict[str, float]] = {
+    "torsional stiffness": {"N m/rad": 1.0},
+    "torsional damping": {"N m s/rad": 1.0},
+    "frequency": {"Hz": 2.0 * math.pi, "rad/s": 1.0},
+    "phase": {"rad": 1.0, "deg": math.pi / 180.0},
+    "quadratic damping": {"kg/m": 1.0},
+}
+# unit of a state: others in which it may be given
+OTHER_UNITS: dict[str, dict[str, float]] = {"rad": {"deg": math.pi / 180.0}}
+
+# SI unit of what a motion can be asked for; the rate of a state has its unit over s, what is not here has none
+QUANTITIES = {
+    "time": "s",
+    "angle": "rad",
+    "angle_rate": "rad/s",
+    "displacement": "m",
+    "displacement_rate": "m/s",
+    "approach": "m",
+    "approach_rate": "m/s",
+    "position": "m",
+    "velocity": "m/s",
+    "sliding_velocity": "m/s",
+    "bristle": "m",
+    "observed_bristle": "m",
+    **{f"element_force_{i}": "N" for i in range(1, 5)},
+    "gap_position": "m",
+    "contact_velocity": "m/s",
+    "friction": "N",
+    "holding_force": "N",
+    "reaction": "N",
+    "holding_limit": "N",
+    "holding_centre": "N",
+    "energy": "J",
+    "contact_energy": "J",
+    "momentum": "N s",
+    "outer_force": "N",
+    "actuator_force": "N",
+    "actuator_torque": "N m",
+    "impulse": "N s",
+}
+UNDECLARED = (
+    'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
+)
+DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "speed": "m/s", "number": "1"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Key:
+    """One way to give a quantity in SI.
+
+    name: of the parameter or state. key: under which it stands, with its unit. factor: what one such unit is in SI.
+    """
+
+    name: str
+    key: str
+    unit: str
+    factor: float
+    dimension: Dimension
+
+    @property
+    def has_unit(self) -> bool:
+        """Whether the key says its unit; if not, the number is the same with units and without."""
+        return self.unit != "1" and self.key.endswith(suffix(self.unit))
+
+    @property
+    def stem(self) -> str:
+        """The key without its unit."""
+        return self.key.removesuffix(suffix(self.unit)) if self.has_unit else self.key
+
+    def scale(self, scales: Scales, effort: str) -> float:
+        """What one dimensionless unit is in the unit of this key."""
+        return scales.of(self.dimension, effort) / self.factor
+
+
+def suffix(unit: str) -> str:
+    """How a unit stands at the end of a key: "N m/rad" as "_N_m_per_rad"."""
+    above, _, below = unit.replace("^", "").partition("/")
+    words = ([] if above == "1" else above.split()) + (["per", *below.split()] if below else [])
+    return "".join(f"_{word}" for word in words)
+
+
+def undeclared(part: Any) -> list[str]:
+    """The numbers among the parameters of a part that declare no dimension, and so cannot stand in SI."""
+    table = parameter_table(part)
+    return [info.name for info in table if info.dimension is None and not isinstance(info.default, str)]
+
+
+def unit_name(dimension: Dimension, effort: str = "force") -> str:
+    """The SI unit of a dimension, "kg" of a mass, "N s/m" of a damper."""
+    own = dimension.resolved(EFFORTS[effort])
+    return "kg" if own == MASS else own.unit()
+
+
+def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
+    """The units in which a parameter may be given, with what one of them is in SI."""
+    assert info.dimension is not None
+    return ROLE_UNITS.get(info.role) or {unit_name(info.dimension, effort): 1.0}
+
+
+@functools.cache
+def parameter_keys(part: type, effort: str) -> Mapping[str, Key]:
+    """Every key under which a parameter of a part may be given in SI; the first of each parameter is that of results.
+
+    Numbers without a unit and words stand under their own name; a parameter that declares no dimension is left out.
+    effort: what the drive exerts on the machine, "force" or "torque"
+    """
+    found = {}
+    names: Mapping[str, str] = getattr(part, "si_names", {})
+    for info in parameter_table(part):
+        if info.dimension is not None:
+            stem = names.get(info.name, info.name)
+            keys = _keys(info.name, stem, parameter_units(info, effort), info.dimension)
+        elif isinstance(info.default, str):
+            keys = iter([Key(info.name, info.name, "1", 1.0, NUMBER)])
+        else:
+            continue
+        found |= {each.key: each for each in keys}
+    return found
+
+
+def state_keys(units: Mapping[str, str]) -> dict[str, Key]:
+    """Every key under which a state may be given in SI; units: of the states by name, "1" where they have none."""
+    found = {}
+    for name, unit in units.items():
+        ways = {unit: 1.0} | OTHER_UNITS.get(unit, {})
+        found |= {each.key: each for each in _keys(name, name, ways, dimension_of_unit(unit))}
+    return found
+
+
+def _keys(name: str, stem: str, units: Mapping[str, float], dimension: Dimension) -> Iterator[Key]:
+    for unit, factor in units.items():
+        if factor == 1.0 and unit in ("1", "rad"):  # the same number with units and without
+            yield Key(name, stem, unit, factor, dimension)
+        if unit != "1":
+            yield Key(name, stem + suffix(unit), unit, factor, dimension)
+
+
+def one_way(keys: Mapping[str, Key], name: str) -> Key | None:
+    """The first key of a parameter or state."""
+    return next((each for each in keys.values() if each.name == name), None)
+
+
+def same_without_units(keys: Mapping[str, Key], name: str) -> bool:
+    """Whether a quantity has the same number with units and without: a coefficient, a phase, a word."""
+    return name in keys and keys[name].name == name and not keys[name].has_unit
+
+
+@dataclasses.dataclass(frozen=True)
+class Units:
+    """Factor and unit of every quantity of a system.
+
+    scales: what one unit of mass, length and time is. effort: what the drive exerts. states: units of the states.
+    reference: what kind of quantity the drive is where a controller compares it; "": there is no controller.
+    """
+
+    scales: Scales
+    effort: str
+    states: Mapping[str, str]
+    reference: str = ""
+
+    def unit(self, name: str) -> str:
+        """SI unit of a quantity of a motion, "1" where it has none."""
+        if name in self.states:
+            return self.states[name]
+        if (known := quantity_unit(name)) is not None:
+            return known
+        if name in ("drive", "command"):
+            return DRIVE_UNITS[self.effort]
+        if name == "reference" and self.reference:
+            return DRIVE_UNITS[self.reference]
+        if name.endswith(("_work", "_power")):
+            return "J" if name.endswith("_work") else "W"
+        if (state := name.removesuffix("_rate")) in self.states and state != name:
+            return over_seconds(self.states[state])
+        return "1"
+
+    def factor(self, name: str) -> float:
+        """What one dimensionless unit of a quantity of a motion is in its SI unit."""
+        return self.factor_of(self.unit(name))
+
+    def factor_of(self, unit: str) -> float:
+        """What one dimensionless unit of that dimension is in a unit such as "N s/m"."""
+        return self.scales.of(dimension_of_unit(unit), self.effort)
+
+    def states_of(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by state, numbers or (low, high), those under keys with a unit ("angle_deg") without units."""
+        keys = {name: key for name, key in state_keys(self.states).items() if key.has_unit and name not in self.states}
+        found: dict[str, Any] = {}
+        for name, value in values.items():
+            key = keys.get(name)
+            if key is not None and key.name in {*values, *found}:
+                raise ArgumentError(name, "is given in two ways; give one of them")
+            found[name if key is None else key.name] = value if key is None else self._over(value, key)
+        return found
+
+    def _over(self, value: Any, key: Key) -> Any:
+        if isinstance(value, (tuple, list)):
+            return type(value)(self._over(each, key) for each in value)
+        return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
+
+    def of_part(self, section: str) -> "Units":
+        """The same for the parameters of a part: those of a drive that is a reference count in what it is."""
+        return dataclasses.replace(self, effort=self.reference) if section == "drive" and self.reference else self
+
+    def per_key(self, key: Key) -> float:
+        """What one dimensionless unit is in the unit of a key."""
+        return key.scale(self.scales, self.effort)
+
+
+class NoUnits:
+    """The units of results that have none."""
+
+    states: ClassVar[Mapping[str, str]] = {}
+
+    def unit(self, name: str) -> str:
+        """None, of any quantity."""
+        return "1"
+
+    def factor(self, name: str) -> float:
+        """One: numbers stay as they are."""
+        return 1.0
+
+
+def over_seconds(unit: str) -> str:
+    """The unit of the rate of a quantity."""
+    above, _, below = unit.partition("/")
+    return f"{above}/{below} s" if below else f"{above}/s"
+
+
+def effort_of(section: str, parts: Mapping[str, Any]) -> str:
+    """What the parameters of a part mean by an effort: what the drive exerts on the machine; of a drive that is the
+    reference of a controller, what that measures. parts: of a system by name, or their classes
+    """
+    controller = parts.get("controller")
+    return parts["machine"].effort if controller is None or section != "drive" else controller.reference
+
+
+def units_of(parts: Mapping[str, Any], scales: Scales) -> Units:
+    """Factor and unit of every quantity of the parts of a system by name, or of their classes."""
+    controller = parts.get("controller")
+    reference = "" if controller is None else controller.reference
+    return Units(scales, parts["machine"].effort, state_units(parts), reference)
+
+
+def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
+    """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
+    own: dict[str, str] = {OUTPUT: DRIVE_UNITS[parts["machine"].effort]}
+    if (controller := parts.get("controller")) is not None:
+        own |= dict.fromkeys(controller.effort_states, DRIVE_UNITS[parts["machine"].effort])
+    for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
+        own |= part.state_units
+    return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
+
+
+def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:
+    """SI unit of a quantity of a motion; one of a further contact, "velocity_2", has that of the first."""
+    found = own.get(name) or QUANTITIES.get(name)
+    stem, _, number = name.rpartition("_")
+    return quantity_unit(stem, own) if found is None and number.isdecimal() else found
+
+
+def shortest(value: float, factor: float) -> float | None:
+    """The number with the fewest digits that divided by the factor is exactly this value; None if there is none."""
+    product = value * factor
+    for digits in range(1, 18):
+        found = float(f"{product:.{digits}g}")
+        if found / factor == value:
+            return found
+    for direction in (math.inf, -math.inf):
+        found = product
+        for _ in range(4):
+            found = math.nextafter(found, direction)
+            if found / factor == value:
+                return found
+    return None
+
+
+def written_in_si(part: Any, units: Units, exactly: bool = True) -> dict[str, Any] | None:
+    """A part's parameters by keys in SI, with the fewest digits that give the part back exactly.
+
+    exactly: None where there are no such numbers; if not asked for, these are to rounding. ValueError for a parameter
+    that declares no dimension.
+    """
+    return written(given_parameters(part), parameter_keys(type(part), units.effort), units, exactly)
+
+
+def written(
+    values: Mapping[str, Any], keys: Mapping[str, Key], units: Units, exactly: bool = True
+) -> dict[str, Any] | None:
+    """Values by name as values by keys in SI, see `written_in_si`."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        ways = [each for each in keys.values() if each.name == name]
+        if not ways and not isinstance(value, str):
+            raise ValueError(f"{name}: {UNDECLARED}")
+        if isinstance(value, str) or not ways[0].has_unit:
+            found[name if isinstance(value, str) else ways[0].key] = value
+            continue
+        if isinstance(value, tuple):
+            listed = [shortest(each, units.per_key(ways[0])) for each in value]
+            if exactly and None in listed:
+                return None
+            pairs = zip(listed, value, strict=True)
+            found[ways[0].key] = [each * units.per_key(ways[0]) if one is None else one for one, each in pairs]
+            continue
+        numbers = {each.key: shortest(float(value), units.per_key(each)) for each in ways}
+        exact = {key: number for key, number in numbers.items() if number is not None}
+        if exact:
+            key = min(exact, key=lambda each: len(repr(exact[each])))
+            found[key] = exact[key]
+        elif exactly:
+            return None
+        else:
+            found[ways[0].key] = float(value) * units.per_key(ways[0])
+    return found

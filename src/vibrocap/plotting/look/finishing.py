@@ -1,0 +1,181 @@
+"""The last steps of a figure: fitted to the width of a page, then written to a file.
+
+What would run into its neighbour on a page is broken, thinned out or moved apart.
+"""
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.legend import Legend
+from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
+
+from vibrocap.files import replacing
+from vibrocap.plotting.look.labels import filled
+from vibrocap.plotting.look.own_lines import own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import STYLE, settings_of, style
+from vibrocap.plotting.look.tex import write_tex
+
+GAP = 3.0  # points between what stands side by side
+LEAST_TICKS = 2
+LEAST_HEIGHT = 0.75  # of the height for a screen: labels and legends do not shrink as panels do
+ROUNDS = 3  # each changes the room that the next finds
+
+
+def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Path:
+    """Write a figure to a file (.png, .svg, .pdf or .tex), whole or not at all; the same figure gives the same bytes.
+
+    It is fitted to the page for which is drawn, see `plotting.page`; .tex needs TeX, see `plotting.tex`.
+    """
+    path, fig = Path(path), finished(fig)
+    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with replacing(path) as temporary, matplotlib.rc_context(settings_of(settings)):
+        if path.suffix.lower() == ".tex":
+            write_tex(fig, temporary)
+        else:
+            fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
+    return path
+
+
+def finished(fig: Figure) -> Figure:
+    """The figure in the user's own lines, where a width is asked for fitted to it."""
+    own_lines(fig)
+    width = page().width
+    if width is None:
+        return fig
+    with style():
+        if fig.get_figwidth() != width:
+            shrunk = max(width / fig.get_figwidth(), LEAST_HEIGHT)
+            fig.set_size_inches(width, fig.get_figheight() * min(shrunk, 1.0))
+        return fitted(fig)
+
+
+def fitted(fig: Figure) -> Figure:
+    """The figure, with texts broken to the room that there is, fewer ticks, and legends in fewer columns."""
+    before = 0.0
+    for _ in range(ROUNDS):
+        fig.draw_without_rendering()
+        for text in _heads(fig):
+            _break(text, fig.bbox.width * 0.97)
+        for legend in fig.findobj(Legend):
+            _narrow(legend, fig)
+        for ax in fig.findobj(Axes):
+            _fit_axes(ax)
+        fig.draw_without_rendering()
+        height = sum(text.get_window_extent().height for text in _heads(fig)) / fig.dpi
+        fig.set_figheight(fig.get_figheight() + height - before)  # the panels keep their height
+        before = height
+    fig.draw_without_rendering()
+    return fig
+
+
+def _heads(fig: Figure) -> list[Text]:
+    """Title and small print of a figure."""
+    return [text for text in (fig._suptitle, fig._supxlabel) if text is not None and text.get_text()]  # type: ignore[attr-defined]
+
+
+def _fit_axes(ax: Axes) -> None:
+    """Labels no longer than the axes, ticks apart, and a legend in the line of the title only where both have room."""
+    box = ax.get_window_extent()
+    if ax.xaxis.label.get_text():
+        _break(ax.xaxis.label, box.width)
+    if ax.yaxis.label.get_text():
+        _break(ax.yaxis.label, box.height, upright=True)
+    for axis in (ax.xaxis, ax.yaxis):
+        _thin_out(axis)
+    title = ax._left_title if ax._left_title.get_text() else ax.title  # type: ignore[attr-defined]
+    if not title.get_text():
+        return
+    _break(title, box.width)
+    legend = ax.get_legend()
+    gap = GAP * ax.get_figure(root=True).dpi / 72.0  # type: ignore[union-attr]
+    if legend is not None:
+        there = legend.get_window_extent()
+        if there.y0 >= box.y1 - gap and there.overlaps(title.get_window_extent().expanded(1.02, 1.05)):
+            points = 72.0 / ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+            ax.set_title(title.get_text(), pad=there.height * points + 2 * GAP)
+
+
+def _break(text: Text, room: float, upright: bool = False) -> None:
+    """Break a text that is longer than its room in pixels."""
+    box = text.get_window_extent()
+    length = box.height if upright else box.width
+    words = text.get_text()
+    if length > room > 0.0:
+        longest = max(map(len, words.splitlines()))
+        letters = max(int(longest * room / length), 8)
+        if not upright and words.count("\n"):
+            text.set_text("\n".join(filled(line, letters, "  ") for line in words.splitlines()))
+        else:
+            text.set_text(filled(words.replace("\n", " "), letters))
+
+
+def _narrow(legend: Legend, fig: Figure) -> None:
+    """Fewer columns, until a legend is no wider than its figure."""
+    while legend._ncols > 1:  # type: ignore[attr-defined]
+        box = legend.get_window_extent()
+        if box.x0 >= fig.bbox.x0 and box.x1 <= fig.bbox.x1 and box.width <= _room(legend, fig):
+            return
+        _rearrange(legend, legend._ncols - 1)  # type: ignore[attr-defined]
+        fig.draw_without_rendering()
+
+
+def _rearrange(legend: Legend, columns: int) -> None:
+    """The same legend in so many columns; Matplotlib sets the number alone, and arranges it only when it is made."""
+    handles, words = legend.legend_handles, [text.get_text() for text in legend.get_texts()]
+    legend.set_ncols(columns)
+    legend._init_legend_box(handles, words)  # type: ignore[attr-defined]
+    legend._legend_box.set_offset(legend._findoffset)  # type: ignore[attr-defined]
+    legend.set_title(None)  # type: ignore[arg-type]
+
+
+def _room(legend: Legend, fig: Figure) -> float:
+    """The widest that a legend may be, in pixels."""
+    parent = legend.axes if legend.axes is not None else fig
+    return (parent.get_window_extent() if isinstance(parent, Axes) else fig.bbox).width * 1.02
+
+
+def _thin_out(axis: Axis) -> None:
+    """Fewer ticks, until their numbers do not touch."""
+    if axis.get_scale() != "linear" or not isinstance(axis.get_major_locator(), MaxNLocator):
+        return
+    count = len(_tick_boxes(axis))
+    while count > LEAST_TICKS and any(
+        a.padded(GAP / 2).overlaps(b.padded(GAP / 2)) for a, b in itertools.pairwise(_tick_boxes(axis))
+    ):
+        count -= 1
+        axis.set_major_locator(MaxNLocator(max(count - 1, 1)))
+
+
+def _tick_boxes(axis: Axis) -> list:
+    """Where the numbers of an axis stand that are shown."""
+    low, high = sorted(axis.get_view_interval())
+    room = 1e-9 * (high - low)
+    return [
+        tick.label1.get_window_extent()
+        for tick in axis.get_major_ticks()
+        if tick.label1.get_visible() and tick.label1.get_text() and low - room <= tick.get_loc() <= high + room
+    ]
+
+
+def texts_of(fig: Figure | SubFigure) -> Iterator[Text]:
+    """All texts of a figure that are seen."""
+    hidden = set()
+    for ax in fig.findobj(Axes):
+        for axis in (ax.xaxis, ax.yaxis):
+            shown = {id(box) for box in axis.get_ticklabels()}
+            low, high = sorted(axis.get_view_interval())
+            room = 1e-9 * (high - low)
+            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+                out = not low - room <= tick.get_loc() <= high + room
+                hidden |= {id(label) for label in (tick.label1, tick.label2) if out or id(label) not in shown}
+    for text in fig.findobj(Text):
+        if text.get_visible() and text.get_text().strip() and id(text) not in hidden:
+            yield text

@@ -1,0 +1,235 @@
+"""Words of pictures: symbols as they are set in print, units, and the parameters of a system in a few lines."""
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vibrocap.case.case import Case
+from vibrocap.case.sections import kind_path
+from vibrocap.physics.dimensions.conversion import path_in_si
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
+from vibrocap.physics.machines.machine import Imposed
+from vibrocap.physics.numbering import name_and_number
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.symbols import GREEK, printed
+from vibrocap.physics.system import System
+
+LABELS = {
+    "time": r"time $\tau$",
+    "periods": r"time in drive periods $\tau/T$",
+    "angle": r"pendulum angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "displacement": r"inner displacement $z$",
+    "displacement_rate": r"inner velocity $z'$",
+    "position": r"capsule position $X$",
+    "velocity": r"capsule velocity $X'$",
+    "contact_velocity": r"sliding velocity $X'$",
+    "sliding_velocity": "sliding velocity $v$",
+    "bristle": r"bristle deflection $\xi$",
+    "bristle_rate": r"bristle rate $\xi'$",
+    "friction": r"friction force $R$",
+    "reaction": r"normal load $N$",
+    "drive": r"drive $h\cos\omega\tau$",
+}
+LETTERS_PER_INCH = 14.5  # of the type of a title, roughly
+EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
+
+
+def symbol_text(symbol: str) -> str:
+    """A symbol for a picture: "eta_c" and "delta0" with Greek letters and subscripts, as mathematics."""
+    found = re.fullmatch(r"([A-Za-z]+)_?([A-Za-z0-9]*)('*)", symbol)
+    if found is None:
+        return printed(symbol)
+    name, below, primes = found.groups()
+    letter = rf"\{name}" if name in GREEK else name if len(name) == 1 else rf"\mathrm{{{name}}}"
+    upright = below if len(below) < 2 or below.isdigit() else rf"\mathrm{{{below}}}"
+    return f"${letter}{f'_{{{upright}}}' if below else ''}{primes}$"
+
+
+def part_items(record: Any, digits: int = 4, without: str = "") -> list[str]:
+    """A machine, law or drive by its name, then "symbol = value" for each of its parameters, but for one of them."""
+    items = [f"{law_words(record.name)}:"]
+    for info in parameter_table(record):
+        value = getattr(record, info.name)
+        if value is not None and info.name != without:
+            items.append(f"{symbol_text(info.symbol or info.name)}{EQUALS}{value_text(value, digits)},")
+    items[-1] = items[-1].rstrip(",:")
+    return items
+
+
+def value_text(value: Any, digits: int = 4) -> str:
+    """A value as it stands in a title: a word, a number, or of a table how many they are, from where to where."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (tuple, list)):
+        ends = f"{value_text(min(value), digits)} to {value_text(max(value), digits)}"
+        return whole(f"{len(value)} values from {ends}")
+    return f"{float(value):.{digits}g}".replace("-", "\N{MINUS SIGN}")
+
+
+def filled(text: str, letters: int, indent: str = "") -> str:
+    """A text in lines of at most so many letters, as they are seen; lines after the first are set in.
+
+    It is broken at spaces, and not within mathematics.
+    """
+    lines, used = [""], 0
+    for word in re.findall(r"(?:\$[^$]*\$|[^ $\n])+", text):
+        length = len(re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"\\[A-Za-z]+|[_{}]", "", found[1]) + "x", word))
+        if lines[-1] and used + 1 + length > letters:
+            lines.append(indent)
+            used = len(indent)
+        gap = "" if not lines[-1].strip() else " "
+        lines[-1] += gap + word
+        used += len(gap) + length
+    return "\n".join(lines)
+
+
+def parts_title(parts: Iterable[Any], width: float, more: str = "", without: str = "") -> str:
+    """The parameters of some parts, each on lines of its own, for the head of a picture of that width in inches.
+
+    more: what else is said at the end; without: the name of a parameter that is left out, as it varies
+    """
+    given = [part_items(part, without=without) for part in parts]
+    if more:
+        given[-1][-1] += ";"
+        given[-1].append(more)
+    return "\n".join(filled(" ".join(items), round(LETTERS_PER_INCH * width), "    ") for items in given)
+
+
+def percent(share: float) -> str:
+    """A share in percent, to a tenth."""
+    return f"{100.0 * share:.1f} %"
+
+
+def law_words(name: str) -> str:
+    """The name of a part in words, as a title begins: "Maxwell slip", "LuGre"."""
+    words = re.sub(r"\blugre\b", "LuGre", name.replace("-", " "))
+    words = re.sub(r"\bpid?\b", lambda found: found[0].upper(), words)
+    return words[0].upper() + words[1:]
+
+
+def quantity_label(name: str, system: System) -> str:
+    """A quantity of a motion in words with its symbol, its name where there are none."""
+    machine = system.machine
+    label = LABELS.get(name, name.replace("_", " "))
+    if name == "position" and machine.cyclic is None:
+        label = "position $x$"
+    if len(machine.contact_states) > 1:
+        stem, number = name_and_number(name)
+        known = {
+            "position": "position $x_{}$",
+            "velocity": "velocity $v_{}$",
+            "sliding_velocity": "sliding velocity $v_{}$",
+            "contact_velocity": "sliding velocity $v_{}$",
+            "friction": "friction $R_{}$",
+            "displacement": "gap $z_{}$",
+        }
+        label = known[stem].format(number) if stem in known else label
+    elif name == "contact_velocity" and isinstance(machine, Imposed):
+        label = LABELS["velocity"]
+    elif name == "contact_velocity" and machine.contact_states[:1] == ("sliding_velocity",):
+        label = LABELS["sliding_velocity"]
+    elif name == "drive" and isinstance(machine, Imposed):
+        label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
+    elif name == "drive" and system.controller is not None:
+        label = "command $u$"
+    return label
+
+
+IN_SI = "In SI units."
+
+
+def with_unit(label: str, name: str, system: System) -> str:
+    """A label with the SI unit of a quantity, of a system that knows its scales."""
+    return label + bracketed(system.result_units.unit(name))
+
+
+def bracketed(unit: str) -> str:
+    """A unit as it stands behind what has it, in one piece: " [N m s/rad]"; nothing where there is none."""
+    return "" if unit == "1" else f" [{whole(unit)}]"
+
+
+def whole(words: str) -> str:
+    """Words between which no line is broken, such as a number and its unit."""
+    return words.replace(" ", "\N{NO-BREAK SPACE}")
+
+
+def scale(name: str, system: System) -> float:
+    """By what values of a quantity are multiplied for a picture: to SI, of a system that knows its scales."""
+    return system.result_units.factor(name)
+
+
+def parts_in_si(system: System, width: float, without: str = "") -> str:
+    """The parts of a system in SI, each on lines of its own, for the head of a picture of that width in inches.
+
+    without: the path (without units) of a parameter that is left out, as it varies
+    """
+    lines = []
+    for name, part in system.parts.items():
+        numbers = _quantities(name, part, system, {without}, {})
+        if name == "machine" and system.units is not None:
+            numbers += _scales(system.units)
+        if name == "environment" and not numbers:  # level ground, in which nothing else acts
+            continue
+        text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
+        lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
+    return "\n".join(lines)
+
+
+def _scales(scales: Scales) -> list[str]:
+    """What the units of a machine are, in words."""
+    found = []
+    for info in parameter_table(scales):
+        unit = unit_name(info.dimension or NUMBER)
+        stem = info.name.removesuffix(suffix(unit)).replace("_", " ")
+        number = f"{getattr(scales, info.name):.4g}"
+        found.append(whole(f"{stem}{EQUALS}{number} {unit}"))
+    return found
+
+
+def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
+    """The kinds of the parts of a case in SI, and what a study left as it is.
+
+    varied: paths that vary. fixed: values of paths at which a picture is fixed
+    """
+    system = case.system
+    parts = system.parts
+    plain = {place[0] for path in varied if (place := path_in_si(path, parts)) is not None}
+    kinds, numbers = [], []
+    for name, part in parts.items():
+        path = kind_path(name)
+        kind = fixed.get(path, part.name)
+        if path and path not in varied:
+            kinds.append(kind if name == "machine" else f"{kind} {name}")
+        if kind == part.name:
+            numbers += _quantities(name, part, system, varied | plain, fixed)
+        if name == "machine" and kind == part.name and system.units is not None:
+            numbers += _scales(system.units)
+    states = state_keys(system.si.states)
+    starts = written(case.initial, states, system.si, exactly=False) or {}
+    numbers += [whole(f"initial {each}") for each in _worded("initial", starts, states, varied | plain, fixed)]
+    return f"{', '.join(kinds)}; {', '.join(numbers)}"
+
+
+def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
+    units = system.si.of_part(name)
+    keys = parameter_keys(type(part), units.effort)
+    return _worded(name, written_in_si(part, units, exactly=False) or {}, keys, varied, fixed)
+
+
+def _worded(
+    name: str, values: Mapping[str, Any], keys: Mapping[str, Key], varied: set[str], fixed: Mapping[str, str]
+) -> list[str]:
+    """Values of a part by keys in words, those that are not zero."""
+    found = []
+    for key, value in values.items():
+        each = keys.get(key)
+        if not value or f"{name}.{key}" in varied or (each is not None and f"{name}.{each.name}" in varied):
+            continue
+        stem, unit = (key, "") if each is None else (each.stem, each.unit.removeprefix("1"))
+        words = f"{stem.replace('_', ' ')}{EQUALS}{fixed.get(f'{name}.{key}', value_text(value))} {unit}"
+        found.append(whole(words.strip()))
+    return found

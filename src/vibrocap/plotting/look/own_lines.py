@@ -1,0 +1,68 @@
+"""Lines in the user's own widths and colours, where the settings of Matplotlib are not its usual ones.
+
+The package draws in colours of its own, which stand for something (what is fitted, what is predicted), and in widths of
+its own. Where the user has set `lines.linewidth` or `lines.markersize`, all are that much wider; where the user has set
+`axes.prop_cycle`, its colours stand in the place of the package's, the first for the first. Areas keep their colours.
+"""
+
+import functools
+import itertools
+import weakref
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.colors import same_color
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+
+from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, VIOLET, YELLOW
+
+CYCLE = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, VIOLET, YELLOW)
+COLOURED = ("color", "markerfacecolor", "markeredgecolor")
+_DONE: weakref.WeakSet[Line2D] = weakref.WeakSet()
+
+Draw = TypeVar("Draw", bound=Callable[..., Any])
+
+
+def in_own_lines(draw: Draw) -> Draw:
+    """A function that draws into `ax`, with its lines as the user wants them; others in `ax` stay as they are."""
+
+    @functools.wraps(draw)
+    def drawing(*args: Any, **options: Any) -> Any:
+        ax = options.get("ax")
+        _DONE.update([] if ax is None else _lines(ax))
+        drawn = draw(*args, **options)
+        own_lines(drawn)
+        return drawn
+
+    return drawing  # type: ignore[return-value]
+
+
+def own_lines(drawn: Axes | Figure) -> None:
+    """Give the lines of axes or of a figure the user's widths and colours, once."""
+    ours, usual = matplotlib.rcParams, matplotlib.rcParamsDefault
+    wider, larger = (ours[name] / usual[name] for name in ("lines.linewidth", "lines.markersize"))
+    cycle = [] if ours["axes.prop_cycle"] == usual["axes.prop_cycle"] else ours["axes.prop_cycle"].by_key()["color"]
+    colours = dict(zip(CYCLE, itertools.cycle(cycle), strict=False))
+    panels = [drawn] if isinstance(drawn, Axes) else drawn.findobj(Axes)
+    legends = drawn.findobj(Legend)
+    for line in itertools.chain(*map(_lines, panels), *(legend.get_lines() for legend in legends)):
+        if line in _DONE:
+            continue
+        _DONE.add(line)
+        line.set_linewidth(wider * line.get_linewidth())
+        line.set_markersize(larger * line.get_markersize())
+        for name in COLOURED if colours else ():
+            found = getattr(line, f"get_{name}")()
+            own = next((new for old, new in colours.items() if same_color(found, old)), None)
+            if own is not None:
+                getattr(line, f"set_{name}")(own)
+
+
+def _lines(ax: Any) -> Iterable[Line2D]:
+    """The lines of axes, without their grid and ticks, and those of their legend."""
+    legend = ax.get_legend()
+    return [*ax.get_lines(), *([] if legend is None else legend.get_lines())]

@@ -1,0 +1,256 @@
+"""The style of all pictures: colours, labels, figures, and files that come out the same every time.
+
+Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session. What
+draws into axes that it is given does so within `style()`, which ends with it.
+"""
+
+import contextlib
+import io
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
+
+from vibrocap.plotting.look.colours import BLUE
+from vibrocap.plotting.look.page import page
+
+# fontTools, which puts letters into PDF files (pdf.fonttype below), complains about the dates of Matplotlib's own fonts
+logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
+
+FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
+
+# The paper's arrangement: LuGre red and solid, exponential blue and dashed.
+LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1.4}
+EM_STYLE: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 2)), "linewidth": 1.4}
+
+STICK_SHADE: dict[str, Any] = {"color": "#B8B8B8", "alpha": 0.45, "linewidth": 0, "zorder": 0}
+ANY_UNITS = "All quantities in the units of the parameters."
+DIMENSIONLESS = r"All quantities dimensionless: lengths in $l$, time in $\sqrt{l/g}$, forces in $m\,g$."
+
+BELOW = 36.0  # points below axes at which a legend begins: room for the numbers and the label of the axis
+
+PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))  # of units
+
+STYLE: dict[Any, Any] = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "mathtext.fontset": "dejavusans",  # the letters of all else
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.02,
+    "axes.ymargin": 0.06,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "legend.fontsize": 8.5,
+    "pdf.fonttype": 42,  # letters as outlines of a font that a journal takes and a reader can copy
+    "ps.fonttype": 42,
+    "svg.hashsalt": "vibrocap",
+}
+# Over those, where a figure is fitted to a page.
+PAGE_STYLE: dict[Any, Any] = {
+    "savefig.dpi": 300,
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "axes.labelsize": 7.5,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+}
+HEAD = 6.5  # points: of what stands above and below the panels of such a figure
+
+
+def read_style_sheet(path: Path) -> dict[Any, Any]:
+    """The settings of a style sheet of Matplotlib; ValueError for a file that is none."""
+    said: list[str] = []
+    handler, logger = logging.Handler(), logging.getLogger("matplotlib")
+    handler.emit = lambda record: said.append(" ".join(record.getMessage().split()))
+    logger.addHandler(handler)  # Matplotlib warns of lines that are no settings, and goes on
+    propagated, logger.propagate = logger.propagate, False
+    try:
+        settings = matplotlib.rc_params_from_file(path, use_default_template=False)
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f"{str(path)!r} cannot be read: {error}") from None
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = propagated
+    if said:
+        raise ValueError(f"{str(path)!r} is no style sheet of Matplotlib: {said[0]}")
+    return dict(settings)
+
+
+def with_settings(settings: Mapping[Any, Any]) -> contextlib.AbstractContextManager:
+    """A context in which these are the user's settings, which hold over those of the package."""
+    return matplotlib.rc_context(dict(settings))
+
+
+def settings_of(package: dict[Any, Any]) -> dict[Any, Any]:
+    """Those settings of the package's style which the user has left as Matplotlib sets them."""
+    asked = package | (PAGE_STYLE if page().width is not None else {})
+    return {name: value for name, value in asked.items() if _untouched(name, asked)}
+
+
+def _untouched(name: Any, asked: Mapping[Any, Any]) -> bool:
+    """Whether a setting is Matplotlib's own, or one of the package's, as it is within `style`."""
+    ours = [each[name] for each in (STYLE, PAGE_STYLE, asked) if name in each]
+    return matplotlib.rcParams[name] in (matplotlib.rcParamsDefault[name], *ours, *([each] for each in ours))
+
+
+@contextlib.contextmanager
+def style(settings: Mapping[Any, Any] | None = None) -> Iterator[None]:
+    """A context in which Matplotlib draws in the style of this package; it leaves no trace.
+
+    settings: of Matplotlib, such as {"font.size": 12}, over those of the style
+
+    What the user has set in `matplotlib.rcParams`, or by a style sheet, stays as it is.
+    """
+    with matplotlib.rc_context(settings_of(STYLE) | dict(settings or {})):
+        yield
+
+
+class ShownFigure(Figure):
+    """A figure that a notebook shows whether or not it was told of Matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        """The picture, as it is written to a file but for its fineness."""
+        found = io.BytesIO()
+        with style():
+            self.savefig(found, format="png", dpi=self.dpi)
+        return found.getvalue()
+
+
+def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
+    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches.
+
+    The axes of a new figure show themselves in a notebook as that figure.
+    """
+    if ax is not None:
+        return ax
+    fig, axes = figure(size=size)
+    axes[0, 0]._repr_png_ = fig._repr_png_  # type: ignore[attr-defined]
+    return axes[0, 0]
+
+
+def figure(
+    nrows: int = 1, ncols: int = 1, size: tuple[float, float] = (6.4, 4.0), **options: Any
+) -> tuple[ShownFigure, Any]:
+    """A figure in the project's style and its axes, an array [nrows, ncols]; `size` in inches.
+
+    Further options go to `Figure.subplots` (sharex, width_ratios, ...).
+    """
+    fig = blank_figure(size)
+    with style():
+        axes = fig.subplots(nrows, ncols, squeeze=False, **options)
+    return fig, axes
+
+
+def blank_figure(size: tuple[float, float]) -> ShownFigure:
+    """A figure in the project's style without axes; `size` in inches."""
+    with style():
+        fig = ShownFigure(figsize=size, layout="constrained")
+        FigureCanvasAgg(fig)
+    return fig
+
+
+def legend(axes: Axes, **options: Any) -> None:
+    """A legend in the project's style."""
+    with style():
+        axes.legend(**{"loc": "best", **options})
+
+
+def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
+    """A legend below axes and their label, where it covers nothing."""
+    down = ScaledTranslation(0.0, -BELOW / 72.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}
+    legend(axes, handles=handles, **place, **({"bbox_transform": axes.transAxes + down, "fontsize": 7.5} | options))
+
+
+def legend_above(axes: Axes, **options: Any) -> None:
+    """A legend in the line of the title, where it covers no data."""
+    look = {
+        "ncols": 3,
+        "columnspacing": 1.0,
+        "handlelength": 1.5,
+        "fontsize": 8 if page().width is None else 6.5,
+    } | options
+    axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
+
+
+def letters(points: float) -> float:
+    """The size of letters that are so large on a screen, in points; on a page at most those of its labels."""
+    return points if page().width is None else min(points, PAGE_STYLE["xtick.labelsize"])
+
+
+def heading(fig: Figure, text: str) -> None:
+    """The title of a whole figure."""
+    if page().header:
+        fig.suptitle(text, fontsize=10.5 if page().width is None else HEAD + 1.5, x=0.01, ha="left", weight="bold")
+
+
+def setting(fig: Figure, text: str) -> None:
+    """The parameters of what a figure shows, above it."""
+    if page().header:
+        fig.suptitle(text, fontsize=9.5 if page().width is None else HEAD, x=0.01, ha="left")
+
+
+def small_setting(fig: Figure, text: str) -> None:
+    """The same in small print, as of a diagram over one of the parameters."""
+    if page().header:
+        fig.suptitle(text, fontsize=8 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
+
+
+def logarithmic(ax: Axes, name: str) -> None:
+    """A logarithmic scale of the axis "x" or "y" whose ticks do not run into each other.
+
+    Over a few decades these are 1, 2 and 5 of each, as plain numbers, within one decade round numbers; over more than
+    three, powers of ten.
+    """
+    getattr(ax, f"set_{name}scale")("log")
+    low, high = sorted(getattr(ax, f"get_{name}lim")())
+    axis = ax.xaxis if name == "x" else ax.yaxis
+    if high < FEW_DECADES * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high >= 10.0 * low else MaxNLocator(5))
+        axis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
+    """A line of small print below the axes."""
+    if page().header:
+        fig.supxlabel(text, fontsize=7.5 if page().width is None else HEAD, color="#555555", x=0.01, ha="left")
+
+
+def decimated(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """A line of at most `most` points through the least and the largest y of as many stretches as that takes."""
+    block = -(-2 * len(x) // most)
+    if block <= 2:
+        return x, y
+    number = len(x) // block
+    parts = y[: number * block].reshape(number, block)
+    at = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+    index = (at + block * np.arange(number)[:, None]).ravel()
+    return x[index], y[index]
+
+
+def unit_of(values: np.ndarray) -> tuple[float, str]:
+    """The unit in which the largest of the values is between 1 and 1000, as a factor and a prefix."""
+    largest = float(np.max(np.abs(values)))
+    return next((each for each in PREFIXES if largest >= each[0]), PREFIXES[-1])

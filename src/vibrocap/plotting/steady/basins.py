@@ -1,0 +1,218 @@
+"""Pictures of basins: which way each start travels in the end, and which attractor it leads to."""
+
+import dataclasses
+import types
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from vibrocap.arguments import ArgumentError, shown
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
+from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
+from vibrocap.plotting.look.labels import EQUALS, bracketed, quantity_label, scale, value_text
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import given_axes, legend_below, settings_of, style
+from vibrocap.plotting.studies.cells import Cell, share
+from vibrocap.plotting.studies.maps import (
+    CELL_STYLES,
+    HALO,
+    OTHERS,
+    PRINT,
+    UNSETTLED,
+    _hatch,
+    _hatched,
+    add_title_and_legend,
+    study_axes,
+)
+from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label
+from vibrocap.studies.orbit_datasets import PHASE_ATTRIBUTES, basin_dataset
+
+DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
+WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
+ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
+# Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
+UNVALUED_STYLES = {
+    NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
+    FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
+    NOT_CERTIFIED: ("not certified", *CELL_STYLES[Cell.FAILED]),
+    NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
+}
+
+
+def basin_figure(basins: Basins, axes: Sequence[str] | None = None) -> Figure:
+    """The figure of basins: directions of travel, and beside them the attractors where several travel one way.
+
+    axes: those of the plane by other keys, such as ("angle_deg", "angle_rate"); by default as the plane was asked for,
+        in degrees where it was given in degrees
+    Starts that failed, did not settle or are not certified are hatched, so that nothing depends on colour alone.
+    """
+    along = _along(basins, axes)
+    basins = _shown(basins, along)
+    travels = basins.system.cyclic is not None
+    several = travels and len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
+    which = "Which way each start travels" + (", and to which attractor" if several else "")
+    words: Any = types.SimpleNamespace(
+        title=which if travels else "Where each start leads",
+        setting=_setting(basins),
+        note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
+    )
+    with style(settings_of(PRINT)):
+        fig, panels = study_axes(words, 2 if several else 1)
+        legend = []
+        if travels:
+            drawn = _draw(panels[0], basins, basins.direction, WAYS)
+            _frame(panels[0], basins, along, first=True)
+            legend += [
+                Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS
+            ]
+        if several or not travels:
+            _draw(panels[-1], basins, basins.label, _attractor_colours(basins))
+            _frame(panels[-1], basins, along, first=not several)
+            if several:
+                panels[0].set_title("direction of travel")
+                panels[1].set_title("attractor")
+            named = basins.attractors[: len(ATTRACTORS)]
+            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each, basins)) for k, each in enumerate(named)]
+            if others := basins.attractors[len(ATTRACTORS) :]:
+                count = sum(each.starts for each in others)
+                legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
+        add_title_and_legend(fig, words, legend + _unvalued(basins))
+    return fig
+
+
+@in_own_lines
+def draw_basins(
+    basins: Basins, what: str = "direction", *, axes: Sequence[str] | None = None, ax: Axes | None = None
+) -> Axes:
+    """One panel of `basin_figure`: where each start of the plane leads.
+
+    what: "direction" of travel, or "attractor"; axes: as in `basin_figure`
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    if what not in ("direction", "attractor"):
+        raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
+    along = _along(basins, axes)
+    basins = _shown(basins, along)
+    ax = given_axes(ax, (4.6, 3.8))
+    if what == "direction":
+        codes, colours = basins.direction, WAYS
+        words = {code: _direction_label(basins, code) for code in colours}
+    else:
+        codes, colours = basins.label, _attractor_colours(basins)
+        words = {k: _attractor(each, basins) for k, each in enumerate(basins.attractors)}
+    with style():
+        shown_codes = _draw(ax, basins, codes, colours)
+        _frame(ax, basins, along, first=True)
+        patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]
+        legend_below(ax, patches + _unvalued(basins))
+        ax.set_title("direction of travel" if what == "direction" else "attractor")
+        ax.grid(False)
+    return ax
+
+
+def _attractor_colours(basins: Basins) -> dict[int, str]:
+    return {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
+
+
+def _along(basins: Basins, keys: Sequence[str] | None) -> list[Quantity]:
+    """The axes as they are drawn; ArgumentError for keys that are not theirs."""
+    names = [name if name == PHASE else INITIAL + name for name in basins.axes]
+    keys = basins.keys if keys is None else keys
+    if not keys:
+        return [quantity_in_si(name, basins.system) for name in names]
+    asked = [key if key == PHASE else INITIAL + key for key in ((keys,) if isinstance(keys, str) else keys)]
+    found = [quantity(path, basins.system) for path in asked]
+    found = [each if each.unit != "1" else quantity_in_si(each.plain, basins.system) for each in found]
+    if [each.plain for each in found] != names:
+        right = " and ".join(basins.axes)
+        raise ArgumentError("axes", f"should be {right}, each with a unit such as angle_deg, got {shown(keys)}")
+    return found
+
+
+def _shown(basins: Basins, along: list[Quantity]) -> Basins:
+    """The basins with axes as they are drawn, and drifts in SI, where the system knows its scales."""
+    x, y = (values * each.scale for each, values in zip(along, (basins.x, basins.y), strict=True))
+    return dataclasses.replace(basins, x=x, y=y, drift=basins.drift * scale("position", basins.system))
+
+
+def _unvalued(basins: Basins) -> list[Any]:
+    """The legend of starts that have no value of their own."""
+    found = []
+    for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
+        if count := int(np.sum(basins.label == code)):
+            patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
+            found.append(_hatched(patch, hatch, ink))
+    return found
+
+
+def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:
+    """Cells in the colours of their codes, hatched where they have no value; (code, colour, where) of what is shown."""
+    x, y = _edges(basins)
+    faces = colours | {code: face for code, (_, face, _, _) in UNVALUED_STYLES.items()}
+    shown = [(code, colour, codes == code) for code, colour in faces.items() if np.any(codes == code)]
+    number = np.zeros(codes.shape)
+    for k, (_, _, where) in enumerate(shown):
+        number[where] = k
+    paint: dict[str, Any] = {"cmap": ListedColormap([colour for _, colour, _ in shown]), "vmin": -0.5}
+    ax.pcolormesh(x, y, number.T, vmax=len(shown) - 0.5, rasterized=True, label="values", **paint)
+    for code, (_, _, hatch, ink) in UNVALUED_STYLES.items():
+        _hatch(ax, x, y, basins.label == code, hatch, "white", HALO)
+        _hatch(ax, x, y, basins.label == code, hatch, ink)
+    return shown
+
+
+def _edges(basins: Basins) -> tuple[np.ndarray, np.ndarray]:
+    x, y = (ViewAxis(name, values, name).edges for name, values in zip(basins.axes, (basins.x, basins.y), strict=True))
+    return x, y
+
+
+def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None:
+    """Limits and labels of the axes."""
+    x, y = _edges(basins)
+    labels = [
+        axis_label(PHASE, PHASE_ATTRIBUTES)
+        if name == PHASE
+        else f"initial {quantity_label(name, basins.system)}{bracketed(each.unit)}"
+        for name, each in zip(basins.axes, along, strict=True)
+    ]
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
+    if first:
+        ax.set_ylabel(labels[1])
+
+
+def _setting(basins: Basins) -> str:
+    """The case in brief, and where the starts are."""
+    dataset = basin_dataset(basins)
+    words = case_label(dataset, {})
+    if PHASE not in basins.axes and basins.phase:
+        words += f", t₀/T{EQUALS}{value_text(basins.phase)}"
+    return words
+
+
+def _direction_label(basins: Basins, code: int) -> str:
+    """A direction with its share of all starts, and with the drift where all that travel so drift alike."""
+    where = basins.direction == code
+    words = f"{DIRECTIONS[code]}: {share(int(np.sum(where)), where.size)}"
+    drifts = basins.drift[where]
+    if code != NO_TRAVEL and len(drifts) and np.ptp(drifts) <= 1e-9:
+        words += _drift(drifts[0], basins)
+    return words
+
+
+def _attractor(attractor: Attractor, basins: Basins) -> str:
+    """An attractor in the legend."""
+    motion = attractor.motion
+    drift = "" if motion.drift is None else _drift(motion.drift * scale("position", basins.system), basins)
+    return f"{motion.kind}{drift}: {share(attractor.starts, max(round(attractor.starts / attractor.share), 1))}"
+
+
+def _drift(drift: float, basins: Basins) -> str:
+    unit = "" if basins.system.units is None else " m"
+    return f", ΔX{EQUALS}{drift:+.4g}{unit}".replace("-", "\N{MINUS SIGN}")

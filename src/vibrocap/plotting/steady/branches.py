@@ -1,0 +1,382 @@
+"""Pictures of branches: where steady motions travel, how fast, and which of them are stable."""
+
+import itertools
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibrocap.arguments import check_one_of
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
+from vibrocap.physics.dimensions.conversion import Quantity, quantity_in_si
+from vibrocap.physics.dimensions.conversion import quantity as quantity_of
+from vibrocap.physics.dimensions.units import suffix
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.page import page
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+
+QUANTITIES = {
+    "mean_velocity": "mean velocity of the steady motion",
+    "drift": "drift over one response",
+    "period": "period of the steady motion",
+}
+UNITS = {"mean_velocity": "velocity", "drift": "position", "period": "time"}  # what has the same unit
+LINE = 0.16  # inches: the height of a line of parameters above a picture
+UNSTABLE = (0, (3.0, 2.2))
+LINES: dict[str, dict[str, Any]] = {"stable": {"linewidth": 1.8}, "unstable": {"linewidth": 1.0, "linestyle": UNSTABLE}}
+# (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
+MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
+    SpecialKind.PITCHFORK: ("D", 5.5, True),
+    SpecialKind.FOLD: ("o", 10.0, False),
+    SpecialKind.FLIP: ("s", 5.0, True),
+    SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
+    SpecialKind.BRANCH_POINT: ("P", 6.0, True),
+    SpecialKind.HOPF: ("h", 7.0, True),
+    SpecialKind.MODE_CHANGE: ("|", 7.0, False),
+    SpecialKind.GRAZING: ("v", 6.0, True),
+    SpecialKind.CHATTER: ("^", 6.0, True),
+    SpecialKind.JUMP: ("X", 6.0, True),
+    SpecialKind.UNLOCATED: ("x", 6.0, False),
+}
+WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.MODE_CHANGE: "change of the mode sequence"}
+LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
+LOSS_WORDS = "symmetry breaks at a change of mode sequence"
+# Two halves of one disc: full where both sweeps agree.
+SWEPT: dict[str, dict[str, Any]] = {
+    way: {
+        "marker": "o",
+        "fillstyle": half,
+        "markersize": 4.0,
+        "markerfacecolor": VERMILION,
+        "markerfacecoloralt": "none",
+        "markeredgecolor": VERMILION,
+        "markeredgewidth": 0.6,
+    }
+    for way, half in (("up", "right"), ("down", "left"))
+}
+# Where stable motions end within the range: an arrow to what follows them, a cross where nothing closes.
+LEADS, ENDS = "stable motions end: what follows them", "stable motions end: nothing closes beyond"
+LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
+
+
+def branch_figure(
+    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
+    quantity: str = "mean_velocity",
+    *,
+    titles: Sequence[str] = (),
+    multipliers: bool = False,
+    swept: Sequence[BifurcationDiagram] = (),
+    over: str | None = None,
+) -> Figure:
+    """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
+
+    Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
+
+    quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
+    multipliers: a second row with the size of the largest Floquet multiplier
+    swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
+    over: the parameter by another path, such as "drive.frequency_rad_per_s"; by default in SI where the system is
+    """
+    given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
+    _check(given, quantity)
+    if swept and [(each.over, each.system.friction.name) for each in swept] != [
+        (each.over, each.system.friction.name) for each in given
+    ]:
+        raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
+    rows, columns = 1 + multipliers, len(given)
+    width = 4.4 * columns + 1.0
+    setting = fixed_parameters(given, width)
+    size = (width, 3.4 + 1.9 * multipliers + 0.5 + LINE * (setting.count("\n") + 1))
+    fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
+    used: set[str] = set()
+    with style():
+        small_setting(fig, setting)
+        for column, each in enumerate(given):
+            ax = axes[0, column]
+            along = _along(each, over)
+            used |= draw_branches(ax, _branches(each), quantity, along)
+            used |= draw_transitions(ax, each, quantity, along)
+            if swept:
+                used |= draw_swept(ax, swept[column], quantity, along)
+            ax.set_title(titles[column] if titles else law_title(each), pad=8)
+            if multipliers:
+                draw_multipliers(axes[1, column], _branches(each), along)
+            axes[-1, column].set(xlabel=parameter_label(each, over), xlim=_range(each, along))
+        axes[0, 0].set_ylabel(with_unit(QUANTITIES[quantity], UNITS[quantity], given[0].system))
+        if multipliers:
+            axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
+        fig.legend(handles=_handles(given, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
+    return fig
+
+
+@in_own_lines
+def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
+
+    quantity: by default the mean velocity, or the period where the machine is held to its place
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    quantity = quantity or ("mean_velocity" if found.system.cyclic is not None else "period")
+    _check([found], quantity)
+    ax = given_axes(ax)
+    with style():
+        used = draw_branches(ax, _branches(found), quantity)
+        used |= draw_transitions(ax, found, quantity, _along(found))
+        label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
+        ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=label, xlim=_range(found, _along(found)))
+        legend_below(ax, _handles([found], used), ncols=2)
+    return ax
+
+
+@in_own_lines
+def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
+    """The size of the largest Floquet multiplier over the parameter: stable below 1.
+
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax)
+    with style():
+        draw_multipliers(ax, _branches(found))
+        ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=_range(found, _along(found)))
+    return ax
+
+
+def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
+    """ValueError for what cannot be drawn."""
+    if not given or not any(len(branch) for each in given for branch in _branches(each)):
+        raise ValueError("found should hold at least one branch that is not empty")
+    check_one_of("quantity", quantity, QUANTITIES)
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+        raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+
+
+def fixed_parameters(given: Sequence[Any], width: float) -> str:
+    """The parameters of the systems of branches, each part once, without the one that varies, for a head so wide."""
+    width = width if page().width is None else 1.15 * page().width_or(width)  # in smaller letters
+    if given[0].system.units is not None:
+        return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
+    parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
+    different = [part for i, part in enumerate(parts) if part not in parts[:i]]
+    return parts_title(different, width * 1.1, without=given[0].over.split(".", 1)[1])
+
+
+def law_title(found: Branch | BranchDiagram) -> str:
+    """The friction law, as a title."""
+    return f"{law_words(found.system.friction.name)} law"
+
+
+def _along(found: Any, over: str | None = None) -> Quantity:
+    """The parameter as it is drawn."""
+    return quantity_in_si(found.over, found.system) if over is None else quantity_of(over, found.system)
+
+
+def _range(found: Branch | BranchDiagram, along: Quantity) -> tuple[float, float]:
+    low, high = found.between
+    return low * along.scale, high * along.scale
+
+
+def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> str:
+    """Name and symbol of the parameter, in SI its unit, for an axis."""
+    part, name = found.over.split(".", 1)
+    along = _along(found, over)
+    if along.unit != "1":
+        stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
+        return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
+    record = found.system.parts[part]
+    symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
+    return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
+
+
+def draw_branches(
+    ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity", along: Quantity | None = None
+) -> set[str]:
+    """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
+    used: set[str] = set()
+    marks: list[tuple[SpecialPoint, float, float, str]] = []
+    if quantity != "period":
+        ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
+    for branch in branches:
+        if not len(branch):
+            continue
+        colour = branch_colour(branch)
+        across, up = (along or _along(branch)).scale, scale(UNITS[quantity], branch.system)
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+            for x, y, stable in stretches(branch, quantity):
+                word = "stable" if stable else "unstable"
+                style = LINES[word] | {"color": colour, "zorder": 3 if stable else 2, "solid_capstyle": "butt"}
+                ax.plot(across * x, sign * up * y, **style)
+                used.add(word)
+            for special in branch.special_points:
+                value = sign * up * value_at(branch, special, quantity)
+                marks.append((special, across * special.parameter, value, colour))
+        used.add(colour)
+    for special, x, y, colour in marks:
+        marker, size, filled = MARKS[special.kind]
+        over: dict[str, Any] = {"zorder": 5, "linestyle": "none"}
+        if special.kind in CORNERS and special.passed is not None:
+            marker, size = LOSS
+            ax.plot(x, y, marker=marker, markersize=size, markerfacecolor="white", color=BLACK, **over)
+            used.add(LOSS_WORDS)
+        elif filled:
+            ax.plot(x, y, marker=marker, markersize=size, color=BLACK, markeredgecolor="white", **over)
+            used.add(special.kind.value)
+        else:
+            look = {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
+            ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
+            used.add(special.kind.value)
+    for branch in branches if quantity != "period" else ():
+        _label_travel(ax, branch, (along or _along(branch)).scale)
+    return used
+
+
+def draw_transitions(ax: Axes, found: Branch | BranchDiagram, quantity: str, along: Quantity) -> set[str]:
+    """Draw where stable motions of a diagram end within the range, and what follows; returns what to explain."""
+    used: set[str] = set()
+    if not isinstance(found, BranchDiagram):
+        return used
+    for each in found.transitions:
+        branch, x = found.branches[each.branch], each.parameter * along.scale
+        up = scale(UNITS[quantity], branch.system)
+        start = float(getattr(branch, quantity)[each.point]) * up
+        end = start
+        if each.reached is not None:
+            other = found.branches[each.reached]
+            away = np.where(other.stable, np.abs(other.parameter - each.parameter), np.inf)
+            end = float(getattr(other, quantity)[int(np.argmin(away))]) * up
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+            if each.reached is None:
+                ax.plot(x, sign * start, marker="x", markersize=7.0, color=VERMILION, linestyle="none", zorder=6)
+            else:
+                arrow = {"arrowstyle": "->", "color": VERMILION, "linewidth": 1.1, "shrinkA": 3.0, "shrinkB": 1.0}
+                ax.annotate("", (x, sign * end), (x, sign * start), arrowprops=arrow, zorder=6)
+            used.add(ENDS if each.reached is None else LEADS)
+    return used
+
+
+def _label_travel(ax: Axes, branch: Branch, across: float) -> None:
+    """Write the parameter beside each place where symmetric motions lose their stability or gain it: travel begins or
+    ends there."""
+    for special in branch.special_points if branch.symmetric else ():
+        if special.stability != "kept":
+            lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
+            look: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
+            place, beside = across * special.parameter, (-4 if lost else 6, -6)
+            ax.annotate(f"{place:.4f}", (place, 0.0), xytext=beside, textcoords="offset points", **look)
+
+
+def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity | None = None) -> set[str]:
+    """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
+    for d, way in enumerate(swept.directions):
+        settled = swept.response_period[d] > 0
+        systems = (swept.system.with_parameters({swept.over: float(value)}) for value in swept.values)
+        periods = np.array([system.drive.period for system in systems])
+        shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
+        x = np.broadcast_to(swept.values, settled.shape) * (along or _along(swept)).scale
+        y = shown * scale(UNITS[quantity], swept.system)
+        ax.plot(x[settled], y[settled], **SWEPT[way], linestyle="none", zorder=3.5)
+    return set(swept.directions)
+
+
+def draw_multipliers(ax: Axes, branches: Iterable[Branch], along: Quantity | None = None) -> None:
+    """Size of the largest multiplier over the parameter; a branch jumps where its mode sequence changes."""
+    ax.axhline(1.0, color="#9A9A9A", linewidth=0.8, zorder=1)
+    for branch in branches:
+        if not len(branch):
+            continue
+        largest = np.max(np.abs(branch.multipliers), axis=1)
+        x = branch.parameter * (along or _along(branch)).scale
+        for first, last, stable in branch.parts:
+            style: dict[str, Any] = {"linewidth": 1.6} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
+            shown = slice(first, last + 1)
+            ax.plot(x[shown], largest[shown], color=branch_colour(branch), **style)
+    ax.set_ylim(bottom=0.0)
+
+
+def branch_colour(branch: Branch) -> str:
+    """Black for symmetric motions and for cycles, blue for those that travel, others for longer responses."""
+    if branch.symmetric or branch.response_period == 0:
+        return BLACK
+    if branch.response_period == 1:
+        return BLUE
+    return LONGER.get(branch.response_period, SKY if branch.response_period % 2 == 0 else VERMILION)
+
+
+def value_at(branch: Branch, special: SpecialPoint, quantity: str) -> float:
+    """The quantity drawn, at a special point."""
+    if quantity == "period":
+        return float(np.interp(special.arclength, branch.arclength, branch.period))
+    drift = 0.0 if special.drift is None else special.drift
+    if quantity == "drift":
+        return drift
+    system = branch.system.with_parameters({branch.over: special.parameter})
+    return drift / (branch.response_period * system.drive.period)
+
+
+def stretches(branch: Branch, quantity: str) -> list[tuple[np.ndarray, np.ndarray, bool]]:
+    """(parameter, quantity, stable) of each stretch of a branch, cut exactly where the stability changes."""
+    values = getattr(branch, quantity)
+    corners = [(s, p, v, bool(ok), bool(ok)) for s, p, v, ok in zip(
+        branch.arclength, branch.parameter, values, branch.stable, strict=True
+    )]  # fmt: skip
+    for special in branch.special_points:
+        before, after = special.unstable_before == 0, special.unstable_after == 0
+        value = value_at(branch, special, quantity)
+        corners.append((special.arclength, special.parameter, value, before, after))
+    corners.sort(key=lambda corner: corner[0])
+    found: list[tuple[list[float], list[float], bool]] = []
+    for (_, p, v, _, leaving), (_, q, w, arriving, _) in itertools.pairwise(corners):
+        stable = leaving or arriving  # the first and the last point may be a birth, whose multiplier is 1
+        if not found or found[-1][2] != stable:
+            found.append(([p], [v], stable))
+        found[-1][0].append(q)
+        found[-1][1].append(w)
+    return [(np.array(x), np.array(y), stable) for x, y, stable in found]
+
+
+def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
+    return found.branches if isinstance(found, BranchDiagram) else (found,)
+
+
+def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
+    """The legend: what was drawn and nothing else."""
+    handles = []
+    whose = "mirror twins" if any(each.symmetric is False for one in given for each in _branches(one)) else "motions"
+    for colour, text in {
+        BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
+        BLUE: f"{whose} that travel",
+        GREEN: f"{whose.removeprefix('mirror ')} of 2 drive periods",
+        PURPLE: "of 4 drive periods",
+        ORANGE: "of 8 drive periods",
+        SKY: "of other even numbers of periods",
+        VERMILION: "of other odd numbers of periods",
+    }.items():
+        if colour in used:
+            handles.append(Line2D([], [], color=colour, linewidth=1.8, label=text))
+    handles += [Line2D([], [], color="#444444", label=word, **LINES[word]) for word in LINES if word in used]
+    for kind, (marker, size, filled) in MARKS.items():
+        if kind.value in used:
+            look: dict[str, Any] = {"marker": marker, "color": BLACK, "markersize": size}
+            look |= {"markeredgecolor": "white"} if filled else {"markeredgewidth": 1.1, "markerfacecolor": "white"}
+            handles.append(Line2D([], [], linestyle="none", label=WORDS.get(kind, kind.value), **look))
+    if LOSS_WORDS in used:
+        marker, size = LOSS
+        look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
+        handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    for words, marker in ((LEADS, r"$\downarrow$"), (ENDS, "x")):
+        if words in used:
+            handles.append(
+                Line2D([], [], linestyle="none", marker=marker, color=VERMILION, markersize=8.0, label=words)
+            )
+    for way, look in SWEPT.items():
+        if way in used:
+            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))
+    return handles

@@ -1,0 +1,70 @@
+"""Pictures of bifurcation diagrams: the states at the section over the parameter, swept up and down."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.plotting.look.colours import BLUE, VERMILION
+from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.steady.branches import LINE, fixed_parameters, law_title, parameter_label
+
+WIDTH = 6.2  # inches
+INKS = {"up": BLUE, "down": VERMILION}
+SHIFT = 0.25  # of the step of the parameter, by which the two ways stand apart
+
+
+def bifurcation_figure(found: BifurcationDiagram, state: str | None = None) -> Figure:
+    """A state at the section over the parameter, both ways in which it was swept.
+
+    state: by default that of the machine which varies most there
+    """
+    setting = fixed_parameters([found], WIDTH)
+    fig, axes = figure(1, 1, size=(WIDTH, 4.2 + LINE * (setting.count("\n") + 1)))
+    with style():
+        small_setting(fig, setting)
+        _draw(axes[0, 0], found, state or _widest(found))
+        fig.legend(handles=_handles(found), loc="outside lower center", ncols=2)
+    return fig
+
+
+@in_own_lines
+def draw_bifurcation(found: BifurcationDiagram, state: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """The panel of `bifurcation_figure`. Returns the axes: `ax`, or those of a new figure."""
+    ax = given_axes(ax)
+    with style():
+        _draw(ax, found, state or _widest(found))
+        legend_below(ax, _handles(found), ncols=2)
+    return ax
+
+
+def _widest(found: BifurcationDiagram) -> str:
+    """The state of the machine whose values at the section spread most, over natural sizes."""
+    system = found.system
+    names = [name for name in system.machine.states if name != system.cyclic]
+    columns = [system.state_names.index(name) for name in names]
+    spread = np.nanmax(found.states[..., columns], axis=(0, 1, 2, 3)) - np.nanmin(
+        found.states[..., columns], (0, 1, 2, 3)
+    )
+    return names[int(np.argmax(spread / np.array(system.scales(), dtype=float)[columns]))]
+
+
+def _draw(ax: Axes, found: BifurcationDiagram, state: str) -> None:
+    along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
+    index, step = found.system.state_names.index(state), np.diff(found.values[:2])[0]
+    for k, way in enumerate(found.directions):
+        aside = 0.0 if len(found.directions) == 1 else SHIFT * step * (-1.0 if way == "up" else 1.0)
+        x = np.broadcast_to(found.values[:, None] + aside, found.states.shape[1:4])
+        y = found.states[k, ..., index]
+        ax.plot(along * x.ravel(), up * y.ravel(), ".", color=INKS[way], markersize=1.8, rasterized=True)
+    ax.set(title=law_title(found), xlabel=parameter_label(found))  # type: ignore[arg-type]
+    ax.set_ylabel(with_unit(f"{state.replace('_', ' ')} at the section", state, found.system))
+
+
+def _handles(found: BifurcationDiagram) -> list[Line2D]:
+    words = {"up": "parameter going up", "down": "going down"}
+    return [Line2D([], [], color=INKS[way], marker=".", linestyle="none", label=words[way]) for way in found.directions]

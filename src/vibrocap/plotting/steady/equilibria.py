@@ -1,0 +1,147 @@
+"""Pictures of branches of equilibria: where steady sliding is stable, and the cycles that are born where it is not."""
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPointKind
+from vibrocap.physics.dimensions.conversion import quantity_in_si
+from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
+from vibrocap.plotting.look.labels import scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import figure, given_axes, legend_below, small_setting, style
+from vibrocap.plotting.steady.branches import LINE, LINES, fixed_parameters, parameter_label
+
+WIDTH = 5.6  # inches
+MARKS: dict[EquilibriumPointKind, tuple[str, float]] = {
+    EquilibriumPointKind.HOPF: ("s", 6.0),
+    EquilibriumPointKind.FOLD: ("o", 7.0),
+    EquilibriumPointKind.MODE_COUPLING: ("D", 6.0),
+    EquilibriumPointKind.BRANCH_POINT: ("P", 7.0),
+    EquilibriumPointKind.UNLOCATED: ("x", 6.0),
+}
+
+
+def equilibrium_figure(found: EquilibriumBranch, cycles: Sequence[Branch] = (), state: str | None = None) -> Figure:
+    """A state of steady sliding over the parameter, with cycles that surround it, above the eigenvalues' real parts.
+
+    cycles: branches of cycles over the same parameter, drawn by the least and the largest value of the state
+    state: by default the first that is neither cyclic nor a rate, such as the position of a block on a belt
+    """
+    setting = fixed_parameters([found], WIDTH)
+    size = (WIDTH, 5.4 + LINE * (setting.count("\n") + 1))
+    fig, axes = figure(2, 1, size=size, sharex="col", height_ratios=[3.0, 2.0])
+    with style():
+        small_setting(fig, setting)
+        used = _draw_states(axes[0, 0], found, cycles, state or _first_state(found))
+        used |= _draw_eigenvalues(axes[1, 0], found)
+        axes[0, 0].set_title(f"steady sliding, {found.system.friction.name} law", pad=8)
+        axes[1, 0].set_xlabel(parameter_label(found))  # type: ignore[arg-type]
+        fig.legend(handles=_handles(used), loc="outside lower center", ncols=3)
+    return fig
+
+
+@in_own_lines
+def draw_equilibria(found: EquilibriumBranch, what: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """One panel of `equilibrium_figure`: a state over the parameter, or, by "eigenvalues", their real parts.
+
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax)
+    with style():
+        if what == "eigenvalues":
+            used = _draw_eigenvalues(ax, found)
+        else:
+            used = _draw_states(ax, found, (), what or _first_state(found))
+        ax.set_xlabel(parameter_label(found))  # type: ignore[arg-type]
+        legend_below(ax, _handles(used), ncols=2)
+    return ax
+
+
+def _first_state(found: EquilibriumBranch) -> str:
+    """The state that is drawn unless another is asked for."""
+    machine = found.system.machine
+    names = [name for name in machine.states if name not in (machine.cyclic, machine.contact_states[0])]
+    return names[0] if names else machine.contact_states[0]
+
+
+def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], state: str) -> set[str]:
+    """Draw a state of a branch and the extremes of cycles; returns what the legend must explain."""
+    along, up = quantity_in_si(found.over, found.system).scale, scale(state, found.system)
+    index, used = found.system.state_names.index(state), set()
+    x, y = along * found.parameter, up * found.states[:, index]
+    for first, last, stable in _parts(found):
+        word = "stable" if stable else "unstable"
+        ax.plot(x[first : last + 1], y[first : last + 1], color=BLACK, **LINES[word])
+        used.add(word)
+    for branch in cycles:
+        extremes = np.array([_extremes(branch, i, state) for i in range(len(branch))])
+        for first, last, stable in branch.parts:
+            shown = slice(first, last + 1)
+            for end in extremes.T:
+                look = LINES["stable" if stable else "unstable"]
+                ax.plot(along * branch.parameter[shown], up * end[shown], color=BLUE, **look)
+        used |= {"cycles"} | {"stable" if stable else "unstable" for *_, stable in branch.parts}
+    for each in found.special_points:
+        marker, size = MARKS[each.kind]
+        look: dict[str, Any] = {"linestyle": "none", "zorder": 5, "color": VERMILION, "markeredgecolor": "white"}
+        if each.kind is EquilibriumPointKind.UNLOCATED:
+            look["markeredgecolor"] = VERMILION
+        ax.plot(along * each.parameter, up * each.state[state], marker=marker, markersize=size, **look)
+        used.add(each.kind.value)
+    ax.set_ylabel(with_unit(state.replace("_", " "), state, found.system))
+    return used
+
+
+def _extremes(branch: Branch, point: int, state: str) -> tuple[float, float]:
+    """Least and largest value of a state along the cycle at a point of a branch."""
+    from vibrocap.motion.simulate import simulate
+
+    system = branch.system.with_parameters({branch.over: float(branch.parameter[point])})
+    start = dict(zip(system.state_names, branch.states[point].tolist(), strict=True))
+    motion = simulate(system, periods=float(branch.period[point]) / system.drive.period, initial=start)
+    values = motion.at(np.linspace(0.0, motion.end, 400), state)
+    return float(np.min(values)), float(np.max(values))
+
+
+def _draw_eigenvalues(ax: Axes, found: EquilibriumBranch) -> set[str]:
+    """Draw the real parts of the eigenvalues that decide: those nearest to the axis."""
+    along, si = quantity_in_si(found.over, found.system).scale, found.system.units is not None
+    rate = found.system.si.factor_of("rad/s") if si else 1.0
+    real = np.real(found.eigenvalues) * rate
+    ax.axhline(0.0, color="#9A9A9A", linewidth=0.8, zorder=1)
+    largest = real[:, 0]
+    for column in range(real.shape[1]):
+        ax.plot(along * found.parameter, real[:, column], color=BLACK if column == 0 else "#8A8A8A", linewidth=1.2)
+    size = 2.5 * float(np.max(np.abs(largest)))
+    low = max(float(np.min(real)), -size) if size > 0.0 else float(np.min(real))
+    top = max(float(np.max(largest)), 0.0)
+    margin = 0.1 * max(top - low, 1e-300)
+    ax.set_ylim(low - margin, top + margin)
+    ax.set_ylabel("real parts of\neigenvalues" + (" [1/s]" if si else ""))
+    return set()
+
+
+def _parts(found: EquilibriumBranch) -> list[tuple[int, int, bool]]:
+    """(first point, last point, stable) of each stretch; neighbours share a point, so that the line has no gap."""
+    cuts = np.flatnonzero(np.diff(found.stable.astype(int)))
+    edges = [0, *(cuts + 1).tolist(), len(found)]
+    return [(first, min(last, len(found) - 1), bool(found.stable[first])) for first, last in itertools.pairwise(edges)]
+
+
+def _handles(used: set[str]) -> list[Line2D]:
+    """The legend: what was drawn and nothing else."""
+    handles = [Line2D([], [], color=BLACK, label=f"{word}", **LINES[word]) for word in LINES if word in used]
+    if "cycles" in used:
+        handles.append(Line2D([], [], color=BLUE, linewidth=1.8, label="cycles, least and largest"))
+    for kind, (marker, size) in MARKS.items():
+        if kind.value in used:
+            look: dict[str, Any] = {"color": VERMILION, "markersize": size, "linestyle": "none"}
+            handles.append(Line2D([], [], marker=marker, label=kind.value, **look))
+    return handles

@@ -1,0 +1,215 @@
+"""Ensembles and sweeps that settle by returns: cycles without a clock, over whole turns, each by its name."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.numerics.api import Budget, ensemble_run
+
+SETTLE = 1e-6
+RESPONSE = ("period", "outcome", "mode_sequence", "stick_fraction")
+BELT = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), vc.Constant(duration=6.0))
+# Two blocks on a belt, by `orbit` and by the reference of issue 27: periods.
+TWO_BLOCKS = {0.15: 12.3929518, 0.2: 11.8962162, 0.3: 10.0706235}
+
+
+def undamped(duration=1.0):
+    machine = vc.Oscillator(mass=1.0, stiffness=2.0, damping=0.0, belt_speed=0.1)
+    law = vc.Coulomb(static_coefficient=1.5, coulomb_coefficient=1.0)
+    return vc.System(machine, law, vc.Constant(duration=duration))
+
+
+def closed_form(speed):
+    """(period, time at rest) of the undamped block: 2 D/v + (2/w) (pi - atan(w D/v)), D = 0.5/2, w^2 = 2."""
+    held, omega = 0.25, math.sqrt(2.0)
+    stuck = 2.0 * held / speed
+    return stuck + 2.0 / omega * (math.pi - np.arctan(omega * held / speed)), stuck
+
+
+def two_blocks(**options):
+    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
+    return vc.System(vc.TwoBlockRow(coupling_stiffness=1.2, **options), laws, vc.Constant(duration=10.0))
+
+
+def test_thousands_of_cycles_are_measured_over_whole_turns():
+    """2,000 belts with starts by chance, each over one turn of its own: period and share of sticking in closed form."""
+    draw = np.random.default_rng(1)
+    speeds = np.geomspace(0.05, 2.0, 2000)
+    over = {"machine.belt_speed": speeds, "initial.position": draw.uniform(-1.0, 1.0, 2000)}
+    found = vc.ensemble(undamped(), over, measures=RESPONSE, periods=1000, settle=SETTLE, tolerance=1e-9)
+    cycles = found["outcome"] == "cycle"
+    # A start within the conservative slip about steady sliding never sticks: as the equations have it.
+    assert cycles.mean() > 0.9
+    assert found["settled"].all()
+    sticking = found["stick_fraction"] > 0.0
+    period, stuck = closed_form(speeds)
+    assert sticking.sum() > 1000
+    assert found["period"][sticking] == pytest.approx(period[sticking], rel=1e-8)
+    assert found["stick_fraction"][sticking] == pytest.approx((stuck / period)[sticking], rel=1e-7)
+    assert set(found["mode_sequence"][sticking]) == {"BS"}
+    smooth = cycles & ~sticking  # harmonic motion about steady sliding
+    assert found["period"][smooth] == pytest.approx(math.sqrt(2.0) * math.pi, rel=1e-7)
+
+
+@pytest.mark.parametrize("duration", [0.37, 2.0 * math.pi, 6.316306357891377])
+def test_the_idle_drive_is_nothing_to_a_cycle(duration):
+    """Also where its duration is the period of the cycle, and marks at equal distances seem to stand still."""
+    system = BELT.with_parameters({"drive.duration": duration})
+    over = {"initial.position": [2.0, 0.55], "initial.sliding_velocity": [0.0, -1.5]}
+    found = vc.ensemble(system, over, measures=RESPONSE, periods=int(2000 / duration), settle=SETTLE, tolerance=1e-10)
+    assert found["outcome"].tolist() == ["cycle", "equilibrium"]
+    assert found["period"] == pytest.approx([6.316306357891, 0.0], abs=1e-8)
+    assert found["response_period"].tolist() == [1, 1]
+
+
+def test_the_energy_of_a_whole_turn_comes_back():
+    works = [name for name in vc.measure_table(BELT) if name.endswith("_work")]
+    speeds = {"machine.belt_speed": np.linspace(0.3, 1.4, 12)}
+    found = vc.ensemble(BELT, speeds, measures=works, initial={"position": 2.0}, periods=300, settle=SETTLE)
+    gained = sum(found[name] for name in works if name in {f"{channel}_work" for channel in BELT.channels})
+    assert np.abs(gained).max() < 1e-5
+    assert np.abs(found["contact_sliding_work"]).min() > 1.0
+
+
+@pytest.mark.slow
+def test_what_did_not_settle_is_said_by_name():
+    over = {"machine.belt_speed": [0.2, 0.1, 0.2], "initial.position": [1.0, 0.6, 1.0]}
+    chaotic = vc.ensemble(two_blocks(), over, measures=["outcome", "period"], periods=200, settle=SETTLE)
+    assert chaotic["outcome"].tolist() == ["cycle", "not settled: no repetition", "cycle"]
+    assert np.isnan(chaotic["period"]).tolist() == [False, True, False]
+    assert chaotic["response_period"].tolist() == [5, 0, 5]
+    still = vc.ensemble(
+        BELT, {"machine.belt_speed": [0.0, 1e-3]}, measures=["outcome", "period"], initial={"position": 0.3},
+        periods=20, settle=SETTLE,
+    )  # fmt: skip
+    assert still["outcome"].tolist() == ["equilibrium", "not settled: no returns"]  # the other sticks all the while
+    assert (still["period"][0], still["response_period"].tolist()) == (0.0, [1, 0])
+
+
+def test_half_the_time_of_an_idle_drive_makes_no_cycle_asymmetric():
+    """A hunting cycle is its own mirror image, over half its own period: of that the measure says nothing."""
+    loop = vc.System(
+        vc.Oscillator(damping=0.0, stiffness=0.0, belt_speed=0.0), vc.Coulomb(1.0, 1.5),
+        vc.Constant(force=0.0, duration=10.0), controller=vc.PositionPID(3.0, 4.0, 6.0),
+    )  # fmt: skip
+    measures = ["symmetric", "outcome"]
+    found = vc.ensemble(loop, {"initial.position": [-1.0]}, measures=measures, periods=100, settle=SETTLE)
+    assert found["outcome"].tolist() == ["cycle"]
+    assert np.isnan(found["symmetric"]).all()
+
+
+def test_a_stored_motion_is_not_settled_by_an_idle_drive():
+    motion = vc.simulate(BELT, periods=20, initial={"position": 2.0})
+    with pytest.raises(ArgumentError, match="settle should be None, as nothing drives the system in time"):
+        vc.measured(motion, "mean_friction", settle=SETTLE)
+
+
+@pytest.mark.slow
+def test_cycles_of_two_blocks_are_those_that_close():
+    """Five and four returns a turn; one alternates as it settles, and is not taken for one of twice its period."""
+    over = {"machine.belt_speed": list(TWO_BLOCKS)}
+    start = {"position": 1.0, "position_2": 1.0}
+    found = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=400, settle=SETTLE)
+    assert found["response_period"].tolist() == [4, 5, 5]
+    assert found["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-5)
+    sharp = vc.ensemble(two_blocks(), over, measures=RESPONSE, initial=start, periods=600, settle=1e-8, tolerance=1e-11)
+    assert sharp["period"] == pytest.approx(list(TWO_BLOCKS.values()), abs=1e-7)
+
+
+def regularised_cycle(speed):
+    """Period of a block on a belt with `SmoothedTanh`, from one largest place to the next, by LSODA."""
+    law = vc.SmoothedTanh()
+
+    def rates(t, y):
+        slip = y[1] - speed
+        droop = math.exp(-((abs(slip) / law.stribeck_velocity) ** law.stribeck_exponent))
+        level = law.coulomb_coefficient + (law.static_coefficient - law.coulomb_coefficient) * droop
+        return [y[1], -y[0] - 0.1 * y[1] - level * math.tanh(slip / law.smoothing_velocity)]
+
+    def largest(t, y):
+        return y[1]
+
+    largest.direction = -1
+    found = solve_ivp(rates, (0.0, 60.0), [2.0, speed], method="LSODA", rtol=1e-11, atol=1e-12, events=largest)
+    return float(np.diff(found.t_events[0])[-1])
+
+
+@pytest.mark.slow
+def test_what_comes_to_rest_nowhere_returns_where_it_is_largest_or_has_turned():
+    """A law without rest, a law of bristles, and a rotor: periods of independent solvers and of `orbit`."""
+    smooth = vc.System(vc.Oscillator(damping=0.1), vc.SmoothedTanh(), vc.Constant(duration=6.0))
+    speeds = [0.1, 0.5]
+    found = vc.ensemble(
+        smooth, {"machine.belt_speed": speeds}, measures=RESPONSE, initial={"position": 2.0}, periods=300,
+        settle=SETTLE, tolerance=1e-10,
+    )  # fmt: skip
+    assert found["outcome"].tolist() == ["cycle", "cycle"]
+    assert found["period"] == pytest.approx([regularised_cycle(speed) for speed in speeds], rel=1e-6)
+    bristles = vc.System(vc.Oscillator(damping=0.1, belt_speed=0.1), vc.LuGre(), vc.Constant(duration=6.0))
+    start = {"position": 2.0}
+    one = vc.ensemble(
+        bristles, {"machine.belt_speed": [0.1]}, measures=RESPONSE, initial=start, periods=200, settle=SETTLE
+    )
+    assert one["period"][0] == pytest.approx(vc.orbit(bristles, initial=start, settle_periods=60).period, rel=1e-6)
+    law = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.15)
+    # A capsule that friction holds for good does not move: its rotor is a pendulum that turns, theta'' = T + sin - nu.
+    held = vc.System(vc.RotorCapsule(), vc.Coulomb(5.0, 5.0), vc.Constant(force=1.5))
+    turning = vc.ensemble(
+        held, {"drive.force": [1.5]}, measures=("period", "winding_angle", "drift"), initial={"angle": 0.1},
+        periods=300, settle=SETTLE, tolerance=1e-10,
+    )  # fmt: skip
+    assert (turning["winding_angle"][0], turning["drift"][0]) == (1.0, 0.0)
+    assert turning["period"][0] == pytest.approx(turn_of_a_held_rotor(), rel=1e-7)
+    free = vc.System(vc.RotorCapsule(), law, vc.Constant(force=1.5))
+    moving = vc.ensemble(
+        free, {"drive.force": [1.5]}, measures=("period", "winding_angle", "drift", "mean_velocity"),
+        initial={"angle": 0.1}, periods=300, settle=SETTLE, tolerance=1e-10,
+    )  # fmt: skip
+    assert (moving["period"][0], moving["drift"][0]) == pytest.approx((3.41235843634, -0.32074253582), abs=1e-6)
+    assert moving["mean_velocity"][0] == pytest.approx(-0.32074253582 / 3.41235843634, abs=1e-6)
+
+
+def turn_of_a_held_rotor():
+    def rates(t, y):
+        return [y[1], 1.5 + math.sin(y[0]) - 0.75 * y[1]]
+
+    found = solve_ivp(rates, (0.0, 100.0), [0.1, 0.0], method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
+    turns = 2.0 * math.pi * math.floor(found.y[0, -1] / (2.0 * math.pi))
+    places = turns - 2.0 * math.pi, turns
+    ends = [brentq(lambda t, at=at: found.sol(t)[0] - at, 50.0, 100.0, xtol=1e-12) for at in places]
+    return ends[1] - ends[0]
+
+
+@pytest.mark.slow
+def test_one_lane_as_plain_python_and_all_of_them_settle_alike():
+    recorded = equations(BELT)
+    states = np.array([[2.0, 0.0], [0.55, -1.5], [-1.0, 0.3]])
+    parameters = np.tile(parameter_values(BELT), (3, 1))
+    budget = Budget(40, 10, 1e-4, 1e-8, 1000, 10**6, asked=16, evidence=1, returns=True)
+    plain = ensemble_run(recorded, parameters, states, budget, lanes=1, plain=True)
+    for threads in (1, 2):
+        whole = ensemble_run(recorded, parameters, states, budget, threads=threads)
+        assert whole.head("response_period") == pytest.approx(plain.head("response_period"))
+        for name in ("RETURNS", "CYCLE_TIME", "SETTLED_TIME", "STICK_TIME"):
+            assert whole.entry(name) == pytest.approx(plain.entry(name), abs=1e-7), name
+
+
+@pytest.mark.slow
+def test_a_sweep_counts_what_runs_became(tmp_path, capsys):
+    case = "examples/slides-or-sticks-by-its-start.toml"
+    over = ["--over", "machine.belt_speed=0.5:2:4", "--over", "initial.position=0.53,2", "--periods", "400"]
+    assert main(["sweep", case, *over, "--measure", "period", "--out", str(tmp_path / "map")]) == OK
+    said = capsys.readouterr().out
+    assert "5: cycle" in said
+    assert "3: equilibrium" in said
+    study = vc.open_study(tmp_path / "map")
+    assert study.period.attrs["long_name"].startswith("time after which the settled motion repeats")
+    assert study["outcome"].values.tolist() == [["cycle"] * 2] * 2 + [["equilibrium", "cycle"], ["equilibrium"] * 2]
