@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import vibrocap as vc
+from independent import VELOCITY, lugre_rates
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.expressions.slow_states import slow_states
@@ -69,6 +71,48 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         assert len(found.piece_start) <= 1.01 * len(other.piece_start)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("stiffness", "damping", "ratio"), [(1e4, 30.0, 0.5), (2e5, 300.0, 0.1)])
+def test_another_package_ends_there_too(stiffness, damping, ratio):
+    """SciPy's Radau with equations typed apart, started anew at each reversal; its own error is 1e-9 or less."""
+    machine = vc.PendulumCapsule(mass_ratio=ratio, stiffness=1.5, damping=0.4)
+    law = vc.LuGre(stiffness, damping, 0.1, static_coefficient=0.3, coulomb_coefficient=0.2, stribeck_velocity=0.1)
+    system = vc.System(machine, law, vc.Harmonic(1.8, 1.0))
+    given = {
+        "mass_ratio": ratio,
+        "stiffness": 1.5,
+        "damping": 0.4,
+        "normal_load": 1.0,
+        "amplitude": 1.8,
+        "frequency": 1.0,
+        "coulomb_coefficient": 0.2,
+        "static_coefficient": 0.3,
+        "bristle_stiffness": stiffness,
+        "bristle_damping": damping,
+        "viscous_damping": 0.1,
+        "stribeck_velocity": 0.1,
+        "stribeck_exponent": law.stribeck_exponent,
+    }
+    t, y, side, end, turns = 0.0, [1.0, 0.0, 0.0, 0.5, 0.0], 1, 3.0, []
+
+    def velocity(_, y):
+        return side * y[VELOCITY]
+
+    velocity.terminal, velocity.direction = True, -1
+    while t < end:
+        given_rates = lambda t, y: lugre_rates(t, y, given, side)  # noqa: B023, E731
+        run = solve_ivp(given_rates, (t, end), y, "Radau", events=velocity, rtol=1e-11, atol=1e-12)
+        t, y = run.t[-1], run.y[:, -1].copy()
+        if run.status == 1:
+            turns.append(t)
+            y[VELOCITY], side = 0.0, -side
+    start = dict(zip(system.state_names, [1.0, 0.0, 0.0, 0.5, 0.0], strict=True))
+    for tolerance in (1e-6, 1e-9):
+        found = vc.simulate(system, initial=start, periods=end / (2.0 * math.pi), tolerance=tolerance)
+        assert np.array(list(found.state.values())) == pytest.approx(y, abs=END * tolerance + 1e-9)
+        assert found.event_times == pytest.approx(turns, abs=EVENT * tolerance + 1e-9)
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 100.0), pytest.param(1e5, 300.0, marks=pytest.mark.slow)])
 def test_stiffness_costs_few_steps(stiffness, damping):
     """The steps of a soft motion or three times as many, as accuracy asks for; tighter tolerances never take fewer.
@@ -87,6 +131,20 @@ def test_stiffness_costs_few_steps(stiffness, damping):
         for each, tolerance in zip(found, (1e-6, 1e-8, 1e-9), strict=False):
             assert max(abs(each.state[name] - tight[name]) for name in tight) <= 2.0 * tolerance
             assert len(each.event_times) == len(found[-1].event_times)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 1e3), (1e5, 300.0)])
+def test_nothing_enters_a_manifold_that_has_not_relaxed(stiffness, damping):
+    """Where a piece begins on a manifold the deflection jumps, by no more than the tolerance."""
+    for ratio in (2.5, 0.1):
+        law = vc.LuGre(stiffness, damping)
+        system = vc.System(vc.PendulumCapsule(mass_ratio=ratio), law, vc.Harmonic(1.8, 1.0))
+        start = {"angle": math.pi / 3, "velocity": 0.3}
+        for tolerance in (1e-6, 1e-9):
+            found = vc.simulate(system, initial=start, periods=PERIODS, tolerance=tolerance)
+            t = np.array(found.piece_start[1:])
+            jumps = np.abs(found.at(t, "bristle") - found.at(np.nextafter(t, 0.0), "bristle"))
+            assert np.max(jumps) * stiffness / law.static_coefficient <= 1.001 * tolerance
 
 
 def test_which_laws_have_slow_motions():
