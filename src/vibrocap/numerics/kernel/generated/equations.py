@@ -6,6 +6,11 @@ def jet(floats):
     raise NotImplementedError
 
 
+def slow_jet(floats, lane) -> None:
+    """The same of a motion alone on its slow manifold, one sweep."""
+    raise NotImplementedError
+
+
 def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) -> tuple:
     """Of all lanes at once (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 

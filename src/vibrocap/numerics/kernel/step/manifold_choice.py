@@ -7,7 +7,7 @@ every event of that is found by explicit steps.
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import GUESS, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
@@ -17,7 +17,6 @@ from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifol
 from vibrocap.numerics.kernel.step.stabilised import series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
-CREEPING = 3.5  # as ENTERING, of a contact that creeps: stabilised steps of one near rest are refused
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
 
 
@@ -61,7 +60,7 @@ def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
-    elif event == 0 and floats[DECAY_RATE] * h >= CREEPING:  # next to an event steps are explicit
+    elif event == 0 and floats[DECAY_RATE] * h >= ENTERING:  # next to an event steps are explicit
         ready = True
         for m in range(MANIFOLDS):
             floats[WAIT + m] -= 1.0
@@ -77,7 +76,7 @@ def enter_manifold(floats, h):
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if rate * h >= (CREEPING if SLOW_STATE[m] == CONTACT_STATE else ENTERING):
+        if rate * h >= ENTERING:
             floats[SLOW + m] = 1.0
             floats[SWEEPS + m] = 0.0
             for k in range(ORDER + 1):
