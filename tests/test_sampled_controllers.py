@@ -218,7 +218,8 @@ def test_a_case_in_si_has_its_times_in_seconds(tmp_path):
             "over: controller.sample_time decides how many samples a period has",
         ),
         (lambda: vc.equilibria(servo()), "should not be driven in time"),
-        (lambda: vc.stepper(vc.Case(servo())), "other programs are not given the samples"),
+        (lambda: vc.stepper(vc.Case(servo()), input="drive"), "input should be None with a sampled-position-pid"),
+        (lambda: servo(drive=vc.Square(0.5, 2.0 * math.pi)), "drive should have no corners"),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(make, said):

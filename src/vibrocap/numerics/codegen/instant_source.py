@@ -22,10 +22,11 @@ class Instant:
 
     sizes: numbers of each entry, in their order. Given: PARAMETER, STATE, TIME, ORIGIN (of the present period of the
     drive) and SIDE (+1, -1; 0 at rest). Written by `period` and `table`: PERIOD, and TABLE (of each segment of a drive
-    with corners its length and its coefficients). Written by `instant`: RATE (of the states), VELOCITY of the contact,
-    HOLD (the force that would hold it, over the middle of what it can hold) and LIMIT (how far that reaches), BOUND
-    (positive while the equations hold), SWITCH (positive within the present branches), SCALE (natural sizes of the
-    states) and OBSERVED. Written by `after_switch`: NEXT, the states after a guard of SWITCH has fallen to zero.
+    with corners its length and its coefficients, in the part of the period that begins at TIME). Written by `instant`:
+    RATE (of the states), VELOCITY of the contact, HOLD (the force that would hold it, over the middle of what it can
+    hold) and LIMIT (how far that reaches), BOUND (positive while the equations hold), SWITCH (positive within the
+    present branches), SCALE (natural sizes of the states) and OBSERVED. Written by `after_switch`: NEXT, the states
+    after a guard of SWITCH has fallen to zero.
     """
 
     sizes: dict[str, int]

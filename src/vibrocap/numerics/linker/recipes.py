@@ -116,7 +116,7 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(maybe_stiff, branches, corners, several)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
-    return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
+    return Recipe(own.entry, (*own.modules, *point, "observe.drive_table", "observe.instants"), SHOWN)
 
 
 def stepper_recipe(
@@ -129,7 +129,7 @@ def stepper_recipe(
         before = tuple(each for each in before if each not in CORNERS.offers)
         passage = ("stepper.held_input",)
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
-    own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
+    own = ("observe.turning_points", point, "stepper.clock", *passage, "observe.drive_table", "stepper.take_step")
     return Recipe("take_step", (*before, *UNSETTLED, *ALONE, *MOVING, "loop.one_by_one", *own), STEPPED)
 
 

@@ -17,6 +17,7 @@ MEMORY = (FLOATS, INTS, FLOATS)
 MOTION_ENTRIES = {
     "advance": (*MEMORY, INT),
     "begin": (*MEMORY, INT),
+    "write_table": (*MEMORY, FLOAT, INT),
     "take_piece": (*MEMORY, INT),
     "look_at": (*MEMORY, FLOAT, INT),
 }
@@ -65,8 +66,8 @@ def browser_kernels(
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, integrands, "browser")
     text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
-    table = 0 if equations.corners is None else len(equations.corners.numbers)
-    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), table=table)
+    part = 0 if equations.corners is None else len(equations.corners.numbers)
+    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), part=part)
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     corners, several = equations.corners is not None, equations.several
     recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several)
