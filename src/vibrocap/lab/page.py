@@ -38,7 +38,7 @@ def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
     """The functions that are written for each form, as scripts for the page and for its worker.
 
     RULES[form](p, f): the first rule that is broken; MIRRORED[form](p, odd): whether a motion has a mirror twin;
-    READERS[form](r, T, h, m): the measures of a result by name; PARTS[form](p): into how many equal parts the corners
+    READERS[form](r, T, h, m): the measures of a result by name; CUTS[form](p): into how many equal parts the corners
     of a drive cut its period
     """
     own, known, read, parts = [], [], [], []
@@ -49,7 +49,7 @@ def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
         read.append(f"(r,T,h,m)=>({{{measures}}})")
         parts.append(f"(p)=>{form['corners']['parts'] if form['corners'] else 0}")
     rules, mirrored, readers, cut = (f"[{','.join(each)}]" for each in (own, known, read, parts))
-    return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers},PARTS={cut};\n"
+    return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers},CUTS={cut};\n"
 
 
 def _policy(scripts: str, styles: str) -> str:

@@ -38,7 +38,7 @@ class Form {
   }
 
   // How many segments the drive has with these parameters, 0 without corners.
-  segments(parameters) { return this.corners ? this.corners.segments * PARTS[this.number](parameters) : 0; }
+  segments(parameters) { return this.corners ? this.corners.segments * CUTS[this.number](parameters) : 0; }
 
   // What a run begins with: natural sizes of the states, period, contact velocities, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
