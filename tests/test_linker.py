@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
-from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
@@ -51,8 +51,10 @@ def test_steppers_are_linked(law):
     for drive in (vc.Harmonic(), vc.Square()):
         system = vc.System(vc.PendulumCapsule(), law, drive)
         for held_input in (False, True):
-            recorded = equations(with_held_input(system) if held_input else system)
-            stepper_kernel(recorded, recorded.observables, 1e-9, held_input).text.check()
+            asked = with_held_input(system) if held_input else system
+            recorded = equations(asked)
+            given = recorded.observables, 1e-9, held_input, parameter_values(asked)
+            stepper_kernel(recorded, *given).text.check()
 
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)

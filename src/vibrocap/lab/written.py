@@ -74,7 +74,7 @@ class Written(float):
     def __neg__(self):
         return Written(-float(self), f"(-{self.text})", self.ways)
 
-    def __round__(self, ndigits: Any = None):
+    def __round__(self, ndigits: Any = None):  # type: ignore[override]
         try:
             value = float(round(float(self)))
         except (OverflowError, ValueError):

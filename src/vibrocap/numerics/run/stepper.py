@@ -126,14 +126,16 @@ def stepper_kernel(
 @functools.lru_cache(maxsize=64)
 def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool, parts: int) -> StepperKernel:
     states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
+    own = None if held_input else corners
+    part, rows = (0, 0) if own is None else (len(own.numbers), len(own.lengths))
     layout = Layout(
         *(1, states, states, order, len(equations.parameter_paths)),
         **sizes(equations),
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
-        part=len(corners.numbers) if parts else 0,
-        table=parts * len(corners.numbers) if parts else 0,
+        part=part,
+        table=parts * part,
     )
     values = [value for _, value in observed]
     generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
@@ -141,4 +143,4 @@ def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_inpu
     recipe = stepper_recipe(equations.maybe_stiff, branches, corners is not None, several, held_input)
     text = linked_source("\n\n".join(generated), recipe)
     names = tuple(name for name, _ in observed)
-    return StepperKernel(layout, text, names, held_input, parts * len(corners.lengths) if parts else 0)
+    return StepperKernel(layout, text, names, held_input, parts * rows)
