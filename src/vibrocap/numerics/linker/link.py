@@ -125,10 +125,16 @@ def _answers() -> dict[str, str]:
     return {node.name: "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno]) for node in known}
 
 
-def _unanswered(texts: Iterable[str]) -> str:
-    """Those functions of the interface that these texts call and do not define."""
-    whole = "\n".join(texts)
-    left = [text for name, text in _answers().items() if f"{name}(" in whole and f"\ndef {name}(" not in whole]
+@functools.cache
+def _words(text: str) -> tuple[frozenset[str], frozenset[str]]:
+    """(functions that a module defines, words behind which stands a bracket)."""
+    return frozenset(re.findall(r"^def (\w+)", text, re.MULTILINE)), frozenset(re.findall(r"(\w+)\(", text))
+
+
+def _unanswered(modules: Iterable[str]) -> str:
+    """Those functions of the interface that these modules call and none of them defines."""
+    defined, called = (frozenset().union(*each) for each in zip(*map(_words, modules), strict=True))
+    left = [text for name, text in _answers().items() if name in called and name not in defined]
     return "\n\n\n".join([f"# From numerics/{INTERFACE}", *left])
 
 
@@ -159,7 +165,7 @@ class Linked(str):
 def linked_source(generated: str, recipe: Recipe) -> Linked:
     """Text of a kernel as plain Python: generated code and the modules of a recipe."""
     kernel = {name: kernel_source(name) for name in recipe.modules}
-    kernel["interface"] = _unanswered((generated, *kernel.values()))
+    kernel["interface"] = _unanswered(kernel.values())
     head = "import math\n\nimport numpy as np\n"
     if recipe.primitives:
         head += f"{PLAIN_VECTORS} import {', '.join(recipe.primitives)}\n"
