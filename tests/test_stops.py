@@ -360,7 +360,7 @@ def test_a_pendulum_bounces_off_its_capsule():
 
 def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     """The mass is at X + z, the stop where the mass touches it; every machine can be filmed."""
-    from vibrocap.motion.recording.recorded_machine import moving_shapes
+    from vibrocap.motion.shapes import moving_shapes
     from vibrocap.plotting.animation import animate_motion
 
     motion = vc.simulate(capsule(), periods=2, initial=ORBIT)

@@ -17,9 +17,9 @@ from typing import Literal
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_numbers
 from vibrocap.laboratory.contact_sizes import speed_scale
 from vibrocap.laboratory.cycle import Cycle, closed_cycle, searched_cycle
+from vibrocap.laboratory.driven import check_numbers
 from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law, visited_states
 from vibrocap.physics.friction.law import Law
 

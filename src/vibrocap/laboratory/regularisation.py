@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_numbers, checked_list
+from vibrocap.laboratory.driven import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure

@@ -20,7 +20,7 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.transforms import Affine2D, Transform
 
 from vibrocap.files import replacing
-from vibrocap.motion.recording.recorded_machine import MovingShape, moving_shapes
+from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.physics.numbering import numbered
 from vibrocap.plotting.contact_panels import contacts_of

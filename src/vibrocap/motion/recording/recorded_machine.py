@@ -1,14 +1,11 @@
-"""Shapes of a machine, also along a motion, and its room: recorded on a graph that begins with its equations."""
+"""What a machine says besides its equations, recorded on a graph that begins with theirs: its shapes and its room."""
 
 import copy
 import dataclasses
 from typing import Any
 
-import numpy as np
-
 from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
-from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate
+from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import System
 
@@ -44,25 +41,3 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     if recording.corners is not None:
         put_on_segment(system, recorded, graph, recording.corners.place)
     return graph, recorded.placed
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class MovingShape:
-    """A shape of the machine's scene with its places: points [points, 2, times], in lengths of the equations."""
-
-    shape: Shape
-    points: np.ndarray
-
-
-def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
-    """The shapes of the machine at times of a motion, in the order in which they are drawn."""
-    shapes, _ = recorded_scene(motion.system)
-    index = motion.piece_at(times)
-    local, parameters = motion.drive_at(index, times - motion.piece_start[index])
-    states = motion.states(times)
-    found = []
-    for shape in shapes:
-        values = evaluate([each for point in shape.points for each in point], local, states, 1.0, parameters)
-        rows = np.array([np.broadcast_to(value, times.shape) for value in values])
-        found.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
-    return found

@@ -1,0 +1,32 @@
+"""Where the shapes of a machine are along a motion."""
+
+import dataclasses
+
+import numpy as np
+
+from vibrocap.motion.recording.recorded_machine import recorded_scene
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.physics.scene import Shape
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class MovingShape:
+    """A shape of the machine's scene with its places: points [points, 2, times], in lengths of the equations."""
+
+    shape: Shape
+    points: np.ndarray
+
+
+def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
+    """The shapes of the machine at times of a motion, in the order in which they are drawn."""
+    shapes, _ = recorded_scene(motion.system)
+    index = motion.piece_at(times)
+    local, parameters = motion.drive_at(index, times - motion.piece_start[index])
+    states = motion.states(times)
+    found = []
+    for shape in shapes:
+        values = evaluate([each for point in shape.points for each in point], local, states, 1.0, parameters)
+        rows = np.array([np.broadcast_to(value, times.shape) for value in values])
+        found.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
+    return found
