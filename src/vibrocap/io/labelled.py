@@ -1,4 +1,4 @@
-"""Results as labelled arrays (xarray) and as tables (pandas), which the analysis of others goes on from."""
+"""Results as labelled arrays (xarray) and as tables (pandas), from which the analysis of others continues."""
 
 from typing import TYPE_CHECKING, Any
 

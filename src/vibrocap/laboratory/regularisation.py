@@ -273,7 +273,7 @@ def _fitted_order(
 ) -> tuple[float | None, tuple[float, float] | None, bool]:
     """(order, widths between which it holds, whether the error is smooth), of the errors above the noise.
 
-    The range begins at the narrowest width and goes on as long as the slope between neighbours stays even; it takes
+    The range begins at the narrowest width and extends as long as the slope between neighbours stays even; it takes
     three widths over a decade to make an order.
     """
     known = [run for run in runs if abs(run.value - exact.value) > ABOVE_NOISE * (run.noise + exact.noise)][::-1]

@@ -138,7 +138,7 @@ class Uncertain:
         return self.label or ",".join(self.paths)
 
     def columns(self, shares: np.ndarray, own: Mapping[str, Any] = {}) -> dict[str, np.ndarray]:
-        """Values by path at cumulative probabilities [n] from 0 to 1; own: values in the place of the system's."""
+        """Values by path at cumulative probabilities [n] from 0 to 1; own: values in place of the system's."""
         values = np.asarray(self.distribution.ppf(shares), dtype=float)
         if not self.nominal:
             return {self.paths[0]: values}

@@ -263,7 +263,7 @@ def branch(
 ) -> Branch:
     """The branch of steady motions through one of them, over a range of a parameter.
 
-    Followed by its arclength, so that it goes on past folds and as an unstable branch; folds, pitchforks, flips,
+    Followed by its arclength, so that it continues past folds and as an unstable branch; folds, pitchforks, flips,
     Neimark-Sacker points and changes of the mode sequence are located on the way (`Branch.special_points`).
 
     over: path of the parameter, such as "drive.amplitude"; between: its least and largest value

@@ -29,7 +29,7 @@ FIGURES: dict[str, Callable[[Runs], Figure]] = {
 }
 
 KEYS = tuple(key for key in FIGURES if key.startswith("fig"))  # those of the paper
-LOADED = tuple(key for key in FIGURES if key.startswith("load"))  # the same under the load that the pendulum makes
+LOADED = tuple(key for key in FIGURES if key.startswith("load"))  # the same under the dynamic load
 
 
 def chosen_figures(only: str | None = None) -> tuple[str, ...]:
