@@ -1,9 +1,4 @@
-"""A system's equations, recorded: from scalar physics to the graph that the numerics compile.
-
-The equations of a system whose drive has corners are recorded with the coefficients of one segment as numbers, behind
-the parameters of the system: (period of the drive, start of the segment, coefficients in powers of time). Which numbers
-these are, at any time and for any parameters, is told here.
-"""
+"""A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
 
 import copy
 import functools
@@ -18,13 +13,13 @@ from vibrocap.motion.recording.contact_equations import (
     imposed_shifts,
     states_at_contacts,
 )
+from vibrocap.motion.recording.corners import recorded_corners, segment_paths
 from vibrocap.motion.recording.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.closed_loop.sampling import SampledReference
-from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
@@ -294,33 +289,3 @@ def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
         value = symbols.get(f"{part}.{info.name}", getattr(record, info.name))
         object.__setattr__(copy, info.name, value)
     return copy
-
-
-PATHS = ("segment.period", "segment.start", "segment.coefficient_")
-
-
-def segment_paths(drive: Piecewise) -> tuple[str, ...]:
-    """Names of the numbers of the present segment in the parameter vector."""
-    period, start, coefficient = PATHS
-    return (period, start, *(f"{coefficient}{k}" for k in range(drive.degree + 1)))
-
-
-def recorded_corners(drive: Any, place: int) -> Corners | None:
-    """The corners of a drive whose parameters are symbols; None for one that has none."""
-    if not isinstance(drive, Piecewise):
-        return None
-    segments = drive.segments()
-    graph = next((v.graph for v in _parts(drive, segments) if isinstance(v, Expression)), Graph())
-    return Corners(
-        place=place,
-        coefficients=drive.degree + 1,
-        period=graph.expression(drive.period),
-        lengths=tuple(graph.expression(segment.length) for segment in segments),
-        shapes=tuple(tuple(map(graph.expression, segment.coefficients)) for segment in segments),
-        samples=drive.count if isinstance(drive, SampledReference) else 0,
-    )
-
-
-def _parts(drive: Piecewise, segments: Any) -> list[Any]:
-    """Whatever of a drive may be an expression."""
-    return [drive.period, *(value for segment in segments for value in (segment.length, *segment.coefficients))]

@@ -66,7 +66,7 @@ class Form {
 }
 
 // The table of a drive with corners, a row per segment: the share of the period at its end, then its coefficients; and
-// the segment with which a period begins, as `motion/recording/equations.py` finds it.
+// the segment with which a period begins, as `motion/recording/corners.py` finds it.
 function firstSegment({ segments, coefficients }, table, period) {
   const width = coefficients + 1;
   for (let i = 1; i < segments; i++) table[i * width] += table[(i - 1) * width];
