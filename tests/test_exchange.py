@@ -21,7 +21,7 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.rates_library import export_rates
-from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state

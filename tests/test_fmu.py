@@ -23,7 +23,7 @@ from vibrocap.cli.main import main
 from vibrocap.exchange.fmu import binaries
 from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
-from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run

@@ -162,7 +162,7 @@ class System:
 
     @classmethod
     def unchecked(cls, parts: Mapping[str, Any]) -> "System":
-        """The same of parts that hold something else in the place of numbers, such as symbols; of no units."""
+        """The same of parts that hold something else in place of numbers, such as symbols; of no units."""
         made = object.__new__(cls)
         made._set(**_fields(parts))
         return made
