@@ -300,6 +300,12 @@ def contacts_of(n):
     return kernel_of(vc.System(vc.crawler(n)(), vc.Coulomb(), vc.Harmonic()), order=8)
 
 
+def groups(response):
+    """Of each contact the first that friction, at whatever remove, has to do with it."""
+    reach = np.linalg.matrix_power(np.abs(response) + np.eye(len(response)), len(response)) > 0.0
+    return tuple(int(np.argmax(row)) for row in reach)
+
+
 def kernel_decision(problem, asked, came, sides):
     """Sides of all contacts as the kernel decides them; () where it finds none, or several."""
     n = len(sides)
@@ -314,12 +320,14 @@ def kernel_decision(problem, asked, came, sides):
 
     likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]
     told = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
+    told |= {"GROUP": (0,) * n} if problem.raised.any() else {"GROUP": groups(problem.response)}
     told |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
     with mock.patch.dict(names, told):
         kernel.fill("STATUS", 0)
         kernel.fill("SIDE", [0.0 if i in asked else float(sides[i]) for i in range(n)])
         kernel.fill("CAME_FROM", [float(sides[i]) if i in came else 0.0 for i in range(n)])
         kernel.fill("GAVE_WAY", [0] * n)
+        kernel.fill("TO_DECIDE", [int(i in asked) for i in range(n)])
         names["decide_together"](kernel.floats, kernel.ints, 0)
         if kernel.ints[kernel.place("STATUS")]:
             return ()
