@@ -68,8 +68,9 @@ TIED = GAVE + CONTACTS  # 1: the forces alone do not decide
 FOUND_SIDE = TIED + CONTACTS
 FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
 KNOWN_SIZE = FOUND_ACCELERATION + CONTACTS  # sum of the sizes of what accelerates a contact but unknown forces
-OPEN = KNOWN_SIZE + CONTACTS  # numbers of the contacts whose forces are unknown
-LARGEST_SIZE = OPEN + CONTACTS  # largest sum of all that accelerates one of them: its rounding is a share of that
+OPEN = KNOWN_SIZE + CONTACTS  # numbers of the contacts of the problem
+UNKNOWN = OPEN + CONTACTS  # of those whose forces are unknown in the mode that is tried
+LARGEST_SIZE = UNKNOWN + CONTACTS  # largest sum of all that accelerates one of them: its rounding is a share of that
 
 
 def decide_together(floats, ints, lane):
@@ -113,7 +114,7 @@ def decide_together(floats, ints, lane):
 
 
 def pose(floats, ints, lane):
-    """List the contacts whose forces are unknown, with all that is known of what accelerates them; how many."""
+    """List the contacts of the problem, with what of their accelerations is known in every mode; how many."""
     count = 0
     for c in range(CONTACTS):
         floats[TRIED + c] = floats[SIDE + c * LANES + lane]
@@ -151,8 +152,6 @@ def group_is_asked(ints, lane, c):
 def solve_modes(floats, count):
     """Find the mode for those that have given way so far, and which of its sides the forces decide; how many fit."""
     if not DYNAMIC and pivot(floats, count):
-        if SHARED:
-            find_forces(floats, count, False)
         fits = ONE_FITS
     else:
         fits = try_all(floats, count)
@@ -180,9 +179,11 @@ def pivot(floats, count):
     for i in range(count):
         floats[TRIED + int(floats[OPEN + i])] = 0.0
     for _ in range(MOST_PIVOTS * count):
-        find_forces(floats, count, SHARED)
+        unknown = find_forces(floats, count, SHARED)
         misfit = first_misfit(floats, count)
         if misfit < 0:
+            if SHARED and unknown > 1:
+                find_forces(floats, count, False)
             return True
         if floats[TRIED + misfit] != 0.0:
             floats[TRIED + misfit] = 0.0
@@ -281,14 +282,25 @@ def held_between(floats, c):
 
 
 def find_forces(floats, count, soft):
-    """The forces, accelerations and loads of the mode that is tried: one linear problem gives them.
+    """Write the forces, accelerations and loads of the mode that is tried; how many forces were unknown.
+
+    The force of a contact that slides is known where loads are constant; one linear problem gives all others.
 
     soft: with a little more on the diagonal of A, so that contacts at imposed distances differ; else those that rest
     together have equal shares of what they can hold
     """
+    unknown = 0
     for i in range(count):
-        write_row(floats, i, count, soft)
-    eliminate(floats, count)
+        c = int(floats[OPEN + i])
+        if DYNAMIC or rests(floats, c):
+            floats[UNKNOWN + unknown] = floats[OPEN + i]
+            unknown += 1
+        else:
+            level, pushed = sliding_force(floats, c)
+            floats[TAKEN + c] = level * floats[LOAD_ROWS + c] - pushed
+    for i in range(unknown):
+        write_row(floats, i, unknown, count, soft)
+    eliminate(floats, unknown)
     largest = 0.0
     for i in range(count):
         c = int(floats[OPEN + i])
@@ -306,6 +318,7 @@ def find_forces(floats, count, soft):
         floats[NORMALS + c] = normal
         largest = max(largest, size)
     floats[LARGEST_SIZE] = largest
+    return unknown
 
 
 def rests(floats, c):
@@ -322,42 +335,47 @@ def sliding_force(floats, c):
     return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + PUSHED_AT_REST]
 
 
-def write_row(floats, i, count, soft):
+def write_row(floats, i, unknown, count, soft):
     """Write row i of the linear problem for so many unknown forces."""
-    row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[OPEN + i])
-    for k in range(count):
-        floats[row + k] = 0.0
+    row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[UNKNOWN + i])
     if not rests(floats, c):
         level, pushed = sliding_force(floats, c)
-        if DYNAMIC:
-            for k in range(count):
-                floats[row + k] = level * floats[RAISED_ROWS + c * CONTACTS + int(floats[OPEN + k])]
+        for k in range(unknown):
+            floats[row + k] = level * floats[RAISED_ROWS + c * CONTACTS + int(floats[UNKNOWN + k])]
         floats[row + i] += 1.0
         floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
         return
     head = i
-    if not soft:
+    if SHARED and not soft:
         for k in range(i - 1, -1, -1):
-            other = int(floats[OPEN + k])
+            other = int(floats[UNKNOWN + k])
             if rests(floats, other) and ROW_LIKE[other] == ROW_LIKE[c]:
                 head = k
     if head != i:
-        first = int(floats[OPEN + head])
+        first = int(floats[UNKNOWN + head])
         own, other_width = half_width(floats, c), half_width(floats, first)
+        for k in range(unknown):
+            floats[row + k] = 0.0
         floats[row + i] = other_width
         floats[row + head] = -own
         floats[row + CONTACTS] = other_width * middle_taken(floats, c) - own * middle_taken(floats, first)
         return
-    for k in range(count):
-        floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[OPEN + k])]
-    if soft:
+    known = floats[FREE_ROWS + c]
+    if unknown < count:
+        for k in range(count):
+            j = int(floats[OPEN + k])
+            if not rests(floats, j):
+                known -= floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+    for k in range(unknown):
+        floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[UNKNOWN + k])]
+    if soft and unknown > 1:
         largest, widest = 0.0, 0.0
         for k in range(count):
             j = int(floats[OPEN + k])
             largest = max(largest, abs(floats[SLOWING + j * CONTACTS + j]))
             widest = max(widest, half_width(floats, j))
         floats[row + i] += SOFTNESS * largest * (widest / (half_width(floats, c) + SOFTNESS * widest))
-    floats[row + CONTACTS] = floats[FREE_ROWS + c]
+    floats[row + CONTACTS] = known
 
 
 def half_width(floats, c):
@@ -372,12 +390,12 @@ def middle_taken(floats, c):
     return 0.5 * (floats[levels + MOST_HELD] + floats[levels + LEAST_HELD]) - floats[levels + PUSHED_AT_REST]
 
 
-def eliminate(floats, count):
+def eliminate(floats, unknown):
     """Solve the linear problem in the work space for forces, by elimination with the largest pivot of each column."""
     width = CONTACTS + 1
-    for i in range(count):
+    for i in range(unknown):
         best = i
-        for j in range(i + 1, count):
+        for j in range(i + 1, unknown):
             if abs(floats[MATRIX_ROWS + j * width + i]) > abs(floats[MATRIX_ROWS + best * width + i]):
                 best = j
         if best != i:
@@ -385,14 +403,14 @@ def eliminate(floats, count):
                 kept = floats[MATRIX_ROWS + i * width + k]
                 floats[MATRIX_ROWS + i * width + k] = floats[MATRIX_ROWS + best * width + k]
                 floats[MATRIX_ROWS + best * width + k] = kept
-        for j in range(i + 1, count):
+        for j in range(i + 1, unknown):
             factor = floats[MATRIX_ROWS + j * width + i] / floats[MATRIX_ROWS + i * width + i]
             if factor != 0.0:
-                for k in range(i, count):
+                for k in range(i, unknown):
                     floats[MATRIX_ROWS + j * width + k] -= factor * floats[MATRIX_ROWS + i * width + k]
                 floats[MATRIX_ROWS + j * width + CONTACTS] -= factor * floats[MATRIX_ROWS + i * width + CONTACTS]
-    for i in range(count - 1, -1, -1):
+    for i in range(unknown - 1, -1, -1):
         value = floats[MATRIX_ROWS + i * width + CONTACTS]
-        for k in range(i + 1, count):
-            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + int(floats[OPEN + k])]
-        floats[TAKEN + int(floats[OPEN + i])] = value / floats[MATRIX_ROWS + i * width + i]
+        for k in range(i + 1, unknown):
+            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + int(floats[UNKNOWN + k])]
+        floats[TAKEN + int(floats[UNKNOWN + i])] = value / floats[MATRIX_ROWS + i * width + i]
