@@ -242,25 +242,8 @@ def decision_source(rows: DecisionRows) -> str:
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
     body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
     found = ["def contact_rows(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
-    shares = tuple(next(j for j in range(n) if _same(rows.response[j], rows.response[i])) for i in range(n))
-    constants = {"DYNAMIC": bool(rows.loads), "GROUP": _groups(rows), "ROW_LIKE": shares}
+    constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups, "ROW_LIKE": rows.alike}
     return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), "", *found])
-
-
-def _groups(rows: DecisionRows) -> tuple[int, ...]:
-    """Of each contact the first one of those with which it hangs together by the friction of one on another."""
-    found = list(range(len(rows.b)))
-    for answers in (rows.response, rows.load_response):
-        for i, row in enumerate(answers):
-            for j, entry in enumerate(row):
-                if entry.value != 0.0:
-                    found = [min(found[i], found[j]) if each in (found[i], found[j]) else each for each in found]
-    return tuple(found)
-
-
-def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
-    """Whether two contacts answer to all friction alike, so that their distance is imposed."""
-    return all(one.index == two.index for one, two in zip(row, other, strict=True))
 
 
 def branches_source(equations: Equations) -> str:

@@ -182,7 +182,7 @@ def _before(
         *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
         *observer,
         "events.law_branches" if branches else "events.one_branch",
-        "events.decision" if several else "events.one_contact",
+        *(("events.tried_mode", "events.decision") if several else ("events.one_contact",)),
         "events.corners" if corners else "events.no_corners",
         "events.tangents" if tangent else "events.no_tangents",
     )
