@@ -63,6 +63,7 @@ def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(la
         kernel = kernel_of(system)
         kernel.fill("SIDE", 0.0 * sides)
         kernel.fill("CAME_FROM", sides)
+        kernel.fill("TO_DECIDE", [1] * bodies)
         kernel["decide_together"](kernel.floats, kernel.ints, 0)
         taken = kernel.floats[kernel.place("SIDE") :][:bodies]
         assert tuple(taken) == found.sides

@@ -242,20 +242,9 @@ def decision_source(rows: DecisionRows) -> str:
     values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
-    shares = tuple(next(j for j in range(n) if _same(rows.response[j], rows.response[i])) for i in range(n))
-    constants = {"DYNAMIC": bool(rows.loads), "ROW_LIKE": shares}
-    return "\n".join(
-        [
-            *(f"{name} = {value!r}" for name, value in constants.items()),
-            "",
-            stored_source("contact_rows", graph, values),
-        ]
-    )
-
-
-def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
-    """Whether two contacts answer to all friction alike, so that their distance is imposed."""
-    return all(one.index == two.index for one, two in zip(row, other, strict=True))
+    constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups, "ROW_LIKE": rows.alike}
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    return "\n".join([*lines, "", stored_source("contact_rows", graph, values)])
 
 
 def branches_source(equations: Equations) -> str:

@@ -110,7 +110,7 @@ def _before(
         *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
         *observer,
         *(("events.law_branches",) if branches else ()),
-        *(("events.decision",) if several else ()),
+        *(("events.tried_mode", "events.decision") if several else ()),
         *(("events.corners",) if corners else ()),
         *(("events.tangents",) if tangent else ()),
     )

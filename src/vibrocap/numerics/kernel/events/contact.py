@@ -78,13 +78,10 @@ def sides_hold(floats, ints, trace, lane):
 def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            if ints[TO_DECIDE + c * LANES + lane] == 1:
-                return True
-            force, limit = abs(floats[HOLD_OF[c] + lane]), floats[LIMIT_OF[c] + lane]
-            if ints[TO_DECIDE + c * LANES + lane] == 0 and force > (1.0 + BEYOND) * limit:
-                return True
-    return False
+        rests = STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0 and ints[TO_DECIDE + c * LANES + lane] == 0
+        if rests and abs(floats[HOLD_OF[c] + lane]) > (1.0 + BEYOND) * floats[LIMIT_OF[c] + lane]:
+            ints[TO_DECIDE + c * LANES + lane] = 1
+    return open_arrivals(ints, lane)
 
 
 def side_holds(floats, ints, trace, lane, c):
