@@ -17,12 +17,12 @@ class Slot:
 
 STEP = Slot(
     "choice of step",
-    ("chosen_step", "polished_step", "repeat_to", "shorter_step", "leave_implicit"),
+    ("chosen_step", "polished_step", "repeated_step", "shorter_step", "leave_implicit"),
     ("step.explicit", "step.method_choice"),
 )
 BRANCHES = Slot(
     "law branches",
-    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
+    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "guards_at", "interpolated_guards"),
     ("events.one_branch", "events.law_branches"),
 )
 DECISION = Slot("decision of contacts", ("decide_together",), ("events.one_contact", "events.decision"))

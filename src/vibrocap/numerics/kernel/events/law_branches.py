@@ -5,7 +5,8 @@ within its branch; where one falls to zero, or is not positive where a step star
 are from there on. First stand the guards of the law, which are clearly positive after their own switch. Those of the
 machine behind them may be zero there, as a stop that was just reached: then their first coefficient that is no rounding
 decides. They are known to the order of the states, so that a state that stops where one of them vanishes is there to
-rounding: what was just met is not met again. Last stand those of the equations' bounds: beyond one of them they have no answer, and the run ends.
+rounding: what was just met is not met again. Last stand those of the equations' bounds: beyond one of them they have no
+answer, and the run ends.
 
 The first bound of a load that follows the motion, the divisor d of N = n/d, is reached with an infinite slope: as N
 grows, so do the accelerations, and d falls like the root of the time that is left. Steps that halve that time again and

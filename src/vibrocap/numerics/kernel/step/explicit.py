@@ -20,8 +20,9 @@ def polished_step(floats, ints, lane, h, longest):
     return 1, h
 
 
-def repeat_to(floats, ints, lane, h):
+def repeated_step(floats, ints, lane, event, h):
     """Nothing to repeat."""
+    return h
 
 
 def shorter_step(floats, ints, lane, h):
