@@ -21,8 +21,12 @@ def polished_step(floats, ints, lane, h, longest) -> tuple:
     return 1, h
 
 
-def repeat_to(floats, ints, lane, h) -> None:
-    """Make the present step anew with length h where its series holds for its own length only."""
+def repeated_step(floats, ints, lane, event, h) -> float:
+    """Length of the step, made anew where its series holds for its own length only, that ends at the event found at h.
+
+    There the guard of a branch vanishes to rounding.
+    """
+    return h
 
 
 def shorter_step(floats, ints, lane, h) -> float:
@@ -61,6 +65,10 @@ def begin_branch(floats, ints, trace, lane, which) -> None:
 
 def turned(floats, lane, contact) -> None:
     """Change what a reversal of a contact (0: the first) changes in its law, besides the side."""
+
+
+def guards_at(floats, lane, s, out) -> None:
+    """Write the guards at time s of the present series."""
 
 
 def interpolated_guards(floats, lane, h) -> None:

@@ -261,8 +261,8 @@ def within_piece(floats, row, h):
     As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
     """
-    others = abs(load(floats, row + (ORDER - 1) * LANES))
-    for k in range(ORDER - 2, 3, -1):
+    others = abs(load(floats, row + ORDER * LANES))
+    for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
 
