@@ -14,7 +14,7 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import first_root
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,
     BOUND_REACHED,
@@ -23,7 +23,7 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.events.contact import SLIGHT, jumped
+from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,

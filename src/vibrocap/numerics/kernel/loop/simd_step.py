@@ -18,9 +18,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_reached,
     whole_set,
 )
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, SLIGHT, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,

@@ -2,9 +2,8 @@
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.events.contact import SLIGHT
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
