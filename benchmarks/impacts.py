@@ -16,6 +16,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -60,10 +61,10 @@ class Modes:
 
     impacts: list[int] = dataclasses.field(default_factory=list)  # of each lane, where they are counted
 
-    def bind(self, integrator) -> None:
+    def bind(self, integrator: Any) -> None:
         """Look at the arrays of this integrator."""
-        self.side, self.slipping, _, self.touching = (memoryview(row) for row in integrator.pars)
-        self.place, self.rate, _, self.velocity = (memoryview(row) for row in integrator.state)
+        rows: list[Any] = [memoryview(row) for row in (*integrator.pars, *integrator.state)]
+        self.side, self.slipping, _, self.touching, self.place, self.rate, _, self.velocity = rows
 
     def contact(self, _integrator, _direction, lane: int) -> bool:
         """The capsule comes to rest and sticks or turns, or leaves stick."""

@@ -168,10 +168,7 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
                 decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
             code.store("DECAY_RATE", decay)
         for i, guard in enumerate(equations.guards):
-            machines = (
-                equations.law_switches <= i < len(equations.switches)
-            )  # to the order of the states, which stop there
-            moves = k == 0 or (located[i] and (k < order or machines))
+            moves = k == 0 or (located[i] and k < order + (equations.law_switches <= i < len(equations.switches)))
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
