@@ -20,6 +20,7 @@ from benchmarks import (
     driven_law,
     gpu,
     growth,
+    impacts,
     named_sweeps,
     orders,
     ratios,
@@ -103,6 +104,7 @@ def main() -> None:
     tables = {
         "canonical": canonical,
         "sweeps": named_sweeps,
+        "impacts": impacts,
         "threads": two_threads,
         "growth": growth,
         "gpu": gpu,

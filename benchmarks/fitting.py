@@ -8,16 +8,19 @@ import argparse
 import dataclasses
 import os
 import statistics
+import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from vibrocap.identification.experiments.recovery import recovery
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.physics import catalogue
 from vibrocap.records.published import rotary_damper
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))  # repeated experiments, which the tests use too
+from recovery import recovery
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "arts-rotary-damper"
 EARTHQUAKE = "eq_KocaeliMCE_window"

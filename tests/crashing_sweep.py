@@ -38,7 +38,7 @@ for imported_by_a_sweep in (
         "pint",
         "vibrocap.numerics.compiler",
     ),
-    "vibrocap.studies.store.checked_store",
+    "vibrocap.studies.store.zarr_files",
 ):
     importlib.import_module(imported_by_a_sweep)
 machines(), laws(), drives()

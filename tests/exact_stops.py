@@ -1,12 +1,13 @@
-"""Steady motions of capsules with stops in closed form: between two events they are linear.
+"""Motions of capsules with stops in closed form: between two events they are linear.
 
-Nothing of the package is used but the order of the events. With z, z', X' and the drive's cosine and sine as states a
-piece is y(t) = exp(M t) y(0); events are roots of a row of y, found by Newton's method. All this is analytic, so that
-derivatives come from a small imaginary part, exact to rounding.
+Nothing of the package is used but, of steady motions, the order of the events. With z, z', X' and the drive's cosine
+and sine as states a piece is y(t) = exp(M t) y(0); events are roots of a row of y, found by Newton's method. All this
+is analytic, so that derivatives come from a small imaginary part, exact to rounding.
 """
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 SMALL = 1e-30  # imaginary part
 NEXT = {"stick": ("side", 0), "slip_forward": ("side", 1), "slip_back": ("side", -1), "impact": ("touch", 1)}
@@ -40,6 +41,48 @@ class ExactCapsule:
             matrix[2, j] = body[j]
         matrix[3, 4], matrix[4, 3] = -values["frequency"], values["frequency"]
         return matrix, np.array(pull, dtype=complex)
+
+    def events(self, state, periods, steps=600):
+        """[(time, kind)] of the events of a motion past an elastic stop, in order.
+
+        Guards are looked at in so many instants of a period, so that two of their zeros between neighbours are missed.
+        """
+        values, y, found = self.values, np.array([*state, 1.0, 0.0, 1.0]), []
+        limit = values["normal_load"] * values["static_coefficient"]
+        interval = 2 * np.pi / values["frequency"] / steps
+        side, touch = self.start
+        pieces = {}
+        for n in range(periods * steps):
+            left = interval
+            while True:
+                if (side, touch) not in pieces:
+                    matrix, pull = (each.real for each in self._piece(values, side, touch))
+                    pieces[side, touch] = matrix, pull, expm(matrix * interval)
+                matrix, pull, whole = pieces[side, touch]
+                end = (whole if left == interval else expm(matrix * left)) @ y
+                sign = -1.0 if touch else 1.0
+                guards = {
+                    "stop_opened" if touch else "impact": (np.array([-sign, 0, 0, 0, 0, 0]), sign * values["gap"])
+                }
+                if side:
+                    guards["rest"] = np.array([0, 0, side, 0, 0, 0]), 0.0
+                else:
+                    guards |= {"slip_forward": (-pull, limit), "slip_back": (pull, limit)}
+                passed = [kind for kind, (row, level) in guards.items() if row @ end + level < 0.0]
+                if not passed:
+                    y = end
+                    break
+                later, kind = min((_passing(matrix, y, *guards[kind], left), kind) for kind in passed)
+                y, left = expm(matrix * later) @ y, left - later
+                if kind == "rest":
+                    y[2], push = 0.0, pull @ y
+                    kind, side = ("stick", 0) if abs(push) < limit else ("reversal", int(np.sign(push)))
+                elif kind.startswith("slip"):
+                    side = NEXT[kind][1]
+                else:
+                    touch = NEXT[kind][1]
+                found.append(((n + 1) * interval - left, kind))
+        return found
 
     def image(self, state, values, times, dip=None):
         """(state after a response, times of the events, least distance from the stop near the time `dip`)."""
@@ -112,3 +155,13 @@ def _root(matrix, y, row, level):
         if abs(step) < 1e-15:
             break
     return y, t
+
+
+def _passing(matrix, y, row, level, longest):
+    """Time at which row @ y + level falls to zero on a piece; 0 where it begins there."""
+
+    def guard(t):
+        return row @ expm(matrix * t) @ y + level
+
+    first = 1e-9 * longest
+    return brentq(guard, first, longest, xtol=1e-15, rtol=1e-14) if guard(first) > 0.0 else 0.0

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import vibrocap as vc
 from vibrocap.cli import main as cli
-from vibrocap.orbits.continuation.cycles import cycle_following
+from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.maps import cycle_map
 

@@ -6,7 +6,7 @@ import pytest
 import vibrocap as vc
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
-from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
+from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.physics.parameters import parameters
 
 

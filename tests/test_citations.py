@@ -14,7 +14,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.citations import bibliography as made
 from vibrocap.citations.bibliography import SOFTWARE, bibliography, bibliography_of, cited_keys, references
-from vibrocap.citations.methods import ANALYSES, METHODS, SIMULATION
+from vibrocap.citations.cite import ANALYSES, METHODS, SIMULATION
 from vibrocap.cli import main as cli
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import controllers, drives, law, laws, machines, wrappers

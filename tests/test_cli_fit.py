@@ -148,8 +148,7 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
 
 @pytest.mark.slow
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
-    from vibrocap.identification.fitting.spring_fit import _pulled
-    from vibrocap.identification.problem.velocity_step import Step
+    from vibrocap.identification.fitting.spring_fit import Step, _pulled
     from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 
     law = RateAndStateAgeing(

@@ -7,7 +7,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
-from vibrocap.cli.example_files import examples_folder
+from vibrocap.cli.command_examples import examples_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines, registered

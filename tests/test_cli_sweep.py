@@ -19,10 +19,10 @@ import cheap_ensemble
 import interrupts
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError, read_case
+from vibrocap.cli.commands.sweep_request import read_cases
 from vibrocap.cli.main import main
 from vibrocap.cli.options import pairs
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
-from vibrocap.io.case_table import read_cases
 from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep

@@ -211,29 +211,31 @@ def test_the_mirror_image_of_a_linkage_moves_as_its_mirror_image(seed):
 
 
 ENDS = ("", "_2", "_3")  # of names, for three blocks
+UNEVEN = vc.anisotropic(vc.Stribeck)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(12))))
-def test_blocks_on_a_belt_may_be_counted_from_either_end(seed):
-    """Every block with its law, wall spring and joints; half of them from joint rest on the belt."""
+def test_blocks_on_a_belt_may_be_counted_from_either_end_and_seen_from_either_side(seed):
+    """Every block with its law, wall spring and joints; walls and belt mirror too. Half start from joint rest."""
     draw = np.random.default_rng(seed)
     own = {name: draw.uniform(0.4, 1.6, 3) for name in ("mass", "stiffness", "damping", "actuation", "normal_load")}
     joints = {name: draw.uniform(0.3, 1.2, 2) for name in ("coupling_stiffness", "coupling_damping")}
     levels, places = draw.uniform(0.1, 0.4, 3), draw.uniform(-0.3, 0.3, 3)
     speeds = draw.uniform(-0.2, 0.2, 3) if seed % 2 else np.zeros(3)
     runs = []
-    for order in ([0, 1, 2], [2, 1, 0]):
-        given = named("belt_speed", [0.1])
+    for order, sign in (([0, 1, 2], 1.0), ([2, 1, 0], 1.0), ([2, 1, 0], -1.0)):
+        given = named("belt_speed", [0.1 * sign])
         for name, values in own.items():
             given |= named(name, values[order])
         for name, values in joints.items():
             given |= named(name, values[[0, 1] if order[0] == 0 else [1, 0]])
-        laws = [vc.Stribeck(float(levels[i]), float(levels[i]) + 0.1) for i in order]
-        start = named("position", places[order]) | named("sliding_velocity", speeds[order])
-        system = on_laws(vc.ThreeBlockRow(**given), laws, vc.Harmonic(0.6, 0.9))
+        laws = [UNEVEN(float(levels[i]), float(levels[i]) + 0.1, forward_ratio=0.8, back_ratio=1.2) for i in order]
+        laws = laws if sign > 0.0 else [turned(law) for law in laws]
+        start = named("position", sign * places[order]) | named("sliding_velocity", sign * speeds[order])
+        system = on_laws(vc.ThreeBlockRow(**given), laws, vc.Harmonic(0.6 * sign, 0.9))
         runs.append(vc.simulate(system, initial=start, periods=2.1, tolerance=TOLERANCE))
-    assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
+    assert [run.status for run in runs] == [vc.Status.FINISHED] * 3
     pairs = [
         (f"{name}{a}", f"{name}{b}")
         for name in ("position", "sliding_velocity")
@@ -241,7 +243,9 @@ def test_blocks_on_a_belt_may_be_counted_from_either_end(seed):
     ]
     for name, other in pairs:
         assert runs[0].state[name] == pytest.approx(runs[1].state[other], abs=1e-8)
+        assert runs[0].state[name] == pytest.approx(-runs[2].state[other], abs=1e-8)
     assert_same_turns(turns(runs[0]), turns(runs[1], [3, 2, 1]), 1e-5)
+    assert_same_turns(turns(runs[0]), turns(runs[2], [3, 2, 1], mirrored=True), 1e-5)
 
 
 # --- two faults that were found --------------------------------------------------------------------------------------
@@ -300,6 +304,12 @@ def contacts_of(n):
     return kernel_of(vc.System(vc.crawler(n)(), vc.Coulomb(), vc.Harmonic()), order=8)
 
 
+def groups(response):
+    """Of each contact the first that friction, at whatever remove, has to do with it."""
+    reach = np.linalg.matrix_power(np.abs(response) + np.eye(len(response)), len(response)) > 0.0
+    return tuple(int(np.argmax(row)) for row in reach)
+
+
 def kernel_decision(problem, asked, came, sides):
     """Sides of all contacts as the kernel decides them; () where it finds none, or several."""
     n = len(sides)
@@ -314,12 +324,14 @@ def kernel_decision(problem, asked, came, sides):
 
     likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]
     told = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
+    told |= {"GROUP": (0,) * n} if problem.raised.any() else {"GROUP": groups(problem.response)}
     told |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
     with mock.patch.dict(names, told):
         kernel.fill("STATUS", 0)
         kernel.fill("SIDE", [0.0 if i in asked else float(sides[i]) for i in range(n)])
         kernel.fill("CAME_FROM", [float(sides[i]) if i in came else 0.0 for i in range(n)])
         kernel.fill("GAVE_WAY", [0] * n)
+        kernel.fill("TO_DECIDE", [int(i in asked) for i in range(n)])
         names["decide_together"](kernel.floats, kernel.ints, 0)
         if kernel.ints[kernel.place("STATUS")]:
             return ()

@@ -63,6 +63,7 @@ def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(la
         kernel = kernel_of(system)
         kernel.fill("SIDE", 0.0 * sides)
         kernel.fill("CAME_FROM", sides)
+        kernel.fill("TO_DECIDE", [1] * bodies)
         kernel["decide_together"](kernel.floats, kernel.ints, 0)
         taken = kernel.floats[kernel.place("SIDE") :][:bodies]
         assert tuple(taken) == found.sides
@@ -244,7 +245,7 @@ def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
     system = vc.System(machine, vc.Coulomb(0.8, 0.8), vc.Harmonic(amplitude=1.2, frequency=0.5))
     motion = vc.simulate(system, periods=5, initial={"displacement": 0.2}, start=2.0)
     assert motion.status is vc.Status.AMBIGUOUS_CONTACTS
-    assert "ways to go on" in motion.status.text
+    assert "ways to continue" in motion.status.text
     event = motion.events[-1]
     assert event.kind == "ambiguous_contacts"
     assert event.time == motion.end

@@ -20,7 +20,8 @@ from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
-from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.exchange.rates_library import export_rates
+from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
@@ -79,7 +80,8 @@ def assert_same_bits(case, rows, code):
     times, ended = np.array([float(row[0]) for row in rows]), code != 0
     values = np.array([row[3 : 3 + contacts + count] for row in rows], float)
     states, sides = states_at(record, period, times[: len(rows) - ended])
-    smooth = [name not in case.system.switched for name in case.system.state_names]
+    decided = {*case.system.switched, *getattr(case.system.controller, "states", ())}
+    smooth = [name not in decided for name in case.system.state_names]
     np.testing.assert_array_equal(values[0, contacts:][smooth], states[0][smooth])  # at its start nothing is decided
     np.testing.assert_array_equal(values[1 : len(states), contacts:], states[1:])
     np.testing.assert_array_equal(values[1 : len(states), :contacts], sides[1:])
@@ -89,7 +91,7 @@ def assert_same_bits(case, rows, code):
         for time, kind, contact in zip(happened, record.event_kinds, record.event_contacts, strict=True)
         if time <= times[-1] and kinds[kind] not in ("graze", *BOUNDS)
     )
-    told = {"start", "sample", "finished", *(status.value for status in STATUSES.values())}
+    told = {"start", "instant", "finished", *(status.value for status in STATUSES.values())}
     assert sorted((float(row[0]), row[1], int(row[2])) for row in rows if row[1] not in told) == wanted
     if ended:
         assert rows[-1][1] == STATUSES[record.status].value
@@ -118,6 +120,29 @@ def test_a_drive_with_a_long_table_has_the_same_bits(tmp_path):
     export_c(case, tmp_path)
     code, rows = printed(built(tmp_path, "-O1", "-fsanitize=address,undefined"))
     assert_same_bits(case, rows, code)
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_a_sampled_loop_of_1_khz_has_the_bits_of_the_kernel_and_stops_where_the_issue_says(tmp_path):
+    """As a stepper in C; as rates, by an integrator of another hand. How many samples there are cannot be set."""
+    controller = vc.SampledPositionPID(3.0, 4.0, 6.0, sample_time=1e-3, delay=5e-4)
+    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant(), controller=controller)
+    case = vc.Case(system, {"position": -1.0}, periods=20, tolerance=1e-13)
+    export_c(case, tmp_path / "c")
+    code, rows = printed(built(tmp_path / "c", "-O2"))
+    assert_same_bits(case, rows, code)
+    export_rates(case, tmp_path / "rates")
+    for found, bound in ((rows, 1e-13), (printed(built(tmp_path / "rates", "-O2"))[1], 2e-12)):
+        stops = [float(row[0]) for row in found if row[1] == "stick"]
+        assert stops[:2] == pytest.approx([3.489201046246537, 8.318700544123702], abs=bound)
+        at = 4 if found is rows else 3
+        states = [float(value) for value in found[-1][at : at + 2]]
+        assert states == pytest.approx([0.08388297959518, -0.09435168198276], abs=max(bound, 2e-14))
+    header = (tmp_path / "c" / "capsule.c").read_text()
+    settable = [name for name in system.parameter_paths if f'"{name}"' in header]
+    assert "controller.integral_gain" in settable
+    assert not {"controller.sample_time", "controller.delay", "drive.duration"} & {*settable}
 
 
 @needs_gcc

@@ -23,7 +23,7 @@ from vibrocap.cli.main import main
 from vibrocap.exchange.fmu import binaries
 from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
-from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
@@ -198,6 +198,23 @@ def test_sides_counts_and_status_are_declared(kind, fmi):
         assert about.canSerializeFMUstate
         assert about.canHandleVariableCommunicationStepSize
         assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")
+@pytest.mark.parametrize(
+    ("kind", "fmi", "bound"),
+    [("co-simulation", "3.0", 2e-14), ("co-simulation", "2.0", 2e-14), ("model-exchange", "3.0", 1e-7)],
+)
+def test_a_sampled_loop_of_1_khz_ends_where_the_issue_says(kind, fmi, bound, tmp_path):
+    """Samples are time events of model exchange: the importer's integrator starts anew at each, with its own error."""
+    controller = vc.SampledPositionPID(3.0, 4.0, 6.0, sample_time=1e-3, delay=5e-4)
+    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant(), controller=controller)
+    case = Case(system, {"position": -1.0}, periods=20, tolerance=1e-12)
+    export_fmu(case, tmp_path / "servo.fmu", kind=kind, fmi=fmi)
+    given = {"output": ["position", "sliding_velocity"], "output_interval": 0.5, "relative_tolerance": 1e-12}
+    rows = fmpy.simulate_fmu(str(tmp_path / "servo.fmu"), stop_time=20.0, record_events=False, **given)
+    assert [*rows[-1]] == pytest.approx([20.0, 0.08388297959518, -0.09435168198276], abs=bound)
 
 
 def test_an_fmu_is_the_same_bytes_again(tmp_path):

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
-from vibrocap.orbits.continuation.cycles import cycle_following
-from vibrocap.orbits.continuation.cycles.stick_loss import _at_zero
+from vibrocap.orbits.continuation import cycle_following
+from vibrocap.orbits.continuation.cycle_following import _at_zero
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind
 

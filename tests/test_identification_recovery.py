@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
+from recovery import recovery
 from thinned import exhaustive_but
-from vibrocap.identification.experiments.recovery import recovery
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.dahl import Dahl
 from vibrocap.physics.friction.exponential import Exponential

@@ -11,11 +11,10 @@ from vibrocap.identification.experiments.experiment_design import candidate_moti
 from vibrocap.identification.experiments.match import match
 from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.spring_fit import spring_fit
+from vibrocap.identification.fitting.spring_fit import Step, found_step, measured_stiffness, spring_fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.steady_prediction import steady_force
-from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing

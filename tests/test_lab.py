@@ -118,6 +118,47 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         assert one["residual"] < 1e-7
 
 
+@needs_node
+def test_a_sampled_loop_in_the_page_is_that_of_the_plain_kernel(node):
+    """1 kHz for 20 periods, 40,000 corners, to the last bit; and another sample time, set in the page."""
+    servo = read_servo(sample_time=1e-3, delay=5e-4)
+    cases = [vc.Case(servo, {"position": -1.0}, periods=20, tolerance=1e-12)]
+    cases.append(dataclasses.replace(cases[0], system=read_servo(sample_time=0.02, delay=0.013), periods=12))
+    presets = tuple(Preset(f"servo-{i}", "", "", case) for i, case in enumerate(cases))
+    made = bundle(Contents((servo,), presets, tolerance=1e-12))
+    found = node(
+        f"""
+    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
+    print(made.presets.map((preset) => {{
+      model.open(preset.key);
+      const request = model.request(), start = [request.parameters, request.initial];
+      const motion = recordedRun(form, ...start, request.periods, request.tolerance, limits);
+      const refused = model.complaint("controller.sample_time", 0.03, made.forms[0]);
+      const {{ asked }} = made.forms[0].measures.find(({{ name }}) => name === "largest_position");
+      const all = [], keep = (_, result, begun) => all.push(measured(form, result, begun, 1e-6).values);
+      ensembleRun(form, [{{ parameters: start[0], initial: start[1] }}], {{ ...model.budget(10), asked }}, keep);
+      return {{ final: [...motion.final], status: motion.status, refused, values: all[0] }};
+    }}));
+    """,
+        forms=made["forms"],
+    )
+    for one, preset, case in zip(found, made["presets"], cases, strict=True):
+        assert (one["final"], one["status"]) == (preset["check"]["state"], preset["check"]["status"])
+        assert one["final"][0] == pytest.approx(case.simulate().state["position"], abs=1e-13)
+        assert one["refused"].startswith("should be a whole part of the period 1 of the drive")
+        given = {"initial": case.initial, "periods": case.periods, "settle": 1e-6}
+        given |= {"tolerance": made["forms"][0]["tolerance"], "measures": ["largest_position"], "window": 10}
+        wanted = vc.ensemble(case.system, {"controller.proportional_gain": [3.0]}, **given)["largest_position"][0]
+        assert one["values"]["largest_position"] == pytest.approx(wanted, rel=1e-9)
+    assert found[0]["final"][0] == pytest.approx(0.08388297959518, abs=2e-14)
+
+
+def read_servo(**times):
+    gains = {"proportional_gain": 3.0, "integral_gain": 4.0, "derivative_gain": 6.0}
+    parts = vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant()
+    return vc.System(*parts, controller=vc.SampledPositionPID(**gains, **times))
+
+
 @pytest.mark.slow
 @needs_node
 def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
@@ -351,8 +392,12 @@ def shape_of(drive):
     if not isinstance(drive, Piecewise):
         return None, []
     segments, width = drive.segments(), drive.degree + 1
-    record = {"segments": len(segments), "coefficients": width, "rounding": ROUNDING}
-    padded = [[each.length, *each.coefficients, *[0.0] * (width - len(each.coefficients))] for each in segments]
+    record = {"segments": len(segments), "coefficients": width, "rounding": ROUNDING, "parts": "1"}
+    ends = itertools.accumulate(each.length for each in segments)
+    padded = [
+        [end, *each.coefficients, *[0.0] * (width - len(each.coefficients))]
+        for end, each in zip(ends, segments, strict=True)
+    ]
     return record, [number for row in padded for number in row]
 
 

@@ -1,13 +1,14 @@
-"""A kernel is linked from a recipe: each slot is filled once, as its interface says, no name twice or nowhere."""
+"""A kernel is linked from a recipe: what it calls is answered once, as its interface says, no name twice or nowhere."""
 
 import ast
 import inspect
+import re
 
 import pytest
 
 import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
-from vibrocap.motion.recording.equations import equations
+from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
@@ -15,9 +16,14 @@ from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.stepper import stepper_kernel
 
-SLOTS = (*recipes.MEASURED, recipes.PASSAGE)
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 INTERFACE = inspect.getsource(interface)
+SECTIONS = [re.findall(r"^def (\w+)", section, re.MULTILINE) for section in re.split(r"^# ", INTERFACE, flags=re.M)[1:]]
+KERNEL_MODULES = sorted(
+    ".".join(path.relative_to(link.KERNEL).with_suffix("").parts)
+    for path in link.KERNEL.rglob("*.py")
+    if path.stem != "interface" and path.parent.name != "generated"
+)
 
 
 def linked():
@@ -51,61 +57,66 @@ def test_steppers_are_linked(law):
     for drive in (vc.Harmonic(), vc.Square()):
         system = vc.System(vc.PendulumCapsule(), law, drive)
         for held_input in (False, True):
-            recorded = equations(with_held_input(system) if held_input else system)
-            stepper_kernel(recorded, recorded.observables, 1e-9, held_input).text.check()
+            asked = with_held_input(system) if held_input else system
+            recorded = equations(asked)
+            given = recorded.observables, 1e-9, held_input, parameter_values(asked)
+            stepper_kernel(recorded, *given).text.check()
 
 
-@pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
-def test_modules_of_a_slot_define_what_its_interface_says(slot):
-    wanted = outline(INTERFACE).functions
-    for module in slot.offers:
+def test_a_module_defines_all_of_a_section_or_none_as_the_interface_says():
+    wanted, answers = outline(INTERFACE).functions, set()
+    for module in KERNEL_MODULES:
         given = outline(link.kernel_source(module)).functions
-        assert {name: given.get(name) for name in slot.functions} == {name: wanted[name] for name in slot.functions}
-
-
-def test_the_interface_holds_the_slots_and_nothing_else():
-    functions = [name for slot in SLOTS for name in slot.functions]
-    assert sorted(functions) == sorted(outline(INTERFACE).functions)
+        answers |= given.keys()
+        assert {name: given[name] for name in given if name in wanted} == {n: wanted[n] for n in wanted if n in given}
+        for section in SECTIONS:
+            assert set(section) <= given.keys() or not set(section) & given.keys(), (module, section)
+    assert wanted.keys() <= answers
+    assert sorted(wanted) == sorted(name for section in SECTIONS for name in section)
     documented = [node for node in ast.parse(INTERFACE).body if isinstance(node, ast.FunctionDef)]
     assert all(ast.get_docstring(node) for node in documented)
 
 
-@pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
-def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
+@pytest.mark.parametrize("left_out", ["step.method_choice", "observe.window", "observe.settle", "loop.one_by_one"])
+def test_what_must_be_answered_and_is_not_is_refused(left_out):
     recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=True, branches=True)
-    if slot is recipes.PASSAGE:
-        recipe = recipes.stepper_recipe(maybe_stiff=True, branches=True)
-    (filler,) = set(recipe.modules) & set(slot.offers)
-    other = next(module for module in slot.offers if module != filler)
-    for modules, found in (
-        (tuple(name for name in recipe.modules if name != filler), "no module"),
-        ((*recipe.modules, other), " and by "),
-    ):
-        parts = {name: link.kernel_source(name) for name in modules}
-        with pytest.raises(LinkError, match=f"the slot `{slot.name}` is filled by .*{found}"):
-            check(recipes.Recipe(recipe.entry, modules, (slot,)), parts, INTERFACE)
+    _, text = ensemble_source(equations(vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Harmonic())), 10, 1)
+    text.check()
+    assert left_out in recipe.modules
+    parts = {name: part for name, part in text.parts.items() if name != left_out}
+    with pytest.raises(LinkError, match="is defined in no part of this kernel"):
+        check(text.recipe, parts)
+
+
+@pytest.mark.parametrize("other", ["step.method_choice", "events.corners", "observe.record", "loop.simd_step"])
+def test_what_is_answered_twice_is_refused(other):
+    recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=False, branches=True, corners=True)
+    twice = recipe.modules if other in recipe.modules else (*recipe.modules, other)
+    parts = {f"{name} ": link.kernel_source(name) for name in twice} | {other: link.kernel_source(other)}
+    with pytest.raises(LinkError, match=r"` is defined in .* and in "):
+        check(recipe, parts)
 
 
 @pytest.mark.parametrize(
     ("module", "right", "wrong", "message"),
     [
         (  # another order of arguments would be a wrong number, not an error
-            "events.one_branch",
-            "def first_switch(floats, lane, event, h)",
-            "def first_switch(floats, lane, h, event)",
-            r"kernel/events/one_branch.py: `first_switch\(floats, lane, h, event\)` should be `.*lane, event, h\)`",
+            "observe.record",
+            "def on_piece(floats, ints, trace, lane, h)",
+            "def on_piece(floats, ints, trace, h, lane)",
+            r"kernel/observe/record.py: `on_piece\(floats, ints, trace, h, lane\)` should be `.*trace, lane, h\)`",
         ),
         (
             "observe.record",
             "def on_period(",
             "def at_period(",
-            r"kernel/observe/record.py fills the slot `observer` without `on_period\(floats, ints, trace, lane\)`",
+            r"in `\w+`: `on_period` is defined in no part of this kernel; .* answer kernel/interface.py",
         ),
         (  # as two functions called `spread` once did
             "step.taylor",
             "def last_terms(",
-            "def value(a):\n    return a\n\n\ndef last_terms(",
-            r"`value` is defined in kernel/arithmetic/roots.py and in kernel/step/taylor.py",
+            "def minimum(a):\n    return a\n\n\ndef last_terms(",
+            r"`minimum` is defined in kernel/arithmetic/roots.py and in kernel/step/taylor.py",
         ),
         (
             "step.taylor",
@@ -132,7 +143,7 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
             "def turn_the_period(",
             r"kernel/loop/one_step.py, in `turn`: `turn_period` is defined in no part",
         ),
-        ("loop.one_by_one", "def advance(", "def go_on(", "loop over lanes` without `advance"),
+        ("loop.one_by_one", "def advance(", "def go_on(", "the entry `advance` is defined in no part"),
     ],
 )
 def test_a_fault_is_refused_and_its_file_is_named(module, right, wrong, message, monkeypatch):

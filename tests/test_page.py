@@ -9,6 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 
 import vibrocap as vc
 from test_stick_slip import Belt
@@ -17,7 +18,7 @@ from vibrocap.cli.main import main
 from vibrocap.files import WriteError
 from vibrocap.identification.experiments.motions import ramp
 from vibrocap.plotting.fits import residual_figure
-from vibrocap.plotting.look.finishing import finished, save, texts_of
+from vibrocap.plotting.look.finishing import finished, save
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.look.tex import tex_text
@@ -31,6 +32,22 @@ BELT = vc.System(
 WIDTHS = {"column": 3.4, "page": 7.0}
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 AXES = {"machine.mass_ratio": np.linspace(1.0, 4.0, 6), "drive.amplitude": np.linspace(1.0, 3.0, 5)}
+
+
+def texts_of(fig):
+    """All texts of a figure that are seen."""
+    hidden = set()
+    for ax in fig.findobj(Axes):
+        for axis in (ax.xaxis, ax.yaxis):
+            shown = {id(box) for box in axis.get_ticklabels()}
+            low, high = sorted(axis.get_view_interval())
+            room = 1e-9 * (high - low)
+            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+                out = not low - room <= tick.get_loc() <= high + room
+                hidden |= {id(label) for label in (tick.label1, tick.label2) if out or id(label) not in shown}
+    for text in fig.findobj(Text):
+        if text.get_visible() and text.get_text().strip() and id(text) not in hidden:
+            yield text
 
 
 def rubbed(name, speed):

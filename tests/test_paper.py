@@ -362,7 +362,7 @@ def test_an_unknown_figure_is_refused():
     assert chosen_figures("fig03") == ("fig03",)
 
 
-# --- the load that the pendulum makes, and steady travel --------------------------------------------------------------
+# --- the dynamic load, and steady travel ------------------------------------------------------------------------------
 @pytest.mark.slow
 def test_figures_5_to_11_stand_under_the_load_that_the_pendulum_makes(runs):
     assert tuple(f"load{number:02d}" for number in range(5, 12)) == LOADED

@@ -9,9 +9,8 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 import vibrocap as vc
-from vibrocap.laboratory.chatter import powers, worst_chatter
 from vibrocap.laboratory.cycle import closed_cycle
-from vibrocap.laboratory.passivity import passivity
+from vibrocap.laboratory.passivity import passivity, powers, worst_chatter
 from vibrocap.laboratory.recorded_law import recorded_law
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters

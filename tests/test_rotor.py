@@ -19,7 +19,7 @@ from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance
 from vibrocap.physics.parameters import parameters
-from vibrocap.studies.branch_datasets import branch_dataset
+from vibrocap.studies.orbit_datasets import branch_dataset
 
 TURN = 2.0 * math.pi
 LAW = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.15)

@@ -118,6 +118,15 @@ def test_a_reference_in_motion_is_taken_at_the_samples():
     assert rest.state == pytest.approx(motion.state, abs=1e-11)
 
 
+def test_a_stepper_takes_a_reference_in_motion_at_the_samples():
+    """Its table is written by the kernel, one sample after another; sines are rounded otherwise there."""
+    system = servo(sample_time=0.05, drive=TRACKED, delay=0.013)
+    motion = vc.stepper(system, initial=START, tolerance=1e-13)
+    motion.step(3.0)
+    known = vc.simulate(system, periods=3, initial=START, tolerance=1e-13)
+    assert motion.states[:2] == pytest.approx([*known.state.values()][:2], abs=1e-12)
+
+
 def test_a_fast_loop_tends_to_the_continuous_one():
     """Their distance is of the first order in h."""
     exact = vc.System(
@@ -218,7 +227,8 @@ def test_a_case_in_si_has_its_times_in_seconds(tmp_path):
             "over: controller.sample_time decides how many samples a period has",
         ),
         (lambda: vc.equilibria(servo()), "should not be driven in time"),
-        (lambda: vc.stepper(vc.Case(servo())), "other programs are not given the samples"),
+        (lambda: vc.stepper(vc.Case(servo()), input="drive"), "input should be None with a sampled-position-pid"),
+        (lambda: servo(drive=vc.Square(0.5, 2.0 * math.pi)), "drive should have no corners"),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(make, said):

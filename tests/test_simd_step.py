@@ -57,7 +57,7 @@ def test_a_slide_that_is_not_looked_at_goes_on():
 def test_guards_in_all_lanes_are_those_one_by_one(name):
     """States, works and counts of impacts; over four periods rounding grows to some 1e-13.
 
-    In one run of 40 at most it decides whether a stop is met once or, within 1e-12 of a period, twice.
+    In one run of the pendulum it decides how many of rebounds without end are told apart, 224 or 225.
     """
     given, budget = striking(name, 40), runs_of.Budget(4, 4, 0.0, 1e-8, 10_000, 10**6, 1)
     together = runs_of.ensemble_run(*given, budget, threads=1)
@@ -67,7 +67,7 @@ def test_guards_in_all_lanes_are_those_one_by_one(name):
     assert np.all(single.finished)
     assert np.allclose(together.state, single.state, rtol=0.0, atol=1e-11)
     same = np.isclose(together.numbers, single.numbers, rtol=1e-11, atol=1e-11, equal_nan=True)
-    assert np.sum(~np.all(same, axis=1)) <= 1
+    assert np.sum(~np.all(same, axis=1)) <= (1 if name == "pendulum-strikes-its-stops" else 0)
 
 
 @pytest.mark.parametrize("name", list(STOPS)[:2])

@@ -101,7 +101,7 @@ def test_states_can_be_changed_where_a_motion_goes_on():
 def test_start_that_makes_no_sense_is_refused_by_name():
     lugre = vc.simulate(system(vc.LuGre()), periods=1)
     for start, words in (
-        (lugre, "start should be a motion of the states angle, angle_rate, position, velocity to go on from"),
+        (lugre, "start should be a motion of the states angle, angle_rate, position, velocity to continue from"),
         ("now", "start should be a motion, a time or a Start, got 'now'"),
         (float("nan"), "start.time should be a finite number, got nan"),
     ):

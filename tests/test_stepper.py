@@ -23,7 +23,7 @@ from thinned import exhaustive_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.stepped_case import SteppedCase
-from vibrocap.motion.polynomials import polynomial_values
+from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run

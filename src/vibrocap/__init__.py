@@ -74,9 +74,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-    from vibrocap.orbits.attractors.classification import MotionClass, classify
+    from vibrocap.orbits.attractors.classification import MotionClass, ZeroOneTest, classify, zero_one_test
     from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
-    from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
     from vibrocap.orbits.closing.gradients import Gradients
     from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
     from vibrocap.orbits.closing.returns import Section
@@ -185,9 +184,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.records.regime_diagram import regime_diagram
     from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
     from vibrocap.studies.adaptive import adaptive_map, border
-    from vibrocap.studies.branch_datasets import branch_dataset
     from vibrocap.studies.dataset import open_study
-    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset, branch_dataset
     from vibrocap.studies.plan.designs import Design
     from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep

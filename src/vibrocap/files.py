@@ -3,7 +3,7 @@
 A result is written under a temporary name beside its place, forced to the disk and then renamed. So whoever looks sees
 the old file or the new one, never half of it, whatever ends the writing: a full disk, an interrupt, a kill.
 
-A link in the place of a file is not followed: in a folder from a stranger it would lead to any other file.
+A link in place of a file is not followed: in a folder from a stranger it would lead to any other file.
 """
 
 import contextlib

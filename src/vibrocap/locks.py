@@ -23,7 +23,7 @@ def holder(handle: int) -> int | None:
 
 
 def is_stopped(process: int | None) -> bool:
-    """Whether a process was stopped, and waits until someone lets it go on."""
+    """Whether a process was stopped, and waits until someone lets it continue."""
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] in STOPPED
     except (OSError, ValueError, IndexError):
@@ -40,5 +40,5 @@ def in_words(process: int | None) -> str:
         raw = b""
     name = raw.decode(errors="replace")[:60]
     runs = f" ({name})" if name.isprintable() and name else ""
-    stopped = f", which is stopped (`kill -CONT {process}` lets it go on)" if is_stopped(process) else ""
+    stopped = f", which is stopped (`kill -CONT {process}` lets it continue)" if is_stopped(process) else ""
     return f"process {process}{runs}{stopped}"

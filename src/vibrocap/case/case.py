@@ -249,7 +249,7 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
 
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
-    """The part with its good values, so that checks between fields go on; complaints about the others."""
+    """The part with its good values, so that checks between fields continue; complaints about the others."""
     key = kind_key(section)
     names = [info.name for info in parameter_table(cls)]
     values = {name: value for name, value in given.items() if name != key}

@@ -123,7 +123,7 @@ def _keep_states(data: dict[str, Any], before: Classes, after: Classes) -> None:
 
 
 def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes: Mapping[str, Any]) -> None:
-    """A value in its section, in the place of the same quantity under another key, such as frequency_Hz."""
+    """A value in its section, in place of the same quantity under another key, such as frequency_Hz."""
     section, _, key = path.partition(".")
     given = data.setdefault(section, {})
     if not isinstance(given, dict):  # is complained of

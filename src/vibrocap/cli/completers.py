@@ -107,7 +107,7 @@ def law_parameters(asked: Any) -> Offered:
 
 def example_names(asked: Any) -> Offered:
     """The examples that come with vibrocap."""
-    from vibrocap.cli.example_files import examples_folder, shows
+    from vibrocap.cli.command_examples import examples_folder, shows
 
     return [(path.stem, shows(path)) for path in sorted(examples_folder().glob("*.toml"))]
 

@@ -217,7 +217,7 @@ def _silence() -> None:
 
 @contextlib.contextmanager
 def _nothing_read_is_replaced() -> Iterator[None]:
-    """Within it no file is written in the place of one that was read, by whatever name."""
+    """Within it no file is written in place of one that was read, by whatever name."""
     inputs.READ.clear()
     files.PROTECTED = inputs.READ
     try:

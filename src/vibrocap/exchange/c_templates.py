@@ -324,7 +324,7 @@ int main(void) {
   for (i = 1; i <= @lines@; i++) {
     status = go_on(&motion, @period@ * i / @samples@ - @name@_time(&motion));
     if (status > @NAME@_AT_EVENT) break;
-    line(&motion, i < @lines@ ? "sample" : "finished", 0);
+    line(&motion, i < @lines@ ? "instant" : "finished", 0);
   }
   if (status > @NAME@_AT_EVENT) line(&motion, @name@_status_text(status), 0);
   return status > @NAME@_AT_EVENT ? 3 : 0;

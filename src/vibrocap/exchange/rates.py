@@ -7,11 +7,12 @@ equations begins; a decision then says how it goes on. The error is that of the 
 import dataclasses
 import functools
 
+import numpy as np
+
 from vibrocap.arguments import ArgumentError
 from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
-from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.events import CONTACT
 from vibrocap.physics.machines.machine import Imposed
 
@@ -86,7 +87,7 @@ class Rates:
         recorded = self.stepped.equations
         return {
             **self.instant.places,
-            **_of_drive(recorded, self.instant.places["PARAMETER"], self.instant.sizes["TABLE"]),
+            **_of_drive(self.stepped, self.instant.places["PARAMETER"], self.instant.sizes["TABLE"]),
             "INDICATOR": self.instant.size,
             "VALUES": len(self.values),
             "COUNTS": 1 + len(self.counted),
@@ -112,9 +113,12 @@ class Rates:
         ]
 
 
-def _of_drive(recorded: Equations, parameters: int, table: int) -> dict[str, int]:
-    """Where the numbers of the present segment stand, and an input; how many segments follow one another."""
-    if recorded.corners is None:
-        return {"SEGMENT": 0, "HELD": 0, "COEFFICIENTS": 0, "SEGMENTS": 0}
-    segment, row = parameters + recorded.corners.place, recorded.corners.row_size
-    return {"SEGMENT": segment, "HELD": segment + 2, "COEFFICIENTS": row - 1, "SEGMENTS": table // row}
+def _of_drive(stepped: SteppedCase, parameters: int, table: int) -> dict[str, int]:
+    """Where the numbers of the present segment stand, and an input; into how many equal parts corners cut the period,
+    and how many segments follow one another in each."""
+    corners = stepped.equations.corners
+    if corners is None:
+        return {"SEGMENT": 0, "HELD": 0, "COEFFICIENTS": 0, "SEGMENTS": 0, "PARTS": 1}
+    segment, row = parameters + corners.place, corners.row_size
+    counts = {"SEGMENTS": table // row, "PARTS": corners.count(np.array(parameter_values(stepped.system)))}
+    return {"SEGMENT": segment, "HELD": segment + 2, "COEFFICIENTS": row - 1, **counts}

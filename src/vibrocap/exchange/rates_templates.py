@@ -242,7 +242,7 @@ int main(void) {
   line(time, "start");
   for (i = 1; i <= @lines@ * STEPS; i++) {
 @input_set@    if ((status = go_on(&time, @period@ / @samples@ / STEPS * i))) break;
-    if (i % STEPS == 0) line(time, i < @lines@ * STEPS ? "sample" : "finished");
+    if (i % STEPS == 0) line(time, i < @lines@ * STEPS ? "instant" : "finished");
   }
   if (status) line(time, @name@_status_text(status));
   return status ? 3 : 0;

@@ -19,7 +19,6 @@ from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.physics.closed_loop.sampling import check_unsampled
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.units import over_seconds
 from vibrocap.physics.numbering import numbered
@@ -77,7 +76,10 @@ class SteppedCase:
     def __post_init__(self):
         if self.input is not None and self.input not in INPUTS:
             raise ArgumentError("input", f"should be {shown(INPUTS[0])} or None, got {shown(self.input)}")
-        check_unsampled(self.case.system, "other programs are not given the samples")
+        controller = self.case.system.controller
+        if self.input is not None and controller is not None and controller.sampled:
+            what = f"should be None with a {controller.name}, which samples the reference of the case"
+            raise ArgumentError("input", f"{what}; leave the controller out and set its command as the input")
 
     def __reduce__(self):
         return type(self), (self.case, self.input)  # all else follows
@@ -95,7 +97,8 @@ class SteppedCase:
     @functools.cached_property
     def kernel(self) -> StepperKernel:
         """The stepper."""
-        return stepper_kernel(self.equations, self.equations.observables, self.case.tolerance, self.input is not None)
+        recorded, values = self.equations, parameter_values(self.system)
+        return stepper_kernel(recorded, recorded.observables, self.case.tolerance, self.input is not None, values)
 
     def memory(self) -> StepperMemory:
         """What the stepper carries, before the motion begins."""
@@ -136,12 +139,16 @@ class SteppedCase:
 
     @functools.cached_property
     def parameters(self) -> tuple[Port, ...]:
-        """Those that can be set before the motion begins, by their paths; an input has none."""
-        found, parts = [], self.system.parts
+        """Those that can be set before the motion begins, by their paths; an input has none.
+
+        Of a sampled controller those are left out that decide how many samples a period has, and when they act.
+        """
+        found, parts, corners = [], self.system.parts, self.equations.corners
+        counted = () if corners is None else corners.counted
         values = zip(self.equations.parameter_paths, parameter_values(self.system), strict=True)
         for place, (path, value) in enumerate(values):
             part, _, name = path.partition(".")
-            if not (path.startswith(SEGMENT) or part == self.input):
+            if not (path.startswith(SEGMENT) or part == self.input or place in counted):
                 known = quantity_in_si(path, self.system)
                 found.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))
         return tuple(found)

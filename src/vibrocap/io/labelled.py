@@ -1,4 +1,4 @@
-"""Results as labelled arrays (xarray) and as tables (pandas), which the analysis of others goes on from."""
+"""Results as labelled arrays (xarray) and as tables (pandas), from which the analysis of others continues."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -33,8 +33,7 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without xarray.
     """
     require("to_xarray", "xarray")
-    from vibrocap.studies.branch_datasets import branch_dataset
-    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset, branch_dataset
 
     if isinstance(result, (Trajectory, Orbit)):
         return _motion_dataset(result if isinstance(result, Trajectory) else result.motion())

@@ -19,7 +19,6 @@ from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_prese
 from vibrocap.numerics.api import browser_module, series_order
 from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
-from vibrocap.physics.closed_loop.sampling import check_unsampled
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import OPTIONAL, System
@@ -55,8 +54,6 @@ def contents(
     opened: a case to begin with, whose parts are there in any case; examples: folder of the gallery
     Raises ArgumentError for a case that is too long for a page.
     """
-    if opened is not None:
-        check_unsampled(opened.case.system, "the page does not show motions")
     if opened is not None and opened.case.periods > LONGEST:
         raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {opened.case.periods:g}")
     own = None if opened is None else opened.case.system

@@ -6,7 +6,7 @@ from typing import Any
 
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import gathered_functions, measure_records, result_record
-from vibrocap.lab.rules import mirrored, rules
+from vibrocap.lab.rules import mirrored, parts_of_period, rules
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.recording.recorded_machine import recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
@@ -100,7 +100,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "rules": rules(system, paths),
         "mirrored": mirrored(system, paths),
         "room": list(room),
-        "corners": None if recording.corners is None else _corners(recording.corners),
+        "corners": None
+        if recording.corners is None
+        else _corners(recording.corners) | {"parts": parts_of_period(system, paths)},
         "fixed": fixed,
         "scene": [
             {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
@@ -116,7 +118,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
 
 
 def _corners(corners: Corners) -> dict[str, float]:
-    """Of a drive with corners: how many segments, coefficients of each, place of the present one; what rounding is."""
+    """Of a drive with corners: segments in a part of its period, coefficients of each, place of the present one; what
+    rounding is."""
     counts = {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
     return {**counts, "rounding": ROUNDING}
 

@@ -38,16 +38,18 @@ def functions(forms: Iterable[Mapping[str, Any]]) -> tuple[str, str]:
     """The functions that are written for each form, as scripts for the page and for its worker.
 
     RULES[form](p, f): the first rule that is broken; MIRRORED[form](p, odd): whether a motion has a mirror twin;
-    READERS[form](r, T, h, m): the measures of a result by name
+    READERS[form](r, T, h, m): the measures of a result by name; CUTS[form](p): into how many equal parts the corners
+    of a drive cut its period
     """
-    own, known, read = [], [], []
+    own, known, read, parts = [], [], [], []
     for form in forms:
         own.append(f"(p,f)=>{form['rules']}||null")
         known.append(f"(p,odd)=>{form['mirrored']}")
         measures = ",".join(f"{each['name']}:{each['read']}" for each in form.get("measures", ()))
         read.append(f"(r,T,h,m)=>({{{measures}}})")
-    rules, mirrored, readers = (f"[{','.join(each)}]" for each in (own, known, read))
-    return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers};\n"
+        parts.append(f"(p)=>{form['corners']['parts'] if form['corners'] else 0}")
+    rules, mirrored, readers, cut = (f"[{','.join(each)}]" for each in (own, known, read, parts))
+    return f"const RULES={rules};\n", f"const MIRRORED={mirrored},READERS={readers},CUTS={cut};\n"
 
 
 def _policy(scripts: str, styles: str) -> str:

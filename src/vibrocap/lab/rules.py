@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibrocap.arguments import Complaint
-from vibrocap.lab.written import HELD, Ways, Written, chosen, condition
+from vibrocap.lab.written import HELD, Ways, Written, chosen, condition, text_of
+from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.parameters import complaint_of, parameter_table
 from vibrocap.physics.system import System
@@ -62,6 +63,12 @@ def mirrored(system: System, paths: tuple[str, ...]) -> str:
     ends = ways.through(lambda: made.mirrored, MOST_CASES)
     found = [(asked, "true" if value is True else "false") for asked, value in ends]
     return "false" if len(found) == MOST_CASES else chosen(found)
+
+
+def parts_of_period(system: System, paths: tuple[str, ...]) -> str:
+    """How many equal parts the period of a drive with corners has, as an expression in JavaScript of the parameters."""
+    timed = written_system(system, paths, Ways()).timed_drive
+    return text_of(round(timed.parts)) if isinstance(timed, SampledReference) else "1"
 
 
 class _AskedShape:

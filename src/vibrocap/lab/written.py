@@ -74,6 +74,13 @@ class Written(float):
     def __neg__(self):
         return Written(-float(self), f"(-{self.text})", self.ways)
 
+    def __round__(self, ndigits: Any = None):  # type: ignore[override]
+        try:
+            value = float(round(float(self)))
+        except (OverflowError, ValueError):
+            value = float("nan")
+        return Written(value, f"Math.round({self.text})", self.ways)
+
     def __abs__(self):
         return Written(abs(float(self)), f"Math.abs({self.text})", self.ways)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_motion, check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
+from vibrocap.laboratory.driven import check_motion, check_numbers, checked_list
 from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_motion, check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.laboratory.driven import driven_force
+from vibrocap.laboratory.driven import check_motion, check_numbers, checked_list, driven_force
 from vibrocap.physics.friction.law import Law
 
 MEAN, AMPLITUDE = 1.3, 1.2  # speeds of the contact: a motion that nearly stops but never turns

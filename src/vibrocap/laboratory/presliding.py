@@ -6,9 +6,8 @@ import math
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
-from vibrocap.laboratory.driven import driven_force
+from vibrocap.laboratory.driven import check_motion, check_numbers, driven_force
 from vibrocap.motion.simulate import period_marks
 from vibrocap.motion.status import Status
 from vibrocap.physics.drives.loading import Loading

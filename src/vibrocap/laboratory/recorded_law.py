@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_numbers
+from vibrocap.laboratory.driven import check_numbers
 from vibrocap.numerics.api import ScalarWriter
 from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
 from vibrocap.physics.friction.law import Law

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_numbers, checked_list
+from vibrocap.laboratory.driven import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.of_measure import ManyOfMeasure, OneOfMeasure
@@ -273,7 +273,7 @@ def _fitted_order(
 ) -> tuple[float | None, tuple[float, float] | None, bool]:
     """(order, widths between which it holds, whether the error is smooth), of the errors above the noise.
 
-    The range begins at the narrowest width and goes on as long as the slope between neighbours stays even; it takes
+    The range begins at the narrowest width and extends as long as the slope between neighbours stays even; it takes
     three widths over a decade to make an order.
     """
     known = [run for run in runs if abs(run.value - exact.value) > ABOVE_NOISE * (run.noise + exact.noise)][::-1]

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import contact_sizes
+from vibrocap.laboratory.driven import check_motion, check_numbers
 from vibrocap.measures.recorded.stretch import stretches
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import STUCK, Trajectory

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import speed_scale
+from vibrocap.laboratory.driven import check_numbers, checked_list
 from vibrocap.laboratory.recorded_law import RecordedLaw, implicit_euler, recorded_law
 from vibrocap.numerics.expressions.graph import Expression, derivative
 from vibrocap.physics.friction.law import Law

@@ -5,8 +5,8 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 from vibrocap.laboratory.break_away import BreakAway, break_away
-from vibrocap.laboratory.checks import check_numbers
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
+from vibrocap.laboratory.driven import check_numbers
 from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
 from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import StickSlipCycle, stick_slip_test

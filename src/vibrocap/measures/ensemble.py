@@ -85,7 +85,7 @@ def ensemble(
         which a contact comes to rest repeat, after as many of these returns as its cycle has (up to 62), and is
         measured over one turn of the cycle more, from return to return; or when it stands still. "Per drive period" is
         then per turn
-    extrapolate: whether a run that settles may go on from the extrapolated limit of its stroboscopic states instead of
+    extrapolate: whether a run that settles may continue from the extrapolated limit of its stroboscopic states without
         waiting for it, where that limit returns to itself within the threshold, with the run's own mode sequence (see
         docs/numerics.md); never where `time_to_settle` is measured, of a rotor, of a response of several periods, or
         where nothing drives the system in time

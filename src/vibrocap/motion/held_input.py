@@ -16,7 +16,7 @@ class HeldInput(Piecewise):
     inputs. Machines whose motion the drive imposes need its slope and curvature; a force is held with both at 0.
     """
 
-    unit_time: Positive = parameter(1.0, "T", "time scale of the motion: the period of the drive in whose place it is")
+    unit_time: Positive = parameter(1.0, "T", "time scale of the motion: the period of the drive that it replaces")
     value_held: Number = parameter(0.0, "v", "value at the start")
     slope_held: Number = parameter(0.0, "w", "slope at the start")
     curvature_held: Number = parameter(0.0, "c", "curvature")
@@ -36,5 +36,5 @@ class HeldInput(Piecewise):
 
 
 def with_held_input(system: System) -> System:
-    """The same system with an input in the place of its drive."""
+    """The same system with an input in place of its drive."""
     return System.of_parts({**system.parts, "drive": HeldInput(system.drive.period)}, system.units)

@@ -90,7 +90,7 @@ def simulate(
     periods: drive periods, a positive number, not necessarily whole
     initial: initial states by name, with a unit in it where they are in SI; what is not named starts at zero
     start: when it begins: at a time, or as a `Start` says (time and phase of the drive), by default at 0. Or a motion
-        of the same states, at whose end it goes on: there in time, with the states (but for those in `initial`), and
+        of the same states, at whose end it continues: there in time, with the states (but for those in `initial`), and
         where in its period the drive was then
     tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
     samples: points per period of the grid `motion.time`; the motion itself is known at every instant

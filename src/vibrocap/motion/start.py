@@ -57,7 +57,7 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
         if start.state_names != system.state_names:
             raise ArgumentError(
                 "start",
-                f"should be a motion of the states {', '.join(system.state_names)} to go on from, got one of "
+                f"should be a motion of the states {', '.join(system.state_names)} to continue from, got one of "
                 f"{', '.join(start.state_names)}; give a Start and initial= instead",
             )
         given = start.state | dict(initial or {})

@@ -51,7 +51,7 @@ class Status(Advised):
     )
     AMBIGUOUS_CONTACTS = (
         "ambiguous contacts",
-        "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "
+        "Which contacts rest is no longer certain: some forces would leave two ways to continue from here, or none, as "
         "friction and loads of the contacts raise one another (contact_modes lists the ways). Lower the friction "
         "coefficients, or keep the machine away from this shape.",
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
+from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries

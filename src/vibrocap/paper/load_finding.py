@@ -1,4 +1,4 @@
-"""What Figs 5-11 become under the load that the pendulum makes: a plain sentence for each, with its numbers.
+"""What Figs 5-11 become under the dynamic load: a plain sentence for each, with its numbers.
 
 No claim of the paper is judged by it: the paper's model has a constant load.
 """
@@ -59,7 +59,7 @@ def loaded_motions(runs: Runs) -> tuple[LoadedMotion, ...]:
 
 
 def loaded_figure(runs: Runs, key: str) -> LoadedFigure:
-    """What a figure becomes under the load that the pendulum makes; key: "load05" to "load11"."""
+    """What a figure becomes under the dynamic load; key: "load05" to "load11"."""
     return _FIGURES[key](runs)
 
 

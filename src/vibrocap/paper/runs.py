@@ -68,7 +68,7 @@ class Sweep:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoadedRun:
-    """A motion of Fig. 9 under the load that the pendulum makes, which may end it."""
+    """A motion of Fig. 9 under the dynamic load, which may end it."""
 
     mass_ratio: float
     status: Status
@@ -128,7 +128,7 @@ class Runs:
 
     @functools.cache  # noqa: B019
     def loaded_sweep(self, friction: str, light: bool = False) -> tuple[LoadedRun, ...]:
-        """The motions of Fig. 9 under the load that the pendulum makes; light: of light capsules, on a finer grid."""
+        """The motions of Fig. 9 under the dynamic load; light: of light capsules, on a finer grid."""
         ratios = np.linspace(*LIGHT_RATIOS, LIGHT_POINTS) if light else np.linspace(*MASS_RATIOS, SWEEP_POINTS)
         periods = SHOWN_PERIODS if light else SWEEP_PERIODS
         return tuple(self._loaded(friction, round(float(ratio), 6), periods) for ratio in ratios)

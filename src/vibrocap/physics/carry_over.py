@@ -1,4 +1,4 @@
-"""Carry-over: what a part of another kind keeps of the part in whose place it comes, and what it has to be told.
+"""Carry-over: what a part of another kind keeps of the part that it replaces, and what it has to be told.
 
 Whatever changes the kind of a part asks here: `--set friction.law=...`, sweeps over kinds, `crossing --against`, the
 lab.

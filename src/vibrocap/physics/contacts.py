@@ -148,7 +148,7 @@ class Contacts:
     """The contacts of a machine at one instant, in the mode that their sides say.
 
     Asked in this order: the force that would hold the first one, `held`, given the modes of the others; then, with what
-    the machine is given in the place of the friction at the first, those of the others.
+    the machine is given in place of the friction at the first, those of the others.
     """
 
     def __init__(self, machine: Any, contacts: Sequence[RubbingContact]):

@@ -44,7 +44,7 @@ class Flow:
 
     @property
     def tangential(self) -> tuple:
-        """By the machine in the place of friction, at each contact: R less what pushes its body from outside."""
+        """By the machine in place of friction, at each contact: R less what pushes its body from outside."""
         return tuple(each.tangential for each in self.contacts)
 
 

@@ -150,7 +150,7 @@ QUANTITIES = {
     },
     "controller_work": (
         "W_control",
-        "work of the command of a controller since the start, in the place of the drive's",
+        "work of the command of a controller since the start, in place of the drive's",
     ),
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),

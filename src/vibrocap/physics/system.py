@@ -8,7 +8,7 @@ from vibrocap.arguments import ArgumentError, is_number, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
 from vibrocap.physics.closed_loop.measuring import check_controller
-from vibrocap.physics.closed_loop.sampling import SampledReference, sample_count
+from vibrocap.physics.closed_loop.sampling import SampledReference, check_samples
 from vibrocap.physics.controllers.controller import SIDE, Controller
 from vibrocap.physics.dimensions.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
 from vibrocap.physics.dimensions.scales import Scales
@@ -134,7 +134,7 @@ class System:
                 raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.controller is not None:
             if self.controller.sampled:
-                sample_count(self.drive, self.controller)
+                check_samples(self.drive, self.controller)
             check_controller(self.parts, self.placed)
         if self.environment is not None:
             self.environment.check(self.machine)
@@ -162,7 +162,7 @@ class System:
 
     @classmethod
     def unchecked(cls, parts: Mapping[str, Any]) -> "System":
-        """The same of parts that hold something else in the place of numbers, such as symbols; of no units."""
+        """The same of parts that hold something else in place of numbers, such as symbols; of no units."""
         made = object.__new__(cls)
         made._set(**_fields(parts))
         return made
@@ -189,7 +189,7 @@ class System:
         controller = self.controller
         if controller is None or not controller.sampled or isinstance(self.drive, SampledReference):
             return self.drive
-        return SampledReference(self.drive, controller.delay, sample_count(self.drive, controller))
+        return SampledReference(self.drive, controller)
 
     @property
     def cyclic(self) -> str | None:

@@ -1,4 +1,4 @@
-"""Pictures of Pareto fronts: one measure against another, each point a design."""
+"""Pictures of searches for designs: a Pareto front, each point a design, and the best value over the evaluations."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,6 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibrocap.design.front import ParetoFront
+from vibrocap.design.optimise import Optimum
+from vibrocap.design.search.goal import INFEASIBLE
 from vibrocap.plotting.look.colours import BLUE, GREY
 from vibrocap.plotting.look.labels import bracketed
 from vibrocap.plotting.look.own_lines import in_own_lines
@@ -59,3 +61,21 @@ def _handles(found: ParetoFront, others: bool) -> list[Line2D]:
     if others:
         handles.append(Line2D([], [], color=GREY, marker=".", linestyle="none", label="other designs"))
     return handles
+
+
+def search_figure(found: Optimum) -> Figure:
+    """The measure of every allowed design in the order of evaluation, and the best so far."""
+    fig, axes = figure(1, 1, size=(6.2, 3.2))
+    ax, cost = axes[0, 0], found.population.best_cost
+    allowed = cost < INFEASIBLE
+    merits = np.where(allowed, -cost, np.nan) * found.scale
+    sign = 1.0 if found.maximised else -1.0
+    with style():
+        ax.plot(np.arange(len(cost)), sign * merits, ".", color=GREY, markersize=1.8, rasterized=True, label="a design")
+        best = np.fmax.accumulate(np.where(np.isnan(merits), -np.inf, merits))
+        best = np.where(np.isinf(best), np.nan, best)
+        ax.plot(np.arange(len(cost)), sign * best, "-", color=BLUE, label="the best so far")
+        label = found.measure.replace("_", " ") + bracketed(found.unit or "1")
+        ax.set(xlabel="designs evaluated", ylabel=label, title="The search")
+        fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return fig

@@ -220,7 +220,7 @@ def _no_file(error: OSError, data_set: DataSet, folder: Path) -> str:
         address = error.request.url if error.request is not None else data_set.page
         reason = "no answer; there may be no network" if error.response is None else str(error)
         return (
-            f"{address}: {reason}. What came until then is kept in {folder}; the same command goes on. "
+            f"{address}: {reason}. What came until then is kept in {folder}; the same command continues. "
             f"By hand: {data_set.page}"
         )
     return f"{error.filename or folder}: {error.strerror or error}. Nothing else was changed."

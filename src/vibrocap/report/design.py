@@ -12,9 +12,8 @@ from vibrocap.design.optimise import Optimum
 from vibrocap.files import write_text
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
-from vibrocap.plotting.fronts import draw_front
+from vibrocap.plotting.fronts import draw_front, search_figure
 from vibrocap.plotting.motion import motion_figure
-from vibrocap.plotting.search import search_figure
 from vibrocap.quantities.dimensional import computed, in_si, units_of
 from vibrocap.report.pieces import number, picture, table, titled
 

@@ -133,9 +133,9 @@ def _place(at: float, error: float) -> str:
     return f'<data class="n" value="{at!r}" title="{at:.12g} ± {error:.0e}">{at:.5g}</data>'
 
 
-# --- the load that the pendulum makes ---------------------------------------------------------------------------------
+# --- the dynamic load ---------------------------------------------------------------------------------
 def load(figures: Mapping[str, Drawn], found: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
-    """Figs 5-11 under the load that the pendulum makes."""
+    """Figs 5-11 under the dynamic load."""
     parts = ""
     for key, (made, path) in figures.items():
         result = f'<p class="result">{escape(found[key].sentence)}</p>' if key in found else ""

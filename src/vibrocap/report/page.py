@@ -100,7 +100,7 @@ def _sections(result: Result) -> Iterable[Section]:
     yield Section("errata", "Errata", errata(result.verdicts, result.only))
     yield Section(
         "load",
-        "With the load that the pendulum makes",
+        "With the dynamic load",
         findings.load(loaded, result.loaded, result.loaded_motions) if loaded else "",
         tuple((key, f"Fig. {int(key[4:])}, dynamic load") for key in loaded),
     )

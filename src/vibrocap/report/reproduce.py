@@ -100,7 +100,7 @@ def write_travel(found: SteadyTravel, folder: Path) -> dict[str, Path]:
 
 
 def write_loaded(result: Result, path: Path) -> None:
-    """What figures become under the load that the pendulum makes, as JSON: sentence and numbers by figure."""
+    """What figures become under the dynamic load, as JSON: sentence and numbers by figure."""
     if result.loaded:
         found = {key: dataclasses.asdict(each) for key, each in result.loaded.items()}
         write_text(path, json.dumps(found, indent=2, ensure_ascii=False) + "\n")

@@ -46,7 +46,7 @@ Report = Callable[[float], None] | None
 
 
 class Stopped(KeyboardInterrupt):
-    """A study was interrupted; the message says how far it is and how it goes on."""
+    """A study was interrupted; the message says how far it is and how to resume it."""
 
 
 def sweep(
@@ -87,7 +87,7 @@ def sweep(
     initial: where all runs start; what is not named starts at zero
     periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
-    resume: go on with what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
+    resume: continue what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
         and what is damaged is computed again, with a DamageWarning that names it
     mixed: resume a study that was begun with another version, processor or library, which is refused otherwise; what is
         computed now is marked, and the two parts may differ in the last digits or, of chaotic motions, altogether

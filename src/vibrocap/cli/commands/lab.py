@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.case.case import CaseError
-from vibrocap.cli.example_files import examples_folder
+from vibrocap.cli.command_examples import examples_folder
 from vibrocap.cli.options import Refusal, split, writable_file
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import write_text

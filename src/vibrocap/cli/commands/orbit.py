@@ -1,20 +1,23 @@
 """`vibrocap orbit`: the steady motion of a case."""
 
+import itertools
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.cli.gradients import gradients_of, print_gradients
+from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import refusing
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, units_of
 
 if TYPE_CHECKING:
+    from vibrocap.orbits.closing.gradients import Gradients
+    from vibrocap.orbits.closing.orbit import Orbit
     from vibrocap.orbits.closing.returns import Section
 
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
@@ -279,3 +282,33 @@ def _multiplier(multiplier: dict[str, float]) -> str:
     if real == 0.0 and imaginary == 0.0:
         return "0 (forgotten while it sticks, or at a limit)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
+
+
+SHOWN = ("mean_velocity", "cost_of_transport")
+
+
+def gradients_of(found: "Orbit") -> "tuple[Gradients | None, str]":
+    """(slopes of mean velocity and cost of transport, of what cannot travel of the work of the drive; or None and why).
+
+    They are over every parameter that has a slope.
+    """
+    from vibrocap.orbits.closing.gradients import measures_with_gradients
+
+    known = measures_with_gradients(found.system)
+    try:
+        return found.gradients(measures=[name for name in SHOWN if name in known] or known[:1]), ""
+    except ArgumentError as error:
+        return None, str(error)
+
+
+def print_gradients(slopes: "Gradients") -> None:
+    """Slope and elasticity by parameter, a table for each measure."""
+    page = Page()
+    for measure, rows in itertools.groupby(slopes.slopes, lambda each: each.measure):
+        made = table(f"Gradient of {measure.replace('_', ' ')}", "parameter", "slope", "elasticity")
+        made.columns[-1].justify = "right"
+        for each in rows:
+            share = "" if math.isnan(each.elasticity) else f"{each.elasticity:.4g}"
+            made.add_row(each.parameter, said(each.slope, each.unit.removesuffix("1"), 8), share)
+        page.print(made)
+    page.say("They hold for the present mode sequence. Elasticity: relative change for relative change.", "dim")

@@ -10,7 +10,7 @@ from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
-from vibrocap.cli.example_files import examples_folder, shows, tables_of
+from vibrocap.cli.command_examples import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text

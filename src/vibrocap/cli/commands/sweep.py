@@ -95,7 +95,7 @@ def sweep(
     settle
         end a run once it is this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]
     no_extrapolate
-        let each run wait until it has settled; else it goes on from the extrapolated limit of its states if that holds
+        let each run wait until it settles; else it continues from the extrapolated limit of its states if that holds
     tolerance
         error per step, relative to the states' natural size [default: the case's]
     threads
@@ -366,7 +366,7 @@ def picture_path(source: Path, measure: str) -> Path:
 def verify(study: Path, /) -> int:
     """Whether a stored study is as it was written: every file is compared with its checksum.
 
-    A file that is missing, cut short, altered or in the place of another one is
+    A file that is missing, cut short, altered or in place of another one is
     named. The sweep with --resume computes damaged tiles again.
 
     Exit codes: 0 all that is stored is whole, finished or not. 3 something is

@@ -4,7 +4,7 @@ Most designs of a vibro-driven capsule do not travel, or lift off: their costs a
 nothing. Differential evolution (Storn and Price 1997) compares designs only, so it does not mind; but it converges to
 one place, so it is begun again with other points until the evaluations are used up. The best designs often stand on
 bounds. SciPy draws what steps over a bound anew between the bounds, so that few of a population ever come near one;
-therefore the search goes on a little beyond them, and the design is that at the bound.
+therefore the search extends a little beyond them, and the design is that at the bound.
 """
 
 import dataclasses

@@ -122,7 +122,7 @@ class Search:
     def schedules(self, tell: Callable[[float], None], within: float = math.inf) -> Tried:
         """All schedules that were run in whole, those that arrive at least cost among them; within: the time there is.
 
-        Raises CaseError for a machine that goes on moving while its drive pauses.
+        Raises CaseError for a machine that keeps moving while its drive pauses.
         """
         self._check_rest()
         self.pause = self._shortest_pause()
@@ -196,7 +196,7 @@ class Search:
         return np.flatnonzero(np.sign(way) * self.drift * LONGEST > abs(way))
 
     def _check_rest(self) -> None:
-        """CaseError for a machine that goes on moving without its drive."""
+        """CaseError for a machine that keeps moving without its drive."""
         long, longer = (self.trials.ends(np.array([[(float(n), 0.0)]])) for n in (STILL, 2 * STILL))
         moved = float(np.max(np.nan_to_num(np.abs(longer.position - long.position), nan=math.inf)))
         if not moved <= REST * self.tolerance:

@@ -46,8 +46,8 @@ def steer(
     followed by a pause, in which the contact sticks. Factors are k/levels from -1 to 1: a negative one turns the drive
     round, and a machine without a preferred direction makes the mirror image of its motion. First bursts have every
     factor and up to 8 periods, or they are long: those of the six factors whose settled motions travel fastest towards
-    the target, with each of ten whole numbers of periods about that which arrives. Second bursts have every factor and
-    up to 4 periods. Lengths are multiples of a quarter of a period; of one, where the drive has corners of its own.
+    the target, with each of ten whole numbers of periods about the one that arrives. Second bursts have every factor
+    and up to 4 periods. Lengths are multiples of a quarter of a period; of one, where the drive has corners of its own.
     The last factor may lie between two of these where the error changes its sign, and is refined five times, by 8 each.
     The ways of bursts nearly add up, as nothing depends on the place and a pause ends at rest but for what an inner
     mass still swings; by their sums the best are chosen, and these are run in whole.
@@ -136,7 +136,7 @@ def _check_system(system: System, complaints: Complaints) -> None:
 
 
 def _best(search: Search, within: float | None, tell: Callable[[float], None]) -> np.ndarray:
-    """The bursts [2, 2] of the best schedule, or of that which comes nearest to arriving.
+    """The bursts [2, 2] of the best schedule, or of the one that comes nearest to arriving.
 
     Raises CaseError where none comes near, or none arrives in time.
     """

@@ -14,9 +14,8 @@ import numpy as np
 
 from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Diagnosis, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
-from vibrocap.identification.inference.late_force import LateForce, late_force
+from vibrocap.identification.inference.late_force import LateForce, late_force, moved_by_noise
 from vibrocap.identification.inference.limits import ReachedLimit
-from vibrocap.identification.inference.motion_noise import moved_by_noise
 from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time
 from vibrocap.identification.problem.data_scales import DataScales, data_scales
 from vibrocap.identification.problem.prediction import DELAY, MASS, Prediction

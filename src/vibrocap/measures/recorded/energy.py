@@ -37,7 +37,7 @@ class EnergyBalance(Dimensional):
     """Work over a window, positive into the system, and the change of the stored energy.
 
     drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
-    controller: work of the command of a controller, in the place of that of the drive
+    controller: work of the command of a controller, in place of that of the drive
     drag, outer_force, gravity: work of the environment's, gravity's along a slope (0 without an environment)
     own: work of channels that a machine of one's own names otherwise, by name
     contact_sliding, bristle_loss: work of friction at all contacts, split at the bristles

@@ -8,7 +8,7 @@ these are, at any time and for any parameters, is told here.
 from typing import Any
 
 from vibrocap.numerics.expressions.corners import Corners
-from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.numerics.expressions.graph import Graph
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 
@@ -21,22 +21,17 @@ def segment_paths(drive: Piecewise) -> tuple[str, ...]:
     return (period, start, *(f"{coefficient}{k}" for k in range(drive.degree + 1)))
 
 
-def recorded_corners(drive: Any, place: int) -> Corners | None:
-    """The corners of a drive whose parameters are symbols; None for one that has none."""
+def recorded_corners(drive: Any, graph: Graph, place: int) -> Corners | None:
+    """The corners of a drive whose parameters are symbols on a graph; None for one that has none."""
     if not isinstance(drive, Piecewise):
         return None
-    segments = drive.segments()
-    graph = next((v.graph for v in _parts(drive, segments) if isinstance(v, Expression)), Graph())
+    sampled = isinstance(drive, SampledReference)
+    segments = drive.segments(graph.node("time")) if sampled else drive.segments()
     return Corners(
         place=place,
         coefficients=drive.degree + 1,
         period=graph.expression(drive.period),
         lengths=tuple(graph.expression(segment.length) for segment in segments),
         shapes=tuple(tuple(map(graph.expression, segment.coefficients)) for segment in segments),
-        samples=drive.count if isinstance(drive, SampledReference) else 0,
+        parts=graph.expression(drive.parts if sampled else 1.0),
     )
-
-
-def _parts(drive: Piecewise, segments: Any) -> list[Any]:
-    """Whatever of a drive may be an expression."""
-    return [drive.period, *(value for segment in segments for value in (segment.length, *segment.coefficients))]

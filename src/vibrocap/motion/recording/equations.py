@@ -19,7 +19,6 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_o
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
-from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
@@ -76,8 +75,6 @@ def form(system: System) -> tuple:
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
         result.append((part, type(record), fixed))
-    if isinstance(system.timed_drive, SampledReference):
-        result.append(("samples", system.timed_drive.count))
     return tuple(result)
 
 
@@ -212,7 +209,7 @@ def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
 
 def put_on_segment(system: System, recorded: System, graph: Graph, place: int) -> None:
     """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
-    drive = _timed(system, recorded.drive, recorded.controller)
+    drive = recorded.timed_drive
     _, *segment = segment_paths(drive)
     start, *coefficients = (graph.node("parameter", place + 1 + k) for k in range(len(segment)))
     object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
@@ -222,15 +219,8 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
     """The corners of the drive, recorded in a graph of their own: a table may have very many."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    named = ("drive", "controller")
-    parts = {part: with_symbols(part, each, symbols) for part, each in system.parts.items() if part in named}
-    return recorded_corners(_timed(system, parts["drive"], parts.get("controller")), len(paths))
-
-
-def _timed(system: System, drive: Any, controller: Any) -> Any:
-    """What a drive and a controller with symbols make of it, as `System.timed_drive` does with numbers."""
-    timed = system.timed_drive
-    return SampledReference(drive, controller.delay, timed.count) if isinstance(timed, SampledReference) else drive
+    recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
+    return recorded_corners(recorded.timed_drive, graph, len(paths))
 
 
 def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:

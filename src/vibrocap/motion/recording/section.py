@@ -15,7 +15,7 @@ def section_states(system: System, states: np.ndarray, scales: np.ndarray) -> np
     """States [..., states] over their natural sizes [states], all but the cyclic coordinate: [..., kept].
 
     The circle of a coordinate that turns with the period p has the radius p/2 pi, so that small distances on it are
-    those of the coordinate; its abscissa stands in the place of the coordinate, its ordinate behind all other states.
+    those of the coordinate; its abscissa stands in place of the coordinate, its ordinate behind all other states.
     """
     kept = [i for i, name in enumerate(system.state_names) if name != system.cyclic]
     found = states[..., kept] / scales[kept]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.codegen.resolution import SharpArgument
-from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.codegen.scalar_source import LEAVES, ScalarWriter, chosen_source, function_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
 SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304
@@ -84,12 +84,12 @@ class DrivenWriter(ScalarWriter):
         self.frozen = frozen
         self.used: list[str] = []  # names of what is frozen, in the order of their use
         k = equations.states
-        self.leaves = {i: f"z{i}" for i in range(k)} | {k: "v", k + 1: "w", k + 2: "a", k + 3: "b"}
+        self.symbols = {i: f"z{i}" for i in range(k)} | {k: "v", k + 1: "w", k + 2: "a", k + 3: "b"}
 
     def _name(self, index: int) -> str:
         op, *operands = self.graph.nodes[index]
         if op == "state":
-            return self.leaves[operands[0]]
+            return self.symbols[operands[0]]
         if op not in ("constant", "side") and is_frozen(self.graph, index):
             name = self.frozen.setdefault(index, f"c{len(self.frozen)}")
             if name not in self.used:
@@ -101,13 +101,6 @@ class DrivenWriter(ScalarWriter):
         if op == "exp":  # an exponential that underflows takes twice the time
             return f"math.exp(max({self._name(operands[0])}, {SMALLEST_EXPONENT!r}))"
         return super()._formula(op, operands)
-
-
-class FrozenWriter(ScalarWriter):
-    """Scalar code of what depends on the parameters and the side only."""
-
-    def _formula(self, op: str, operands: list) -> str:
-        return f"floats[PARAMETER + {operands[0]}]" if op == "parameter" else super()._formula(op, operands)
 
 
 def is_frozen(graph: Graph, index: int) -> bool:
@@ -126,11 +119,6 @@ def is_frozen(graph: Graph, index: int) -> bool:
     return True
 
 
-def function_source(head: str, lines: Sequence[str]) -> str:
-    """A function from its head and the lines of its body."""
-    return "\n".join([f"def {head}:", *("    " + line for line in lines), ""])
-
-
 def _loaded(writer: DrivenWriter, states: int) -> list[str]:
     """Lines that read the states at `at` and what is frozen."""
     return [f"z{i} = floats[at + {i}]" for i in range(states)] + thawed(writer.used)
@@ -143,10 +131,9 @@ def thawed(names: Sequence[str]) -> list[str]:
 
 def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`freeze`: what depends on parameters and side only, once from turn to turn."""
-    writer = FrozenWriter(equations.graph)
-    values = [writer.name(Expression(equations.graph, index)) for index in frozen]
-    lines = [*writer.lines, *(f"floats[FROZEN + {i}] = {value}" for i, value in enumerate(values))]
-    return function_source("freeze(floats, side)", lines or ["pass"])
+    writer = ScalarWriter(equations.graph, LEAVES | {"parameter": "floats[PARAMETER + {}]"})
+    values = [Expression(equations.graph, index) for index in frozen]
+    return function_source("freeze(floats, side)", writer.stores(values, "FROZEN"))
 
 
 def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
@@ -171,20 +158,17 @@ def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
 
 def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`switch`: the states at a place of the memory become those after a guard has fallen."""
-    lines: list[str] = []
-    for i, states in enumerate(equations.after_switch):
-        writer = DrivenWriter(equations, frozen)
-        values = [writer.name(state) for state in states]
-        body = [*_loaded(writer, equations.states), *writer.lines]
-        body += [f"floats[at + {j}] = {value}" for j, value in enumerate(values)]
-        lines += [f"if which == {i}:", *("    " + line for line in body)]
-    return function_source("switch(floats, at, which, v, w, side)", lines or ["pass"])
+    bodies = [_moved(equations, frozen, states) for states in equations.after_switch]
+    return chosen_source("switch(floats, at, which, v, w, side)", "which", bodies)
 
 
 def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`reverse`: the states at a place of the memory become those after the contact has turned to `side`."""
+    return function_source("reverse(floats, at, w, side)", _moved(equations, frozen, equations.after_reversal))
+
+
+def _moved(equations: DrivenEquations, frozen: dict[int, str], states: Sequence[Expression]) -> list[str]:
+    """Lines that put other states to `at`."""
     writer = DrivenWriter(equations, frozen)
-    values = [writer.name(state) for state in equations.after_reversal]
-    lines = [*_loaded(writer, equations.states), *writer.lines]
-    lines += [f"floats[at + {j}] = {value}" for j, value in enumerate(values)]
-    return function_source("reverse(floats, at, w, side)", lines)
+    lines = writer.stores(states, "at")
+    return [*_loaded(writer, equations.states), *lines]

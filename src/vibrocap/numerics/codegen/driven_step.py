@@ -15,12 +15,12 @@ from vibrocap.numerics.codegen.driven_source import (
     DrivenWriter,
     force_source,
     frozen_source,
-    function_source,
     guard_source,
     reversal_source,
     switch_source,
     thawed,
 )
+from vibrocap.numerics.codegen.scalar_source import function_source
 from vibrocap.numerics.expressions.graph import derivative
 from vibrocap.numerics.kernel.step.implicit import COUPLING, GAMMA, NODES, STAGE_WEIGHTS, STAGES, TIME_WEIGHTS
 

@@ -36,6 +36,14 @@ class Lines:
         """What stands at a place of the memory."""
         return f"load(floats, {place})" if self.simd else f"floats[{place} + lane]"
 
+    def excursion(self, row: str) -> str:
+        """How far the series in a row goes over a step of length h."""
+        return f"excursion_simd(floats, {row}, h)" if self.simd else f"excursion(floats, {row} + lane, h)"
+
+    def chosen(self, condition: str, one: str, other: str) -> str:
+        """One value where a condition holds, else the other."""
+        return f"where({condition}, {one}, {other})" if self.simd else f"({one} if {condition} else {other})"
+
     def larger(self, a: str, b: str) -> str:
         """The larger of two numbers."""
         if _is_number(a) and _is_number(b):
@@ -139,16 +147,12 @@ class Enclosures:
         low, high = self.of(index)
         if low == high:
             return same(text.name(f"1.0 / {low}"))
-        passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.simd else f"{low} <= 0.0 and {high} >= 0.0")
+        passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)")
         least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
-        if text.simd:
-            one = text.name(f"1.0 / where({passes}, 1.0, {high})")
-            other = text.name(f"1.0 / where({passes}, 1.0, {low})")
-            return text.name(f"where({passes}, {least}, {one})"), text.name(f"where({passes}, {most}, {other})")
-        return (
-            text.name(f"{least} if {passes} else 1.0 / {high}"),
-            text.name(f"{most} if {passes} else 1.0 / {low}"),
-        )
+        if text.simd:  # where both sides of a choice are computed
+            low, high = (text.name(f"where({passes}, 1.0, {each})") for each in (low, high))
+        ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
+        return ends[0], ends[1]
 
     def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:
         ends = tuple(self.text.name(formula(x)) for x in (a[::-1] if turned else a))

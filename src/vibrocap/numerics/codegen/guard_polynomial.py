@@ -20,10 +20,9 @@ def guard_source(order: int, sticks: bool, limit_constant: bool, branches: bool)
     heads = {"def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h):": body}
     switch = "def switch_simd(floats, row, one, h):"
     if branches:
-        body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order)]
+        body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order + 1)]
         for k in range(order + 1):
-            following = f"v{k + 1}" if k + 1 < order else "0.0"
-            body += _stored(k, f"where(one, {following}, v{k})" if k < order else "0.0 * h")
+            body += _stored(k, f"where(one, {f'v{k + 1}' if k < order else '0.0'}, v{k})")
         heads[switch] = body
     lines = [] if branches else [switch, '    """There is none."""', "    return h, h, h", ""]
     for head, body in heads.items():

@@ -7,8 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 
-from vibrocap.numerics.codegen.driven_source import function_source
-from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.codegen.scalar_source import ScalarWriter, chosen_source, function_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative
 
@@ -22,10 +21,11 @@ class Instant:
 
     sizes: numbers of each entry, in their order. Given: PARAMETER, STATE, TIME, ORIGIN (of the present period of the
     drive) and SIDE (+1, -1; 0 at rest). Written by `period` and `table`: PERIOD, and TABLE (of each segment of a drive
-    with corners its length and its coefficients). Written by `instant`: RATE (of the states), VELOCITY of the contact,
-    HOLD (the force that would hold it, over the middle of what it can hold) and LIMIT (how far that reaches), BOUND
-    (positive while the equations hold), SWITCH (positive within the present branches), SCALE (natural sizes of the
-    states) and OBSERVED. Written by `after_switch`: NEXT, the states after a guard of SWITCH has fallen to zero.
+    with corners its length and its coefficients, in the part of the period that begins at TIME). Written by `instant`:
+    RATE (of the states), VELOCITY of the contact, HOLD (the force that would hold it, over the middle of what it can
+    hold) and LIMIT (how far that reaches), BOUND (positive while the equations hold), SWITCH (positive within the
+    present branches), SCALE (natural sizes of the states) and OBSERVED. Written by `after_switch`: NEXT, the states
+    after a guard of SWITCH has fallen to zero.
     """
 
     sizes: dict[str, int]
@@ -70,13 +70,14 @@ def instant_source(equations: Equations, own_drive: bool) -> Instant:
     sizes = given | {name: len(values) for name, values in (period | table | instant).items()}
     sizes["NEXT"] = len(rates)
     found = Instant(sizes, tuple(observed), "")
+    after = [ScalarWriter(equations.graph).stores(states, "NEXT") for states in equations.after_switch]
     text = [
         *(f"{name} = {place}" for name, place in {**found.places, "LANES": 1}.items()),
         "",
         _function("period", period),
         _function("table", table),
         _function("instant", instant),
-        _after_switch(equations.after_switch),
+        chosen_source(f"after_switch({ARGUMENTS})", "number", after, START),
     ]
     return dataclasses.replace(found, text="\n".join(text))
 
@@ -88,14 +89,3 @@ def _function(name: str, written: Mapping[str, Sequence[Expression]]) -> str:
     named = [(entry, i, writer.name(value)) for entry, each in written.items() for i, value in enumerate(each)]
     stores = [f"floats[{entry} + {i}] = {value}" for entry, i, value in named]
     return function_source(f"{name}({ARGUMENTS})", [*START, *writer.lines, *stores])
-
-
-def _after_switch(outcomes: Sequence[Sequence[Expression]]) -> str:
-    """`after_switch`, by the number of the guard that has fallen."""
-    lines = [*START]
-    for number, states in enumerate(outcomes):
-        writer = ScalarWriter(states[0].graph)
-        values = [writer.name(state) for state in states]
-        body = [*writer.lines, *(f"floats[NEXT + {i}] = {value}" for i, value in enumerate(values))]
-        lines += [f"if number == {number}:", *(f"    {line}" for line in body)]
-    return function_source(f"after_switch({ARGUMENTS})", lines)

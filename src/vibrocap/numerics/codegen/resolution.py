@@ -28,8 +28,9 @@ exp(a log x), the terms of both all but cancel, so that the last ones tell nothi
 """
 
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -196,53 +197,36 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
         text.lines.append(f"{name} = {text.entry(place)}")
     lost = gaps(equations, sharp.nodes)
 
-    def over_step(index: int) -> Interval | None:
+    def around(place: str, row: str, state: int, over: bool) -> Interval:
+        """A value, with how far it may go over the step and by how much it may be off in a proof that is to last."""
+        value, ways = text.name(text.entry(place)), [text.excursion(row)] if over else []
+        if not simd:
+            ways.append(f"widened * {text.entry(f'SCALE + {state} * LANES')}")
+        if not ways:
+            return same(value)
+        way = text.name(" + ".join(ways))
+        return text.name(f"{value} - {way}"), text.name(f"{value} + {way}")
+
+    def leaf(index: int, over: bool, velocity: Interval) -> Interval | None:
+        """What is given, at the start or over the step, with the contact velocity in between."""
         op, *operands = graph.nodes[index]
         if index == contact:
-            return "low", "high"
+            return velocity
         if index in imposed:  # as the difference of two rates that nearly cancel its enclosure would be far too wide
             row = f"IMPOSED + {imposed[index]} * (ORDER + 1) * LANES"
-            value, size = text.name(text.entry(row)), f"SCALE + {equations.contact_state} * LANES"
-            if simd:
-                r = text.name(f"excursion_simd(floats, {row}, h)")
-            else:
-                r = text.name(f"excursion(floats, {row} + lane, h) + widened * {text.entry(size)}")
-            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
+            return around(row, row, equations.contact_state, over)
         if op == "state":
-            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
-            row, scale = f"SERIES + {operands[0]} * (ORDER + 1) * LANES", f"SCALE + {operands[0]} * LANES"
-            if simd:
-                r = text.name(f"excursion_simd(floats, {row}, h)")
-            else:
-                r = text.name(f"excursion(floats, {row} + lane, h) + widened * {text.entry(scale)}")
-            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
-        return ("time", text.name("time + h")) if op == "time" else None
+            row = f"SERIES + {operands[0]} * (ORDER + 1) * LANES"
+            return around(f"STATE + {operands[0]} * LANES", row, operands[0], over)
+        return ("time", text.name("time + h") if over else "time") if op == "time" else None
 
-    def at_start(index: int) -> Interval | None:
-        op, *operands = graph.nodes[index]
-        if index == contact:
-            return "start_low", "start_high"
-        if index in imposed:
-            value = text.name(text.entry(f"IMPOSED + {imposed[index]} * (ORDER + 1) * LANES"))
-            if simd:
-                return same(value)
-            r = text.name(f"widened * {text.entry(f'SCALE + {equations.contact_state} * LANES')}")
-            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
-        if op == "state":
-            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
-            if simd:
-                return same(value)
-            r = text.name(f"widened * {text.entry(f'SCALE + {operands[0]} * LANES')}")
-            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
-        return ("time", "time") if op == "time" else None
+    def enclosures(velocity: Interval, over: bool = False) -> Enclosures:
+        """Enclosures of all nodes, at the start or over the step."""
+        inverses = _inverses(equations, text, 2.0 if over else 1.0)
+        return Enclosures(graph, text, functools.partial(leaf, over=over, velocity=velocity), inverses)
 
-    def at(velocity: str) -> Callable[[int], Interval | None]:
-        """The values of the leaves at a start with this velocity."""
-        return lambda index: same(velocity) if index == contact else at_start(index)
-
-    near = [_inverses(equations, text, factor) for factor in (2.0, 1.0)]
-    step, start = Enclosures(graph, text, over_step, near[0]), Enclosures(graph, text, at_start, near[1])
-    ends = [Enclosures(graph, text, at(velocity), near[1]) for velocity in ("start_low", "start_high")]
+    step, start = enclosures(("low", "high"), over=True), enclosures(("start_low", "start_high"))
+    ends = [enclosures(same(velocity)) for velocity in ("start_low", "start_high")]
     inverses = [
         text.entry(f"INVERSE_SCALE + {i} * LANES") if simd else f"1.0 / floats[SCALE + {i} * LANES + lane]"
         for i in range(len(equations.rates))
@@ -282,25 +266,20 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
         theta = VISIBLE[graph.nodes[node][0]]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
-        shown = text.name((" | " if simd else " or ").join(either))
+        shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
         unseen = text.name(f"{share} <= tolerance")
-        fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
-        text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
+        text.lines.append(f"worst = {text.chosen(f'{shown} | {unseen}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
             first, second, third = (text.entry(f"{speed.row} + {k} * LANES") for k in range(3))
             line, square = (_missed(graph, node, text, step, start, (order - 1) // (k * m)) for k in (1, 2))
             linear = f"abs({second}) >= abs({third}) * h"
-            rest = f"abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h"
-            missed = f"where({linear}, {line}, {square})" if simd else f"({line} if {linear} else {square})"
-            told = f"{least} * {missed} <= {near_rest(speed)}"
-            text.lines.append(
-                f"worst = where(({rest}) & ~({told}), worst + 1.0, worst)"
-                if simd
-                else f"worst += 1.0 if widened == 0.0 and {rest} and not ({told}) else 0.0"
-            )
+            rest = f"(abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h)"
+            told = f"{least} * {text.chosen(linear, line, square)} <= {near_rest(speed)}"
+            asked = rest if simd else f"(widened == 0.0) & {rest}"
+            text.lines.append(f"worst = {text.chosen(asked, text.chosen(told, 'worst', 'worst + 1.0'), 'worst')}")
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
@@ -313,7 +292,7 @@ def _inverses(equations: Equations, text: Lines, factor: float) -> dict[int, Int
         return {}
     start = text.name(f"1.0 / {text.entry('SWITCH + BRANCHES * (ORDER + 1) * LANES')}")
     ends = [(f"{start} * {1.0 / factor!r}", "-1e+300"), (f"{start} * {factor!r}", "1e+300")]
-    least, most = (text.name(near if text.simd else f"{near} if widened == 0.0 else {far}") for near, far in ends)
+    least, most = (text.name(near if text.simd else text.chosen("widened == 0.0", near, far)) for near, far in ends)
     return {equations.graph.nodes[equations.loads[0].index][2]: (least, most)}
 
 

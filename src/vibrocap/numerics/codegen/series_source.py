@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
+from vibrocap.numerics.codegen.scalar_source import indented
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
     series_writer,
@@ -26,13 +27,13 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
-        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
+        return "\n".join(["def jet(floats):", "    align_stack()", *indented(body), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
-    found = [*head, *_indented(_series(equations, integrals, layout, loop, ()), 8), ""]
+    found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
     for number in range(len(layout.slow)):
         body = _series(equations, integrals, layout, loop, (number,))
-        found += [f"def slow_jet_{number}(floats, lane):", *_indented(body, 4), ""]
+        found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
         calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
     return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
 
@@ -89,7 +90,7 @@ def _series(
             code.store("DECAY_RATE", decay)
             store_reach(writer)
         for i, guard in enumerate(equations.guards):
-            moves = k == 0 or (located[i] and k < order)
+            moves = k == 0 or (located[i] and k < order + (equations.law_switches <= i < len(equations.switches)))
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
@@ -103,7 +104,3 @@ def limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
     limits = [each.limit for each in equations.contacts if each.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
-
-
-def _indented(lines: list[str], spaces: int) -> list[str]:
-    return [" " * spaces + line for line in lines]

@@ -3,18 +3,23 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from vibrocap.numerics.codegen.at_rest import gaps, place_of_returns, rough
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.scalar_source import (
+    ScalarWriter,
+    chosen_source,
+    function_source,
+    indented,
+    returned_source,
+    stored_source,
+)
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.expressions.slow_states import record_slopes
 from vibrocap.numerics.kernel.memory_layout import Layout
-
-OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
 def generated_source(equations: Equations, layout: Layout, loop: str = "single") -> str:
@@ -109,106 +114,77 @@ def jumps(equations: Equations, layout: Layout) -> bool:
 
 def rates_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
-    writer = ScalarWriter(equations.graph)
-    body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
-    rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    graph, velocities = equations.graph, []
+    found = [stored_source("rates", graph, (*equations.rates, *integrals))]
     if equations.true_load is not None:
-        writer = ScalarWriter(equations.graph)
-        result = writer.name(equations.true_load)
-        head = "def reaction(floats, t, point, side, lane):"
-        rates += [head, *_indented([*writer.lines, f"return {result}"], 4), ""]
-    rates += ["def contact_velocity(floats, t, point, contact, lane):"]
+        found.append(returned_source("reaction(floats, t, point, side, lane)", graph, equations.true_load))
     for i, each in reversed(list(enumerate(equations.contacts))):
-        writer = ScalarWriter(equations.graph)
+        writer = ScalarWriter(graph)
         result = writer.name(each.velocity)
-        rates += [f"    if contact == {i}:"] if i else []
-        rates += _indented([*writer.lines, f"return {result}"], 8 if i else 4)
-    rates += [""]
-    writer = ScalarWriter(equations.graph)
-    body = []
-    for shift in equations.shifts:
-        slope = derivative(shift, -1)
-        for value in (shift, slope, derivative(slope, -1)):
-            body.append(f"floats[out + {len(body)}] = {writer.name(value)}")
-    head = "def shifts(floats, t, lane, out):"
-    imposed = [*writer.lines, *body] if body else ['"""There is none."""']
-    return "\n".join([*rates, head, *_indented(imposed, 4), ""])
+        lines = [*writer.lines, f"return {result}"]
+        velocities += [f"if contact == {i}:", *indented(lines)] if i else lines
+    found.append(function_source("contact_velocity(floats, t, point, contact, lane)", velocities))
+    slopes = [(shift, derivative(shift, -1)) for shift in equations.shifts]
+    values = [value for shift, slope in slopes for value in (shift, slope, derivative(slope, -1))]
+    return "\n".join([*found, stored_source("shifts", graph, values, "lane")])
 
 
 def holding_source(equations: Equations) -> str:
     """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
     rest."""
-    writer, zero = ScalarWriter(equations.graph), equations.graph.constant(0.0)
+    zero = equations.graph.constant(0.0)
     asked = (value for each in equations.contacts for value in (each.hold, each.limit))
-    values = [zero if value is None else value for value in asked]
-    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
-    return "\n".join(["def holding(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""])
+    return stored_source("holding", equations.graph, [zero if value is None else value for value in asked])
+
+
+def evidence_source(equations: Equations) -> str:
+    """`evidence` of one lane: what `kernel/observe/evidence.py` asks of the equations."""
+    zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
+    for each in equations.contacts:
+        further = each is not equations.contacts[0] and each.kind != "smooth"
+        pair = (each.hold, each.limit) if each.sticks else (zero, zero)
+        asked += [*pair, each.velocity if further else zero]
+    return stored_source("evidence", equations.graph, asked)
 
 
 def decision_source(rows: DecisionRows) -> str:
     """`contact_rows` of one lane with several contacts, see `kernel/events/decision.py`."""
     graph, n = rows.b[0].graph, len(rows.b)
-    writer, zero = ScalarWriter(graph), graph.constant(0.0)
+    zero = graph.constant(0.0)
     values = [*rows.b, *(entry for row in rows.response for entry in row)]
     values += rows.loads or [graph.constant(1.0)] * n
     values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
-    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
-    found = ["def contact_rows(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
-    shares = tuple(next(j for j in range(n) if _same(rows.response[j], rows.response[i])) for i in range(n))
-    constants = {"DYNAMIC": bool(rows.loads), "ROW_LIKE": shares}
-    return "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), "", *found])
-
-
-def _same(row: Sequence[Expression], other: Sequence[Expression]) -> bool:
-    """Whether two contacts answer to all friction alike, so that their distance is imposed."""
-    return all(one.index == two.index for one, two in zip(row, other, strict=True))
+    constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups, "ROW_LIKE": rows.alike}
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    return "\n".join([*lines, "", stored_source("contact_rows", graph, values)])
 
 
 def branches_source(equations: Equations) -> str:
     """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
-    found = []
-
-    def function(head: str, outcomes: Sequence[Sequence[Expression]], chosen: str = "") -> None:
-        found.append(f"def {head}:")
-        for number, outcome in enumerate(outcomes):
-            writer = ScalarWriter(equations.graph)
-            body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(outcome)]
-            if chosen:
-                found.append(f"    if {chosen} == {number}:")
-            found.extend(_indented([*writer.lines, *body], 8 if chosen else 4))
-        if not outcomes:
-            found.append('    """There is none."""')
-        found.append("")
-
+    graph, found = equations.graph, []
     if equations.guard_tangents:
-        function("guard_tangents(floats, t, point, side, lane, out)", [equations.guard_tangents])
-    if not equations.guards:
-        if equations.maybe_stiff:  # implicit steps know them
-            function("switches(floats, t, point, side, lane, out)", [])
-        return "\n".join(found)
-    writer = ScalarWriter(equations.graph)
-    energy = writer.name(equations.observables["energy"])
-    found += ["def machine_energy(floats, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
-    function("switches(floats, t, point, side, lane, out)", [equations.guards])
-    function("after_switch(floats, t, point, side, lane, which, out)", equations.after_switch, "which")
-    turned = [each.after_reversal for each in equations.contacts]
-    function("after_reversal(floats, t, point, side, lane, contact, out)", turned, "contact" if len(turned) > 1 else "")
+        found.append(stored_source("guard_tangents", graph, equations.guard_tangents))
+    if equations.guards or equations.maybe_stiff:  # implicit steps know them
+        found.append(stored_source("switches", graph, equations.guards))
+    if equations.guards:
+        energy = equations.observables["energy"]
+        found.append(returned_source("machine_energy(floats, t, point, lane)", graph, energy))
+        after = [ScalarWriter(graph).stores(outcome) for outcome in equations.after_switch]
+        found.append(chosen_source("after_switch(floats, t, point, side, lane, which, out)", "which", after))
+        turned = [ScalarWriter(graph).stores(each.after_reversal) for each in equations.contacts]
+        head = "after_reversal(floats, t, point, side, lane, contact, out)"
+        found.append(chosen_source(head, "contact", turned) if equations.several else function_source(head, turned[0]))
     return "\n".join(found)
 
 
 def jacobian_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     """`jacobian` of one lane, exact."""
-    states = len(equations.rates)
-    writer = ScalarWriter(equations.graph)
-    body = []
-    for i, rate in enumerate((*equations.rates, *integrals)):
-        for j in range(states + 1):
-            slope = derivative(rate, j if j < states else -1)
-            body.append(f"floats[out + {i * (states + 1) + j}] = {writer.name(slope)}")
-    head = "def jacobian(floats, t, point, side, lane, out):"
-    return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])
+    states = range(len(equations.rates))
+    rows = (*equations.rates, *integrals)
+    slopes = [derivative(rate, state) for rate in rows for state in (*states, -1)]
+    return stored_source("jacobian", equations.graph, slopes)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -231,10 +207,8 @@ def integrands_source(
     writer = ScalarWriter(own[0].graph if own else equations.graph)
     friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contact_velocity)
     values = [writer.name(power) for power in equations.integrals]
-    values += [
-        f"{friction} * {velocity}",
-        friction,
-    ]  # the latter times the acceleration of the piece, see `accumulators.look`
+    # The last one times the acceleration of the piece, see `accumulators.look`.
+    values += [f"{friction} * {velocity}", friction]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
     constants = {
@@ -245,7 +219,7 @@ def integrands_source(
     }
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
-    text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *_indented(body, 4), ""])
+    text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *indented(body), ""])
     return Integrands(text, summed, len(own_extremes))
 
 
@@ -263,51 +237,5 @@ def instants_source(
     begun = (*room, *equations.scales, equations.period, *(each.velocity for each in equations.contacts))
     found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
-        writer = ScalarWriter(values[0].graph if values else equations.graph)
-        body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
-        found.append(f"def {name}(floats, t, point, side, lane, out):")
-        found += [*_indented([*writer.lines, *body] or ['"""There is none."""'], 4), ""]
+        found.append(stored_source(name, values[0].graph if values else equations.graph, values))
     return "\n".join(found)
-
-
-class ScalarWriter:
-    """Writes the values of expressions as straight-line scalar code, each node once."""
-
-    def __init__(self, graph: Any):
-        self.graph = graph
-        self.lines: list[str] = []
-        self._names: dict[int, str] = {}
-
-    def name(self, expression: Expression) -> str:
-        """Name (or literal) of the value of an expression."""
-        return self._name(expression.index)
-
-    def _name(self, index: int) -> str:
-        if index not in self._names:
-            op, *operands = self.graph.nodes[index]
-            leaf = {"time": "t", "side": "side", "delay": "floats[DELAY + lane]"}.get(op)
-            if op == "side" and operands:
-                leaf = f"floats[SIDE + {operands[0]} * LANES + lane]"
-            if op == "constant":
-                leaf = repr(operands[0])
-            if leaf is None:
-                formula = self._formula(op, operands)
-                # Numbered as they are written: the text must not depend on what else was recorded in the graph.
-                leaf = f"n{len(self.lines)}"
-                self.lines.append(f"{leaf} = {formula}")
-            self._names[index] = leaf
-        return self._names[index]
-
-    def _formula(self, op: str, operands: list) -> str:
-        if op == "state":
-            return f"floats[point + {operands[0]}]"
-        if op == "parameter":
-            return f"floats[PARAMETER + {operands[0]} * LANES + lane]"
-        names = [self._name(i) for i in operands]
-        if op in OPERATORS:
-            return f"{names[0]} {OPERATORS[op]} {names[1]}"
-        return f"-{names[0]}" if op == "neg" else f"math.{op}({names[0]})"
-
-
-def _indented(lines: list[str], spaces: int) -> list[str]:
-    return [" " * spaces + line for line in lines]

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,9 @@ class Corners:
     """The segments of a drive in one period, as functions of the parameter vector.
 
     place: number of the first parameter that belongs to the present segment; coefficients: per segment
-    lengths, shapes: of each segment its share of the period and its coefficients in powers of the share
+    parts: how many equal ones the period has, to rounding, each of all these segments: samples of a controller, or 1.0
+    lengths, shapes: of each segment of a part its share of the period and its coefficients in powers of the share; may
+        depend on the time at which the part begins
     """
 
     place: int
@@ -24,7 +27,7 @@ class Corners:
     period: Expression
     lengths: tuple[Expression, ...]
     shapes: tuple[tuple[Expression, ...], ...]
-    samples: int = 0  # in a period, of two segments each, at whose ends no rounding adds up; 0: there are none
+    parts: Expression
 
     @property
     def row_size(self) -> int:
@@ -33,31 +36,41 @@ class Corners:
 
     @functools.cached_property
     def numbers(self) -> list[Expression]:
-        """Of each segment its length, then its coefficients."""
+        """Of each segment of a part its length, then its coefficients."""
         return [e for length, shape in zip(self.lengths, self.shapes, strict=True) for e in (length, *shape)]
+
+    @functools.cached_property
+    def counted(self) -> list[int]:
+        """Numbers of the parameters that decide how many parts there are, and where their corners lie."""
+        return [] if self.parts.value == 1.0 else self._reached([self.period, self.parts, *self.lengths])
 
     @functools.cached_property
     def _moving(self) -> list[int]:
         """Numbers of the parameters on which the table depends."""
+        return self._reached([*self.numbers, *([] if self.parts.value == 1.0 else [self.period])])
+
+    def _reached(self, expressions: Sequence[Expression]) -> list[int]:
         graph = self.period.graph
-        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self.numbers]))
+        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in expressions]))
         return [operands[0] for op, *operands in nodes if op == "parameter"]
+
+    def count(self, parameters: np.ndarray) -> int:
+        """How many parts the period has with parameters [..., parameters], as many with all of them."""
+        (found,) = evaluate([self.parts], 0.0, (), 1.0, np.moveaxis(parameters, -1, 0))
+        return round(float(np.ravel(found)[0]))
 
     def tables(self, parameters: np.ndarray) -> np.ndarray:
         """[runs, segments, row_size] of parameter vectors [runs, parameters]; one table if it is the same for all."""
         if np.all(parameters[:, self._moving] == parameters[:1, self._moving]):
             parameters = parameters[:1]
-        runs = len(parameters)
-        values = evaluate(self.numbers, 0.0, (), 1.0, parameters.T)
-        columns = [np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in values]
-        found = np.stack(columns, axis=1).reshape(runs, -1, self.row_size)
-        if self.samples:
-            begins = np.arange(self.samples) / self.samples
-            found[:, ::2, 0] = begins + found[:, :1, 0]
-            found[:, 1::2, 0] = np.append(begins[1:], 1.0)
-        else:
-            found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)
-        return found
+        runs, parts = len(parameters), self.count(parameters)
+        begins = np.arange(parts)[:, None] * (self.periods(parameters) / parts)
+        values = evaluate(self.numbers, begins, (), 1.0, parameters.T)
+        columns = [np.broadcast_to(np.asarray(value, dtype=float), (parts, runs)).T for value in values]
+        found = np.stack(columns, axis=2).reshape(runs, parts, -1, self.row_size)
+        found[..., 0] = np.cumsum(found[..., 0], axis=2) + (np.arange(parts) / parts)[:, None]
+        found[:, :, -1, 0] = np.arange(1, parts + 1) / parts  # where no rounding adds up
+        return found.reshape(runs, -1, self.row_size)
 
     def periods(self, parameters: np.ndarray) -> np.ndarray:
         """[runs] periods of the drive."""

@@ -64,6 +64,23 @@ class DecisionRows:
     pushes: tuple[tuple[Expression, ...], ...]
     bounds: tuple[tuple[Expression, ...] | None, ...]
 
+    @property
+    def alike(self) -> tuple[int, ...]:
+        """Of each contact the first that answers to all friction as it does, so that their distance is imposed."""
+        rows = [tuple(entry.index for entry in row) for row in self.response]
+        return tuple(map(rows.index, rows))
+
+    @property
+    def groups(self) -> tuple[int, ...]:
+        """Of each contact the first of those with which the friction of one on another connects it."""
+        found = list(range(len(self.b)))
+        for answers in (self.response, self.load_response):
+            for i, row in enumerate(answers):
+                for j, entry in enumerate(row):
+                    if entry.value != 0.0:
+                        found = [min(found[i], found[j]) if each in (found[i], found[j]) else each for each in found]
+        return tuple(found)
+
     def moved(self, move: Any) -> "DecisionRows":
         """The same on another graph."""
         fields = {field.name: _moved(getattr(self, field.name), move) for field in dataclasses.fields(self)}

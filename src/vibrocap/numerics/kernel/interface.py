@@ -1,7 +1,8 @@
-"""What a kernel calls without knowing which module answers: the slots that a recipe (`linker/recipes.py`) fills.
+"""What a kernel calls without knowing which module answers.
 
-A module that fills a slot defines the slot's functions, with these arguments. Modules of the kernel import them from
-here; linking puts the definitions of the chosen module in their place.
+Modules of the kernel import these functions from here. Linking puts those of the module in their place that a recipe
+(`linker/recipes.py`) has chosen; it defines all functions of a section, with these arguments. Where no module does,
+what stands here is what happens: nothing, for the most part. What cannot be done without raises an error here.
 """
 
 # How far the next step goes, and by which method.
@@ -17,19 +18,27 @@ def chosen_step(floats, ints, lane, remaining) -> float:
     raise NotImplementedError
 
 
+# What a motion alone keeps of a step for the next one.
+
+
 def follow_step(floats, event, h) -> None:
     """After a step of length h, to an event or none, of a motion alone: what its next series begins with."""
-    raise NotImplementedError
+
+
+# What is done anew where a step is implicit.
 
 
 def polished_step(floats, ints, lane, h, longest) -> tuple:
     """(event, length) of the step, made again where it has to be, that ends at the event found at h."""
-    raise NotImplementedError
+    return 1, h
 
 
-def repeat_to(floats, ints, lane, h) -> None:
-    """Make the present step anew with length h where its series holds for its own length only."""
-    raise NotImplementedError
+def repeated_step(floats, ints, lane, event, h) -> float:
+    """Length of the step, made anew where its series holds for its own length only, that ends at the event found at h.
+
+    There the guard of a branch vanishes to rounding.
+    """
+    return h
 
 
 def shorter_step(floats, ints, lane, h) -> float:
@@ -37,12 +46,11 @@ def shorter_step(floats, ints, lane, h) -> float:
 
     The next steps are explicit then.
     """
-    raise NotImplementedError
+    return h
 
 
 def leave_implicit(ints, lane) -> None:
     """Let the next steps be explicit."""
-    raise NotImplementedError
 
 
 # The branches of the law on each side of rest, and the bounds of the equations.
@@ -50,32 +58,33 @@ def leave_implicit(ints, lane) -> None:
 
 def within_bounds(floats, ints, trace, lane) -> bool:
     """Whether the equations hold at the start of the step; if not, the run ends."""
-    raise NotImplementedError
+    return True
 
 
 def branch_holds(floats, ints, trace, lane) -> bool:
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
-    raise NotImplementedError
+    return True
 
 
 def first_switch(floats, lane, event, h) -> tuple:
     """(event, instant): the event known so far, or that of a branch that ends before."""
-    raise NotImplementedError
+    return event, h
 
 
 def begin_branch(floats, ints, trace, lane, which) -> None:
     """Begin the branch that follows guard number `which`."""
-    raise NotImplementedError
 
 
 def turned(floats, lane, contact) -> None:
     """Change what a reversal of a contact (0: the first) changes in its law, besides the side."""
-    raise NotImplementedError
+
+
+def guards_at(floats, lane, s, out) -> None:
+    """Write the guards at time s of the present series."""
 
 
 def interpolated_guards(floats, lane, h) -> None:
     """Write the series of the branches' guards over an implicit step of length h."""
-    raise NotImplementedError
 
 
 # Which of several contacts rest.
@@ -83,7 +92,6 @@ def interpolated_guards(floats, lane, h) -> None:
 
 def decide_together(floats, ints, lane) -> None:
     """Decide the sides of all contacts that rest or have come to rest, at the lane's present state."""
-    raise NotImplementedError
 
 
 # The corners of the drive.
@@ -91,17 +99,15 @@ def decide_together(floats, ints, lane) -> None:
 
 def begin_drive(floats, ints, trace, lane, run) -> None:
     """A run begins on a lane, which stands at its time."""
-    raise NotImplementedError
 
 
 def at_corner(floats, ints, trace, lane) -> bool:
     """Whether the lane, at the end of a step to UNTIL, stands at a corner within the period; then it is turned."""
-    raise NotImplementedError
+    return False
 
 
 def begin_drive_period(floats, ints, trace, lane) -> None:
     """A period begins, at time 0."""
-    raise NotImplementedError
 
 
 # The tangent of the motion.
@@ -109,27 +115,24 @@ def begin_drive_period(floats, ints, trace, lane) -> None:
 
 def tangent_waits(ints, lane) -> bool:
     """Whether the tangent has yet to enter the present piece."""
-    raise NotImplementedError
+    return False
 
 
 def leave_piece(floats, ints, lane, event, contact, h) -> None:
     """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
-    raise NotImplementedError
 
 
 def stay_in_piece(ints, lane) -> None:
     """A contact is set to rest by what moves no event: the tangent enters the same piece once more."""
-    raise NotImplementedError
 
 
 def enter_piece(floats, ints, lane) -> None:
     """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
-    raise NotImplementedError
 
 
 def tangents_wait(ints, plain):
     """Of all lanes: those of `plain` whose tangent does not wait."""
-    raise NotImplementedError
+    return plain
 
 
 # What is kept of a motion.
@@ -142,16 +145,6 @@ def has_room(floats, ints, trace, lane) -> bool:
 
 def on_piece(floats, ints, trace, lane, h) -> None:
     """After a step of length h, whose series is in memory."""
-    raise NotImplementedError
-
-
-def watch_load(floats, ints, lane, h) -> None:
-    """After a step of length h, whose series is in memory: whether the true load has fallen below zero."""
-    raise NotImplementedError
-
-
-def look_at_load(floats, ints, lane, h) -> None:
-    """The same, of a step on which no bound tells."""
     raise NotImplementedError
 
 
@@ -170,19 +163,34 @@ def on_period(floats, ints, trace, lane) -> None:
     raise NotImplementedError
 
 
+# The true load, of one that is held constant.
+
+
+def watch_load(floats, ints, lane, h) -> None:
+    """After a step of length h, whose series is in memory: whether the true load has fallen below zero."""
+
+
+def look_at_load(floats, ints, lane, h) -> None:
+    """The same, of a step on which no bound tells."""
+
+
+# Where a law is asked: at the state of the series, but for laws that may be stiff.
+
+
 def fitting_point(floats, ints, lane, s, point) -> None:
     """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
-    raise NotImplementedError
 
 
 def fit_to_slopes(floats, lane, s, point) -> float:
     """Move that state to the one that fits to the slopes; how far that was over natural sizes, 0.0 where it stays."""
-    raise NotImplementedError
+    return 0.0
+
+
+# Evidence that what is measured is a motion of the equations.
 
 
 def take_evidence(floats, ints, lane, h) -> None:
     """Ask the equations of a piece of length h, whose series stands in memory."""
-    raise NotImplementedError
 
 
 # Returns, by which motions settle that nothing drives in time.
@@ -190,37 +198,33 @@ def take_evidence(floats, ints, lane, h) -> None:
 
 def begin_returns(floats, ints, lane) -> None:
     """A run begins."""
-    raise NotImplementedError
 
 
 def quiet_since(ints, lane) -> int:
     """The period at whose start stands the first mark."""
-    raise NotImplementedError
+    return 0
 
 
 def response_sought(longest) -> int:
     """Longest response that the starts of periods tell, `longest` where there are no other marks."""
-    raise NotImplementedError
+    return longest
 
 
 def place_passed(floats, ints, lane, h) -> float:
     """Time within the step, whose series is in memory, at which the place of returns is passed; -1.0: it is not."""
-    raise NotImplementedError
+    return -1.0
 
 
 def on_place(floats, ints, lane) -> None:
     """The lane stands where the place of returns is passed."""
-    raise NotImplementedError
 
 
 def on_return(floats, ints, lane) -> None:
     """The velocity of a contact has fallen to zero, whatever it does next; the lane stands there."""
-    raise NotImplementedError
 
 
 def tell_returns(floats, ints, lane) -> None:
     """The run ends."""
-    raise NotImplementedError
 
 
 # How a run comes to its steady motion without waiting.
@@ -228,27 +232,25 @@ def tell_returns(floats, ints, lane) -> None:
 
 def begin_marks(ints, lane) -> None:
     """A run begins."""
-    raise NotImplementedError
 
 
 def note_event(floats, ints, lane, event, c) -> None:
     """An event of contact c begins to change the mode of the lane."""
-    raise NotImplementedError
 
 
 def starts_trial(floats, ints, lane) -> bool:
     """At a mark that is remembered, of a run that has not settled: whether it goes on from an extrapolated limit."""
-    raise NotImplementedError
+    return False
 
 
 def trial_fails(floats, ints, lane) -> bool:
     """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
-    raise NotImplementedError
+    return False
 
 
 def ends_trial(floats, ints, lane) -> bool:
     """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
-    raise NotImplementedError
+    return False
 
 
 # How a stepper passes to the instant that is asked for.

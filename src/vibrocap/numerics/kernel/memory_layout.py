@@ -55,7 +55,8 @@ class Layout:
     waiting: int = 0  # events of a stepper that may be later than its clock
     implicit: bool = True  # whether there are implicit steps, which need work space
     observed: int = 0  # observables that a stepper or a page shows
-    table: int = 0  # numbers of the table of its drive
+    part: int = 0  # numbers of a part of the table of its drive
+    table: int = 0  # of all of it, of a stepper
     rates: tuple[int, ...] = ()  # of each row the one that is its rate, whose series tells its own, else -1; (): none
     extrapolates: bool = False  # whether runs can go on from extrapolated limits of their marks
     slow: tuple[tuple[int, int], ...] = ()  # slow manifolds: (contact, state that may be slaved)
@@ -144,7 +145,7 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search; or that of a point and of functions at points, or of a drive's table.
+        """Work space of the event search; or that of a point and of functions, or of a part of a table, there.
 
         The search keeps its polynomial and 38 intervals at most: one is halved 37 times until it is too narrow.
         """
@@ -154,7 +155,7 @@ class Layout:
         tangents = self.states + 3 * self.contacts + self.switches
         extrapolating = 9 * self.states + 30 if self.extrapolates else 0
         search = self.order + 1 + 38 * (self.order + 2)
-        shown = self.states + max(self.observed, self.table)
+        shown = self.states + max(self.observed, self.part)
         return max(search, points, tangents, extrapolating, gathering, deciding, shown)
 
     @property

@@ -7,6 +7,7 @@ Machine code is kept under a hash of the whole text (`compiler/`), so that an ed
 The same text runs as plain Python, for reading and for tests.
 """
 
+import ast
 import builtins
 import dataclasses
 import functools
@@ -14,11 +15,11 @@ import importlib
 import pathlib
 import re
 import symtable
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.numerics.linker.recipes import Recipe, Slot
+from vibrocap.numerics.linker.recipes import Recipe
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler import Compiled
@@ -62,14 +63,12 @@ def _tables(table: symtable.SymbolTable) -> Iterator[symtable.SymbolTable]:
         yield from _tables(child)
 
 
-def check(recipe: Recipe, parts: Mapping[str, str], interface: str) -> None:
+def check(recipe: Recipe, parts: Mapping[str, str]) -> None:
     """Raise LinkError unless these parts make the kernel of a recipe.
 
     parts: text by module, as in `recipe.modules`, and of other parts by what they are called
-    interface: the text of `kernel/interface.py`
     """
-    for slot in recipe.slots:
-        check_slot(slot, [module for module in recipe.modules if module in slot.offers], parts, interface)
+    wanted = outline(kernel_source("interface")).functions
     homes = dict.fromkeys(recipe.primitives, "the compiler's primitives")
     for part, text in parts.items():
         for name in outline(text).names:
@@ -78,27 +77,19 @@ def check(recipe: Recipe, parts: Mapping[str, str], interface: str) -> None:
                 where = f"{here}, twice" if here == before else f"{before} and in {here}"
                 raise LinkError(f"`{name}` is defined in {where}: give one of the two another name")
             homes[name] = file_of(part)
+        for name, arguments in outline(text).functions.items():
+            if wanted.get(name, arguments) != arguments:
+                found, head = (f"{name}({', '.join(each)})" for each in (arguments, wanted[name]))
+                raise LinkError(f"{file_of(part)}: `{found}` should be `{head}`, see {INTERFACE}")
     for part, text in parts.items():
         for name, function in outline(text).needs.items():
             if name not in homes and name not in KNOWN:
-                raise LinkError(f"{file_of(part)}, in `{function}`: `{name}` is defined in no part of this kernel")
+                more = f"; it should be in one of the modules that answer {INTERFACE}" if name in wanted else ""
+                raise LinkError(
+                    f"{file_of(part)}, in `{function}`: `{name}` is defined in no part of this kernel{more}"
+                )
     if recipe.entry not in homes:
         raise LinkError(f"the entry `{recipe.entry}` is defined in no part of this kernel")
-
-
-def check_slot(slot: Slot, modules: list[str], parts: Mapping[str, str], interface: str) -> None:
-    """Raise LinkError unless one module fills a slot, by the functions of its interface."""
-    if len(modules) != 1:
-        found = " and by ".join(map(file_of, modules)) or "no module"
-        raise LinkError(f"the slot `{slot.name}` is filled by {found}; one of {', '.join(slot.offers)} should fill it")
-    wanted, given = outline(interface).functions, outline(parts[modules[0]]).functions
-    for name in slot.functions:
-        head = f"{name}({', '.join(wanted[name])})"
-        if name not in given:
-            raise LinkError(f"{file_of(modules[0])} fills the slot `{slot.name}` without `{head}`, see {INTERFACE}")
-        if given[name] != wanted[name]:
-            found = f"{name}({', '.join(given[name])})"
-            raise LinkError(f"{file_of(modules[0])}: `{found}` should be `{head}`, see {INTERFACE}")
 
 
 def file_of(part: str) -> str:
@@ -126,6 +117,28 @@ def kernel_source(name: str) -> str:
 
 
 @functools.cache
+def _answers() -> dict[str, str]:
+    """The functions of the interface that say what happens where no module defines them."""
+    text = kernel_source("interface")
+    heads = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
+    known = [node for node in heads if not isinstance(node.body[-1], ast.Raise)]
+    return {node.name: "\n".join(text.splitlines()[node.lineno - 1 : node.end_lineno]) for node in known}
+
+
+@functools.cache
+def _words(text: str) -> tuple[frozenset[str], frozenset[str]]:
+    """(functions that a module defines, words behind which stands a bracket)."""
+    return frozenset(re.findall(r"^def (\w+)", text, re.MULTILINE)), frozenset(re.findall(r"(\w+)\(", text))
+
+
+def _unanswered(modules: Iterable[str]) -> str:
+    """Those functions of the interface that these modules call and none of them defines."""
+    defined, called = (frozenset().union(*each) for each in zip(*map(_words, modules), strict=True))
+    left = [text for name, text in _answers().items() if name in called and name not in defined]
+    return "\n\n\n".join([f"# From numerics/{INTERFACE}", *left])
+
+
+@functools.cache
 def _lane_constants() -> str:
     """The numbers of `codes.py` and `memory_layout.py`."""
     modules = [importlib.import_module(f"vibrocap.numerics.kernel.{name}") for name in ("codes", "memory_layout")]
@@ -146,12 +159,13 @@ class Linked(str):
 
     def check(self) -> None:
         """Raise LinkError unless its parts make the kernel of its recipe, see `check`."""
-        check(self.recipe, self.parts, kernel_source("interface"))
+        check(self.recipe, self.parts)
 
 
 def linked_source(generated: str, recipe: Recipe) -> Linked:
     """Text of a kernel as plain Python: generated code and the modules of a recipe."""
     kernel = {name: kernel_source(name) for name in recipe.modules}
+    kernel["interface"] = _unanswered(kernel.values())
     head = "import math\n\nimport numpy as np\n"
     if recipe.primitives:
         head += f"{PLAIN_VECTORS} import {', '.join(recipe.primitives)}\n"

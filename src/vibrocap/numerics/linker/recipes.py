@@ -1,71 +1,9 @@
-"""What a kernel is made of: modules of `kernel/` in the order in which they use each other, and the slots they fill."""
+"""What a kernel is made of: modules of `kernel/` in the order in which they use each other.
+
+What no module of a recipe answers, `kernel/interface.py` does.
+"""
 
 import dataclasses
-
-
-@dataclasses.dataclass(frozen=True)
-class Slot:
-    """A place in a kernel that one of several modules fills.
-
-    functions: of `kernel/interface.py`, which every one of the modules defines
-    """
-
-    name: str
-    functions: tuple[str, ...]
-    offers: tuple[str, ...]
-
-
-STEP = Slot(
-    "choice of step",
-    ("next_series", "chosen_step", "follow_step", "polished_step", "repeat_to", "shorter_step", "leave_implicit"),
-    ("step.explicit", "step.method_choice", "step.manifold_choice"),
-)
-BRANCHES = Slot(
-    "law branches",
-    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
-    ("events.one_branch", "events.law_branches"),
-)
-DECISION = Slot("decision of contacts", ("decide_together",), ("events.one_contact", "events.decision"))
-CORNERS = Slot(
-    "corners of the drive",
-    ("begin_drive", "at_corner", "begin_drive_period"),
-    ("events.no_corners", "events.corners", "stepper.held_input"),
-)
-TANGENT = Slot(
-    "tangent",
-    ("tangent_waits", "leave_piece", "stay_in_piece", "enter_piece", "tangents_wait"),
-    ("events.no_tangents", "events.tangents"),
-)
-OBSERVER = Slot(
-    "observer",
-    ("has_room", "on_piece", "on_event", "on_jump", "on_period"),
-    ("observe.record", "observe.window", "stepper.event_counts"),
-)
-LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
-POINT_OF_LAW = Slot(
-    "point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point")
-)
-RETURNS = Slot(
-    "returns",
-    ("begin_returns", "quiet_since", "response_sought", "place_passed", "on_place", "on_return", "tell_returns"),
-    ("observe.no_returns", "observe.returns"),
-)
-EXTRAPOLATION = Slot(
-    "extrapolation",
-    ("begin_marks", "note_event", "starts_trial", "trial_fails", "ends_trial"),
-    ("observe.extrapolation", "observe.no_extrapolation"),
-)
-EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
-LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
-PASSAGE = Slot(
-    "passage of a stepper",
-    ("set_out", "under_way", "come_in", "keep_piece", "keep_event", "show_instant", "side_shown"),
-    ("stepper.own_drive", "stepper.held_input"),
-)
-MOVED = (STEP, BRANCHES, DECISION, CORNERS, TANGENT, OBSERVER, RETURNS, EXTRAPOLATION, LOAD_WATCH, LOOP)
-SHOWN = (*MOVED, POINT_OF_LAW)
-MEASURED = (*SHOWN, EVIDENCE)
-STEPPED = (*SHOWN, PASSAGE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,20 +11,18 @@ class Recipe:
     """Of what a kernel is made, besides generated code.
 
     entry: the function that is called from outside; primitives: names of `arithmetic.plain_vectors` that the compiler
-    gives; slots: those that modules have to fill
+    gives
     """
 
     entry: str
     modules: tuple[str, ...]
-    slots: tuple[Slot, ...] = MOVED
     primitives: tuple[str, ...] = ()
 
 
-GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
+GATHERING = ("observe.accumulators", "observe.stick_statistics")
+TURNING = ("observe.turning_points",)
+POINT = TURNING, (*TURNING, "observe.stiff_point")  # where a law is asked: of laws that are never stiff, and of others
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
-NO_WATCH, NO_RETURNS = ("observe.no_load_watch",), ("observe.no_returns",)
-NO_EXTRAPOLATION = ("observe.no_extrapolation",)
-UNSETTLED = (*NO_RETURNS, *NO_EXTRAPOLATION, *NO_WATCH)  # of a single motion
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
@@ -98,8 +34,8 @@ LANE_PRIMITIVES = (
     *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
     *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
-INSTANT = Recipe("instant", ALONE, slots=())  # the equations at an instant, alone
-DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
+INSTANT = Recipe("instant", ALONE)  # the equations at an instant, alone
+DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 
 def motion_recipe(
@@ -111,7 +47,7 @@ def motion_recipe(
     several: contacts; slow: whether all bristles may be on slow manifolds, so that no step need be implicit
     """
     before = _before(RECORDING, maybe_stiff, branches, corners, several, False, slow)
-    return Recipe("advance", (*ALONE, *before, *UNSETTLED, *MOVING, "loop.one_by_one"))
+    return Recipe("advance", (*ALONE, *before, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(
@@ -119,8 +55,7 @@ def shown_motion_recipe(
 ) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(maybe_stiff, branches, corners, several, slow)
-    point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
-    return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
+    return Recipe(own.entry, (*own.modules, *POINT[maybe_stiff], "observe.drive_table", "observe.instants"))
 
 
 def stepper_recipe(
@@ -132,14 +67,10 @@ def stepper_recipe(
     slow: bool = False,
 ) -> Recipe:
     """One motion that its caller moves on; held_input: whether the drive is an input. See `kernel/stepper`."""
-    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners, several, False, slow)
-    passage = ("stepper.own_drive",)
-    if held_input:
-        before = tuple(each for each in before if each not in CORNERS.offers)
-        passage = ("stepper.held_input",)
-    point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
-    own = ("observe.turning_points", point, "stepper.clock", *passage, "stepper.take_step")
-    return Recipe("take_step", (*ALONE, *before, *UNSETTLED, *MOVING, "loop.one_by_one", *own), STEPPED)
+    before = _before(("stepper.event_counts",), maybe_stiff, branches, corners and not held_input, several, False, slow)
+    passage = "stepper.held_input" if held_input else "stepper.own_drive"
+    own = (*POINT[maybe_stiff], "stepper.clock", passage, "observe.drive_table", "stepper.take_step")
+    return Recipe("take_step", (*ALONE, *before, *MOVING, "loop.one_by_one", *own))
 
 
 def ensemble_recipe(
@@ -160,26 +91,23 @@ def ensemble_recipe(
     loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
-    point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
-    watch = ("observe.load_watch",) if watched else NO_WATCH
-    evidence = "observe.no_evidence" if loop == "browser" else "observe.evidence"
     before = (
         *GATHERING,
         *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
-        *(("observe.returns",) if returns else NO_RETURNS),
-        point,
-        evidence,
-        *watch,
-        *(("observe.extrapolation",) if extrapolates else NO_EXTRAPOLATION),
+        *(("observe.returns",) if returns else ()),
+        *POINT[maybe_stiff],
+        *(("observe.evidence",) if loop != "browser" else ()),
+        *(("observe.load_watch",) if watched else ()),
+        *(("observe.extrapolation",) if extrapolates else ()),
     )
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
-        return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
+        return Recipe("advance_ensemble", modules, LANE_PRIMITIVES)
     if loop == "gpu":
         modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
-        return Recipe("run_thread", modules, MEASURED, ("take", "whole_equal"))
+        return Recipe("run_thread", modules, ("take", "whole_equal"))
     own = ALONE if loop == "browser" else ()
-    return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)
+    return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 
 def _before(
@@ -201,8 +129,8 @@ def _before(
         *COMMON,
         *steps,
         *observer,
-        "events.law_branches" if branches else "events.one_branch",
-        "events.decision" if several else "events.one_contact",
-        "events.corners" if corners else "events.no_corners",
-        "events.tangents" if tangent else "events.no_tangents",
+        *(("events.law_branches",) if branches else ()),
+        *(("events.tried_mode", "events.decision") if several else ()),
+        *(("events.corners",) if corners else ()),
+        *(("events.tangents",) if tangent else ()),
     )

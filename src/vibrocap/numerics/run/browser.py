@@ -18,6 +18,7 @@ MEMORY = (FLOATS, INTS, FLOATS)
 MOTION_ENTRIES = {
     "advance": (*MEMORY, INT),
     "begin": (*MEMORY, INT),
+    "write_table": (*MEMORY, FLOAT, INT),
     "take_piece": (*MEMORY, INT),
     "look_at": (*MEMORY, FLOAT, INT),
 }
@@ -66,9 +67,9 @@ def browser_kernels(
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, integrands, "browser")
     text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
-    table = 0 if equations.corners is None else len(equations.corners.numbers)
+    part = 0 if equations.corners is None else len(equations.corners.numbers)
     slow = slow_states(equations)
-    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), table=table, slow=slow)
+    layout = dataclasses.replace(layout, order=series_order(tolerance), observed=len(observed), part=part, slow=slow)
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     corners, several = equations.corners is not None, equations.several
     recipe = shown_motion_recipe(equations.maybe_stiff, has_branches(equations), corners, several, bool(slow))

@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.numerics.codegen.evidence import evidence_source
-from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
+from vibrocap.numerics.codegen.source import Integrands, evidence_source, generated_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.expressions.slow_states import slow_bristles

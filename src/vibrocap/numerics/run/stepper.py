@@ -44,12 +44,14 @@ class StepperKernel:
     """A stepper's text, and what it is given.
 
     observed: names of the observables that it shows, in order; held_input: whether the drive is an input
+    segments: how many its drive has
     """
 
     layout: Layout
     text: Linked
     observed: tuple[str, ...]
     held_input: bool
+    segments: int
 
     @property
     def counted_kinds(self) -> int:
@@ -81,7 +83,7 @@ class StepperKernel:
         floats[place["TOLERANCE"]] = tolerance
         ints[place["WHOLE_PERIODS"]] = 0 if self.held_input else ENDLESS
         ints[place["EVENT_LIMIT"]], ints[place["STEPS_PER_CALL"]] = max_events_per_period, max_steps
-        ints[place["TABLE_START"]] = layout.shown
+        ints[place["TABLE_START"]], ints[place["SEGMENT_COUNT"]] = layout.shown, self.segments
         ints[place["NEW_INPUT"]] = int(self.held_input)
         return StepperMemory(floats, ints, np.zeros(layout.stepper_trace_size))
 
@@ -105,20 +107,28 @@ class StepperKernel:
 
 
 def stepper_kernel(
-    equations: Equations, observed: Mapping[str, Expression], tolerance: float, held_input: bool
+    equations: Equations,
+    observed: Mapping[str, Expression],
+    tolerance: float,
+    held_input: bool,
+    parameters: Sequence[float],
 ) -> StepperKernel:
     """The stepper of these equations.
 
+    parameters: by which its drive has as many segments as it has
     observed: what it shows besides the states; tolerance: that of the order of its series, others run with that too
     held_input: whether the equations are recorded with an input for a drive (`motion/held_input.py`)
     """
-    return _stepper_kernel(equations, tuple(observed.items()), series_order(tolerance), held_input)
+    corners = None if held_input else equations.corners
+    parts = 0 if corners is None else corners.count(np.array(parameters))
+    return _stepper_kernel(equations, tuple(observed.items()), series_order(tolerance), held_input, parts)
 
 
 @functools.lru_cache(maxsize=64)
-def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool) -> StepperKernel:
+def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_input: bool, parts: int) -> StepperKernel:
     states, corners, contacts = len(equations.rates), equations.corners, len(equations.contacts)
-    table = 0 if corners is None or held_input else len(corners.numbers)
+    own = None if held_input else corners
+    part, rows = (0, 0) if own is None else (len(own.numbers), len(own.lengths))
     layout = Layout(
         *(1, states, states, order, len(equations.parameter_paths)),
         **sizes(equations),
@@ -126,7 +136,8 @@ def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_inpu
         counts=CONTACT_KINDS * contacts + 1 + len(equations.switches) - equations.law_switches,
         waiting=0 if held_input else WAITING_PER_CONTACT * contacts + 2,
         observed=len(observed),
-        table=table,
+        part=part,
+        table=parts * part,
     )
     values = [value for _, value in observed]
     generated = [generated_source(equations, layout), instants_source(equations, values, with_table=not held_input)]
@@ -135,4 +146,5 @@ def _stepper_kernel(equations: Equations, observed: tuple, order: int, held_inpu
         equations.maybe_stiff, branches, corners is not None, several, held_input, bool(layout.slow)
     )
     text = linked_source("\n\n".join(generated), recipe)
-    return StepperKernel(layout, text, tuple(name for name, _ in observed), held_input)
+    names = tuple(name for name, _ in observed)
+    return StepperKernel(layout, text, names, held_input, parts * rows)

@@ -161,7 +161,7 @@ def attractors(
 def attractors_of(
     map_: StroboscopicMap, runs: SettlingRuns, periods: int
 ) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
-    """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to go on."""
+    """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to continue."""
     good = np.flatnonzero(runs.certified | ~runs.finished)
     found, labels, ended = _attractors_of_good(map_, runs.some(good), periods)
     label = np.full(len(runs.state), NOT_CERTIFIED)

@@ -72,7 +72,7 @@ def bifurcation_diagram(
 ) -> BifurcationDiagram:
     """Stroboscopic states, drift and response period over a parameter, swept in both directions.
 
-    At each value the runs go on from where they ended at the one before, pushed by a thousandth of each natural size,
+    At each value the runs continue from their ends at the one before, pushed by a thousandth of each natural size,
     so that they follow a branch until it ends or loses its stability: where both directions differ, motions coexist.
 
     over: path of a parameter, such as "drive.amplitude"; between: (low, high); points: values, evenly spaced

@@ -12,7 +12,10 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 NEAR = 10.0 * SETTLED  # of an orbit, over natural sizes: a run that ends there has settled to it
 SAME_ORBIT = 1e-8  # distance within which two orbits, each closed to rounding, are one
-LONGER = (100, 1000)  # periods that a run goes on which came to rest near an unstable orbit, before it may settle again
+LONGER = (
+    100,
+    1000,
+)  # periods that a run near an unstable orbit continues before it may settle again
 
 
 @dataclasses.dataclass(frozen=True)

@@ -250,10 +250,13 @@ class _Stretches:
             self.period = float(corners.periods(row[None])[0])
             longer = _by(corners.period, row, places)
             table = corners.tables(row[None])[0]
-            size = corners.row_size
-            slopes = np.array([_by(each, row, places) for each in corners.numbers]).reshape(-1, size, count)
-            shares, moved = table[:, 0].copy(), np.cumsum(slopes[:, 0], axis=0)
-            shares[-1], moved[-1] = 1.0, 0.0
+            size, parts = corners.row_size, corners.count(row)
+            begins = np.arange(parts) * (self.period / parts)
+            slopes = np.array([_by(each, row, places, begins) for each in corners.numbers])  # [numbers, asked, parts]
+            slopes = slopes.reshape(-1, size, count, parts).transpose(3, 0, 1, 2)
+            shares, moved = table[:, 0], np.cumsum(slopes[:, :, 0], axis=1)
+            moved[:, -1] = 0.0
+            slopes, moved = slopes.reshape(-1, size, count), moved.reshape(-1, count)
             before = np.concatenate(([0.0], shares[:-1]))
             ends, moves, self.rows, self.directions = [], [], [], []
             power = np.arange(corners.coefficients)
@@ -287,11 +290,11 @@ def _opening(map_: StroboscopicMap, row: np.ndarray, places: list[int]) -> np.nd
     return found
 
 
-def _by(expression: Expression, row: np.ndarray, places: list[int]) -> np.ndarray:
-    """Derivatives [places] of an expression of the parameters alone."""
+def _by(expression: Expression, row: np.ndarray, places: list[int], times: Any = 0.0) -> np.ndarray:
+    """Derivatives [places, times] of an expression of the parameters alone, or of these and of time, by parameters."""
     graph = expression.graph
     slopes = [sensitivity(expression, graph.node("parameter", j).index) for j in places]
-    return np.array([float(value) for value in evaluate(slopes, 0.0, (), 1.0, row)])
+    return np.array([np.broadcast_to(value, np.shape(times)) for value in evaluate(slopes, times, (), 1.0, row)])
 
 
 def _rates(motion: Trajectory, time: float, size: int, after: bool) -> np.ndarray:

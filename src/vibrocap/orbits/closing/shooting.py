@@ -16,7 +16,7 @@ from vibrocap.orbits.closing.periodic_solution import (
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
 
-CLOSED = 1e-11  # residual at which an orbit is closed; Newton goes on while it pays
+CLOSED = 1e-11  # residual at which an orbit is closed; Newton continues while it pays
 ROUNDING = 1e-9  # residual that counts as closed where no step of Newton's method makes it smaller
 MOST_STEPS = 25
 LONGEST_STRIDE = 1.0  # of a Newton step, in natural sizes of a state

@@ -16,7 +16,7 @@ from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStat
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
-from vibrocap.orbits.continuation.cycles.cycle_following import cycles_followed
+from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint, reversed_way, special_point
 from vibrocap.orbits.maps.closing_map import ClosingMap
@@ -263,7 +263,7 @@ def branch(
 ) -> Branch:
     """The branch of steady motions through one of them, over a range of a parameter.
 
-    Followed by its arclength, so that it goes on past folds and as an unstable branch; folds, pitchforks, flips,
+    Followed by its arclength, so that it continues past folds and as an unstable branch; folds, pitchforks, flips,
     Neimark-Sacker points and changes of the mode sequence are located on the way (`Branch.special_points`).
 
     over: path of the parameter, such as "drive.amplitude"; between: its least and largest value

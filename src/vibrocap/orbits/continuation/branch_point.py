@@ -1,4 +1,4 @@
-"""A point of a branch: a start that closes, the direction in which the branch goes on, and Newton's way there."""
+"""A point of a branch: a start that closes, the direction in which the branch continues, and Newton's way there."""
 
 import dataclasses
 

@@ -55,7 +55,7 @@ class BranchEnd(Advised):
     )
     GRAZING = (
         "grazing",
-        "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, or go on "
+        "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, or continue "
         "with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     )
     NEWTON_FAILED = (
@@ -69,7 +69,7 @@ class BranchEnd(Advised):
 
     @property
     def early(self) -> bool:
-        """Whether the branch goes on, but was not followed so far."""
+        """Whether the branch continues, but was not followed so far."""
         return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError
 from vibrocap.orbits.continuation.branch import Branch, check_options, joined
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
-from vibrocap.orbits.continuation.cycles.cycle_following import cycles_followed
+from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind
 from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPoint, EquilibriumPointKind

@@ -144,7 +144,7 @@ def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[fl
     """(changes as pairs of shares as near as can be, why there may be others: empty if all were located).
 
     A change is bracketed by bisection. Bisection sees one where there are three: the middle of each stretch that it
-    leaves is looked at too, and if its mode sequence is another, the search goes on there.
+    leaves is looked at too, and if its mode sequence is another, the search continues there.
 
     closely: look between points of the same mode sequence too, since there were too many changes here for a longer step
     """

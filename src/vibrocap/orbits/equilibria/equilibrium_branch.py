@@ -30,7 +30,7 @@ from vibrocap.results import Result
 
 ON_AXIS = 1e-9  # real part over the eigenvalue that is zero up to rounding
 NEAR = 2.0  # steps of the branch within which a located point must lie
-GENTLE = 1e-8  # first Lyapunov coefficient over omega that is zero up to rounding
+DEGENERATE = 1e-8  # first Lyapunov coefficient over omega that is zero up to rounding
 
 
 class EquilibriumPointKind(enum.Enum):
@@ -84,7 +84,7 @@ class EquilibriumPoint(Result):
         """ "supercritical", "subcritical", or "degenerate" where the coefficient vanishes; "" where there is none."""
         if self.lyapunov is None or self.frequency is None:
             return ""
-        if abs(self.lyapunov) <= GENTLE * self.frequency:
+        if abs(self.lyapunov) <= DEGENERATE * self.frequency:
             return "degenerate"
         return "supercritical" if self.lyapunov < 0.0 else "subcritical"
 

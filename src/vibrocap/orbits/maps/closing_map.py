@@ -103,7 +103,7 @@ class ClosingMap:
 
     All states but the cyclic one and what the law switches are unknowns. A contact that sticks at the section needs no
     other set of them: its velocity is 0 in the image, does not depend on anything, and nothing depends on it, so that
-    its equation is v = 0 itself. Thus a branch goes on where its section passes from sticking to sliding.
+    its equation is v = 0 itself. Thus a branch continues where its section passes from sticking to sliding.
 
     The derivative by the start is exact (tangents through events); that by the parameter is a difference of two runs
     that share the lanes of the tangents (one-sided beside a change of modes): it turns the tangent of a branch,

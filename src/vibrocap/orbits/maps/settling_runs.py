@@ -44,7 +44,7 @@ class SettlingRuns:
         return SettlingRuns(**{field.name: getattr(self, field.name)[chosen] for field in dataclasses.fields(self)})
 
     def replaced(self, chosen: np.ndarray, others: "SettlingRuns") -> "SettlingRuns":
-        """The runs, with others in the place of the chosen ones."""
+        """The runs, with others in place of the chosen ones."""
         columns = {field.name: getattr(self, field.name).copy() for field in dataclasses.fields(self)}
         for name, column in columns.items():
             column[chosen] = getattr(others, name)

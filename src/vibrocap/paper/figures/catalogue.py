@@ -6,8 +6,7 @@ from vibrocap.paper.figures.figure import Figure
 from vibrocap.paper.figures.friction import figure_3, figure_6, figure_8
 from vibrocap.paper.figures.load_motion import figure_load_5, figure_load_6, figure_load_7, figure_load_8
 from vibrocap.paper.figures.load_travel import figure_load_9, figure_load_10, figure_load_11
-from vibrocap.paper.figures.motion import figure_5, figure_7, figure_10, figure_11
-from vibrocap.paper.figures.travel import figure_9, figure_symmetry
+from vibrocap.paper.figures.motion import figure_5, figure_7, figure_9, figure_10, figure_11, figure_symmetry
 from vibrocap.paper.runs import Runs
 
 FIGURES: dict[str, Callable[[Runs], Figure]] = {
@@ -30,7 +29,7 @@ FIGURES: dict[str, Callable[[Runs], Figure]] = {
 }
 
 KEYS = tuple(key for key in FIGURES if key.startswith("fig"))  # those of the paper
-LOADED = tuple(key for key in FIGURES if key.startswith("load"))  # the same under the load that the pendulum makes
+LOADED = tuple(key for key in FIGURES if key.startswith("load"))  # the same under the dynamic load
 
 
 def chosen_figures(only: str | None = None) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Data of Figs 5-8 once more, under the load that the pendulum makes: motions, phase planes and friction."""
+"""Data of Figs 5-8 once more, under the dynamic load: motions, phase planes and friction."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def figure_load_5(runs: Runs) -> Figure:
     printed = Curve("N = 1, as printed", "limit", shown, np.ones(2))
     return Figure(
         "load05",
-        "Motion with LM and EM, under the load that the pendulum makes",
+        "Motion with LM and EM, under the dynamic load",
         f"As Fig. 5 ({PRINTED_FIRST}). Pale: N = 1, as printed; strong: the load that the motion makes, with its mean "
         "lambda + 1. (e) that load; it would lift off at zero. (f) all forty periods.",
         (
@@ -53,7 +53,7 @@ def figure_load_6(runs: Runs) -> Figure:
     )
     return Figure(
         "load06",
-        "Bristle deflection and friction force over time, under the load that the pendulum makes",
+        "Bristle deflection and friction force over time, under the dynamic load",
         "As Fig. 6. Pale: N = 1, as printed; strong: the load that the motion makes.",
         panels,
         columns=1,
@@ -74,7 +74,7 @@ def figure_load_7(runs: Runs) -> Figure:
             capsule.append(Curve(label, short, position[::8], period["velocity"][::8], weight))
     return Figure(
         "load07",
-        "Phase planes, under the load that the pendulum makes",
+        "Phase planes, under the dynamic load",
         "As Fig. 7: one settled drive period; X counts from its start. Pale: N = 1, as printed, with a gap of the "
         "travel of the period; strong: the load that the motion makes.",
         (
@@ -86,7 +86,7 @@ def figure_load_7(runs: Runs) -> Figure:
 
 
 def figure_load_8(runs: Runs) -> Figure:
-    """Friction against velocity in the settled period: under N = 1, and under the load that the pendulum makes."""
+    """Friction against velocity in the settled period: under N = 1, and under the dynamic load."""
     panels = []
     for letter, (load, (words, _)) in zip(LETTERS, LOADS.items(), strict=False):
         curves = []
@@ -96,7 +96,7 @@ def figure_load_8(runs: Runs) -> Figure:
         panels.append(Panel(f"({letter}) {words}", "velocity", "friction", tuple(curves)))
     return Figure(
         "load08",
-        "Friction over velocity, under the load that the pendulum makes",
+        "Friction over velocity, under the dynamic load",
         "The settled period, whole. (a) N = 1, as printed: EM is one curve. (b) the load that the motion makes: EM, "
         "which has no memory, draws a loop as well, because the load has changed when a velocity comes again.",
         tuple(panels),

@@ -1,4 +1,4 @@
-"""Data of Figs 9-11 once more, under the load that the pendulum makes: travel, and runs that the load ends."""
+"""Data of Figs 9-11 once more, under the dynamic load: travel, and runs that the load ends."""
 
 from collections.abc import Callable
 
@@ -26,7 +26,7 @@ def figure_load_9(runs: Runs) -> Figure:
     near = (-0.002, 0.002)
     return Figure(
         "load09",
-        "Average velocity over the mass ratio, under the load that the pendulum makes",
+        "Average velocity over the mass ratio, under the dynamic load",
         f"As Fig. 9 (h 1.8, omega 1, rho 4, nu 1.2). Pale: N = 1, as printed; strong: the load that the motion makes. "
         f"(a, b) averages over the first {SHOWN_PERIODS} periods, of a transient. (c) the steady state. (d) light "
         "capsules. Marks at the foot: runs that the load ended.",
@@ -57,7 +57,7 @@ def figure_load_10(runs: Runs) -> Figure:
         loads.append(Panel(f"{title}: load N", "time", "reaction", _histories(dynamic, "reaction", RISEN), zero=True))
     return Figure(
         "load10",
-        "Phase planes, velocity of the capsule and its load, under the load that the pendulum makes",
+        "Phase planes, velocity of the capsule and its load, under the dynamic load",
         "As Fig. 10: the first six drive periods. Pale: N = 1, as printed; strong: the load of the motion, "
         "which the last row shows.",
         (*planes, *histories, *loads),
@@ -74,7 +74,7 @@ def figure_load_11(runs: Runs) -> Figure:
         panels.append(Panel(f"λ = {ratio:g}", "time", "position", curves, y_limits=(-0.4, 0.55)))
     return Figure(
         "load11",
-        "Displacement of the capsule, under the load that the pendulum makes",
+        "Displacement of the capsule, under the dynamic load",
         "As Fig. 11: the first twenty drive periods. Pale: N = 1, as printed; strong: the load that the motion makes.",
         tuple(panels),
         columns=3,

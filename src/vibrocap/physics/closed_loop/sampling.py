@@ -18,9 +18,19 @@ class SampledReference(Piecewise):
 
     name: ClassVar[str] = "sampled"
 
-    def __init__(self, drive: Any, delay: Any, count: int):
-        """delay: from a sample to its action, None: it acts at once; count: samples in a period of the drive"""
-        self.drive, self.delay, self.count = drive, delay, count
+    def __init__(self, drive: Any, controller: Any):
+        """controller: whose `sample_time` and `delay` from a sample to its action count, None: it acts at once"""
+        self.drive, self.sample_time, self.delay = drive, controller.sample_time, controller.delay
+
+    @property
+    def parts(self) -> Any:
+        """How many samples a period of the drive has, to rounding."""
+        return self.period / self.sample_time
+
+    @property
+    def count(self) -> int:
+        """The same as a whole number."""
+        return round(self.parts)
 
     @property
     def period(self) -> Any:
@@ -42,17 +52,13 @@ class SampledReference(Piecewise):
         """Three numbers, sign, r and r'."""
         return 2
 
-    def segments(self) -> tuple[Segment, ...]:
-        """Two for each sample."""
-        period, whole = self.period, 1.0 / self.count
+    def segments(self, t: Any = 0.0) -> tuple[Segment, ...]:
+        """The two of the sample at time t."""
+        period, whole = self.period, self.sample_time / self.period
         before = 0.5 * whole if self.delay is None else self.delay / period
-        found = []
-        for k in range(self.count):
-            t = k * (period / self.count)
-            slope = self.drive.slope(t) if type(self.drive).slope is not Drive.slope else 0.0
-            numbers = self.drive.value(t) * period, slope * (period * period)  # divided again, as those of a polynomial
-            found += [Segment(before, (1.0, *numbers)), Segment(whole - before, (-1.0, *numbers))]
-        return tuple(found)
+        slope = self.drive.slope(t) if type(self.drive).slope is not Drive.slope else 0.0
+        numbers = self.drive.value(t) * period, slope * (period * period)  # divided again, as those of a polynomial
+        return Segment(before, (1.0, *numbers)), Segment(whole - before, (-1.0, *numbers))
 
     def _coefficients(self, t) -> tuple:
         present = vars(self).get("_present")
@@ -89,18 +95,9 @@ def check_smooth(system: Any) -> None:
         raise ArgumentError("controller.quantum", f"should be left out: {what}")
 
 
-def check_unsampled(system: Any, what: str) -> None:
-    """ArgumentError for a system whose controller samples. what: is not found of those, in words."""
-    if system.controller is not None and system.controller.sampled:
-        name = system.controller.name
-        raise ArgumentError("controller", f"should be continuous, got a {name}: {what} of sampled controllers")
-
-
-def sample_count(drive: Any, controller: Any) -> int:
-    """How many samples a period of the drive has.
-
-    Raises ArgumentError where that is no whole number, and for a delay that is too long.
-    """
+def check_samples(drive: Any, controller: Any) -> None:
+    """ArgumentError for a number of samples in a period that is not whole, a delay that is too long, a reference that
+    jumps or has corners."""
     h, period = controller.sample_time, drive.period
     count = round(period / h)
     if not (1 <= count < MOST_SAMPLES and abs(count * h - period) <= WHOLE * period):
@@ -110,4 +107,6 @@ def sample_count(drive: Any, controller: Any) -> int:
         )
     if controller.delay is not None and not controller.delay < h:
         raise ArgumentError("controller.delay", f"should be less than the sample time {h:g}, got {controller.delay:g}")
-    return count
+    if isinstance(drive, Piecewise):
+        smooth = "a constant, harmonic, biharmonic or fourier waveform"
+        raise ArgumentError("drive", f"should have no corners, {smooth}, with a {controller.name}; got {drive.name}")

@@ -53,7 +53,7 @@ class Contact:
     """One contact of a machine at one instant: how fast it slides, what would hold it, what the ground carries there.
 
     velocity: sliding velocity v. holding_force: friction force that would keep it at rest, of a contact on a body of
-    its own, whose acceleration depends on no other friction. acceleration, response: in the place of that, of contacts
+    its own, whose acceleration depends on no other friction. acceleration, response: in place of that, of contacts
     that act on one another, the acceleration without friction and what each friction force R_j takes off it:
 
         a = acceleration - (response_1 R_1 + response_2 R_2 + ...)
@@ -73,7 +73,7 @@ class Contact:
     reaction: tuple | None = None
 
 
-# What machines once said of their contacts, under what stands in the place of it.
+# What machines once said of their contacts, under what stands in place of it.
 BEFORE = {
     "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity": (
         "contact_state",

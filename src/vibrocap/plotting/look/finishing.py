@@ -4,14 +4,13 @@ What would run into its neighbour on a page is broken, thinned out or moved apar
 """
 
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
@@ -163,19 +162,3 @@ def _tick_boxes(axis: Axis) -> list:
         for tick in axis.get_major_ticks()
         if tick.label1.get_visible() and tick.label1.get_text() and low - room <= tick.get_loc() <= high + room
     ]
-
-
-def texts_of(fig: Figure | SubFigure) -> Iterator[Text]:
-    """All texts of a figure that are seen."""
-    hidden = set()
-    for ax in fig.findobj(Axes):
-        for axis in (ax.xaxis, ax.yaxis):
-            shown = {id(box) for box in axis.get_ticklabels()}
-            low, high = sorted(axis.get_view_interval())
-            room = 1e-9 * (high - low)
-            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
-                out = not low - room <= tick.get_loc() <= high + room
-                hidden |= {id(label) for label in (tick.label1, tick.label2) if out or id(label) not in shown}
-    for text in fig.findobj(Text):
-        if text.get_visible() and text.get_text().strip() and id(text) not in hidden:
-            yield text

@@ -2,7 +2,7 @@
 
 The package draws in colours of its own, which stand for something (what is fitted, what is predicted), and in widths of
 its own. Where the user has set `lines.linewidth` or `lines.markersize`, all are that much wider; where the user has set
-`axes.prop_cycle`, its colours stand in the place of the package's, the first for the first. Areas keep their colours.
+`axes.prop_cycle`, its colours stand in place of the package's, the first for the first. Areas keep their colours.
 """
 
 import functools

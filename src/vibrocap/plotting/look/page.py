@@ -16,7 +16,7 @@ WIDTHS = {"column": COLUMN, "page": PAGE}
 
 @dataclasses.dataclass(frozen=True)
 class PrintedPage:
-    """A page. width: of a figure in inches, or None for that which suits its panels; header: whether there is one."""
+    """A page. width: of a figure in inches, or None for the one that suits its panels; header: whether there is one."""
 
     width: float | None = None
     header: bool = True

@@ -1,4 +1,4 @@
-"""Differences of two studies, and of what made their results, in words: why one cannot go on with the other."""
+"""Differences of two studies, and of what made their results, in words: why one cannot continue the other."""
 
 import tomllib
 from collections.abc import Mapping

@@ -61,7 +61,7 @@ def run_on_processes(
                 raise StoreError(
                     f"{store.path}: a process that computes dies again and again, the last time on one of the tiles "
                     f"{sorted(in_work.values())}; is there enough memory? With fewer workers, --resume (resume=True) "
-                    "goes on"
+                    "continues"
                 ) from None
             left = [index for index in in_work.values() if not store.is_done(index)]
             done += len(in_work) - len(left)

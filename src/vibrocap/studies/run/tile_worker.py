@@ -60,7 +60,7 @@ def _store_of(study: Study, path: Path, mixed: bool) -> Store:
         found = "; ".join(code_differences(study.code, own))
         raise StoreError(
             f"{path}: a worker on {socket.gethostname()} computes with something else than the study was begun with: "
-            f"{found}. Give all workers the same, or go on with --mixed (mixed=True)"
+            f"{found}. Give all workers the same, or continue with --mixed (mixed=True)"
         )
     return Store(path, study, tile, made_by=own)
 

@@ -1,6 +1,6 @@
 """Checksums: of every file of a store, bound to the study and to the place to which it belongs.
 
-A file that was cut short, altered, or put in the place of another one, of this study or of another, has another one.
+A file that was cut short, altered, or put in place of another one, of this study or of another, has another one.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""A store: the folder in which a study's results are kept, tile by tile, so that it can go on after anything.
+"""A store: the folder in which a study's results are kept, tile by tile, so that it can resume after anything.
 
     study.json      the study (enough to run it again), its identity, its tiles, and the checksums of the files without
                     tiles; the last to be written at first
@@ -181,7 +181,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
     """The store of a study, begun or resumed.
 
     A store that is resumed keeps its own tiles. What is stored is compared with its checksums: damaged tiles are let
-    go, and will be computed again. mixed: go on with another code, processor or library than the study was begun with;
+    go, and will be computed again. mixed: continue with another code, processor or library than the study began with;
     the tiles to come say so. Raises CaseError where the folder is not for this study, StoreError where it cannot
     be written.
     """
@@ -206,7 +206,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
         other = code_differences(begun.code, study.code)
         if other and not mixed:
             found = [f"was begun with something else: {text}" for text in other]
-            ways = "begin anew, or go on with --mixed (mixed=True), which marks what is computed now"
+            ways = "begin anew, or continue with --mixed (mixed=True), which marks what is computed now"
             raise CaseError([*found, f"the rest would not have the bits that it had there; {ways}"], str(path))
         store = Store(path, begun, tuple(record["tile"]), lock, study.code if other else None)
         store.refuse_strange()
@@ -252,7 +252,7 @@ def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
         found = [*strange_places(path), *others]
     if found:
         few = found if len(found) < 6 else [*found[:5], f"and {len(found) - 5:,} more"]
-        raise CaseError([*few, "vibrocap wrote no such thing; nothing was touched. Remove it, then go on"], str(path))
+        raise CaseError([*few, "vibrocap wrote no such thing; nothing was touched. Remove it and continue"], str(path))
 
 
 def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:

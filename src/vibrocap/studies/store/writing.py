@@ -44,8 +44,8 @@ def kept(folder: Path) -> Iterator[None]:
                 "(resume=True) looks at what is left and continues"
             ) from error
         raise StoreError(
-            f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, go on with "
-            "--resume (resume=True)"
+            f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, continue "
+            "with --resume (resume=True)"
         ) from error
 
 

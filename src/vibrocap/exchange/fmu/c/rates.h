@@ -80,10 +80,18 @@ static double take_segment(double *v) {
   double end = 0.0;
 #if SEGMENTS
   const double *row = v + TABLE;
-  double periods = floor(v[TIME] / v[PERIOD] + NEAR_CORNER * (1.0 + fabs(v[TIME] / v[PERIOD]))), start = 0.0, power = 1.0;
-  double now = v[TIME] / v[PERIOD] - periods + NEAR_CORNER * (1.0 + fabs(periods));
+  double periods = floor(v[TIME] / v[PERIOD] + NEAR_CORNER * (1.0 + fabs(v[TIME] / v[PERIOD]))), power = 1.0;
+  double now = v[TIME] / v[PERIOD] - periods + NEAR_CORNER * (1.0 + fabs(periods)), part = 0.0, start;
   int number, k;
-  end = row[0];
+#if PARTS > 1
+  double time = v[TIME];
+  part = floor(now * PARTS) < PARTS ? floor(now * PARTS) : PARTS - 1.0;
+  v[ORIGIN] = 0.0, v[TIME] = part * (v[PERIOD] / PARTS);
+  DRIVE(v);
+  v[TIME] = time;
+#endif
+  start = part / PARTS;
+  end = start + row[0];
   for (number = 0; number < SEGMENTS - 1 && end <= now; number++) {
     start = end;
     row += 1 + COEFFICIENTS;
@@ -93,7 +101,8 @@ static double take_segment(double *v) {
   v[SEGMENT] = v[PERIOD];
   v[SEGMENT + 1] = start * v[PERIOD];
   for (k = 0; k < COEFFICIENTS; k++, power *= v[PERIOD]) v[SEGMENT + 2 + k] = row[1 + k] / power;
-  end = number == SEGMENTS - 1 ? (periods + 1.0) * v[PERIOD] : (periods + end) * v[PERIOD];
+  if (number == SEGMENTS - 1) end = (part + 1.0) / PARTS;
+  end = (periods + end) * v[PERIOD];
 #else
   (void)v;
 #endif

@@ -16,6 +16,7 @@ from vibrocap.identification.inference.diagnosis.pattern_test import (
     without,
 )
 from vibrocap.identification.inference.diagnosis.patterns import (
+    about,
     constant,
     direction,
     drift,
@@ -25,10 +26,10 @@ from vibrocap.identification.inference.diagnosis.patterns import (
     presliding,
     restoring,
     ripple,
+    shift,
     speed,
     waves,
 )
-from vibrocap.identification.inference.diagnosis.timing import about, shift
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
 SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters

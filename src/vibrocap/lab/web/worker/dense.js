@@ -29,7 +29,7 @@ class Dense {
     return form.engine.within(sizes, start + table.length, (real, whole, tape, ...places) => {
       tape.set(table, start);
       whole[at.TABLE_START] = BigInt(start);
-      whole[at.SEGMENT_COUNT] = BigInt(form.corners ? form.corners.segments : 0);
+      whole[at.SEGMENT_COUNT] = BigInt(form.segments(motion.parameters));
       real.set(motion.parameters, at.PARAMETER);
       real.set(motion.scales, at.SCALE);
       real[at.PERIOD] = motion.period;

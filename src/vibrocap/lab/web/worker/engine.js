@@ -33,18 +33,20 @@ class Form {
   constructor(record, number, engine) {
     Object.assign(this, record);
     this.engine = engine;
-    const names = ["advance", "begin", "take_piece", "look_at", "advance_ensemble"];
+    const names = ["advance", "begin", "write_table", "take_piece", "look_at", "advance_ensemble"];
     this.kernel = Object.fromEntries(names.map((name) => [name, engine.kernel[name + number]]));
   }
 
+  // How many segments the drive has with these parameters, 0 without corners.
+  segments(parameters) { return this.corners ? this.corners.segments * CUTS[this.number](parameters) : 0; }
 
   // What a run begins with: natural sizes of the states, period, contact velocities, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
     const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
     const end = n + 1 + this.rests.length; // of the velocities
-    const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
-    return this.engine.within(sizes, first + end + 1 + numbers, (real, whole, all, ...places) => { // bounds of `room` first
+    const segments = this.segments(parameters), start = first + end + 1; // of the table
+    return this.engine.within(sizes, start + (corners ? segments * (corners.coefficients + 1) : 0), (real, whole, all, ...places) => { // bounds of `room` first
       const tape = all.subarray(first);
       real.set(initial, at.STATE);
       real.set(parameters, at.PARAMETER);
@@ -55,7 +57,9 @@ class Form {
         const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
         if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
       });
-      const drive = corners && firstSegment(corners, tape.slice(end + 1), tape[n]);
+      whole[at.SEGMENT_COUNT] = BigInt(segments);
+      this.kernel.write_table(...places, tape[n], start);
+      const drive = corners && firstSegment(corners, all.slice(start), tape[n]);
       if (drive) { real.set(drive.present, at.PARAMETER + corners.place); begin(); }
       return {
         scales: tape.slice(0, n), period: tape[n], velocities: tape.slice(n + 1, end), holdRate: tape[end], drive,
@@ -65,11 +69,9 @@ class Form {
   }
 }
 
-// The table of a drive with corners, a row per segment: the share of the period at its end, then its coefficients; and
-// the segment with which a period begins, as `motion/recording/corners.py` finds it.
-function firstSegment({ segments, coefficients }, table, period) {
-  const width = coefficients + 1;
-  for (let i = 1; i < segments; i++) table[i * width] += table[(i - 1) * width];
+// The segment with which a period begins, as `numerics/expressions/corners.py` finds it in a table.
+function firstSegment({ coefficients }, table, period) {
+  const width = coefficients + 1, segments = table.length / width;
   let number = 0;
   while (number < segments - 1 && table[number * width] <= 2 * Number.EPSILON) number++;
   const present = [period, number > 0 ? table[(number - 1) * width] * period : 0];
@@ -138,7 +140,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     tape.set(initial, 0);
     if (drive) {
       tape.set(drive.table, tableStart);
-      put({ SEGMENT: drive.number, SEGMENT_COUNT: form.corners.segments });
+      put({ SEGMENT: drive.number, SEGMENT_COUNT: form.segments(parameters) });
       real[at.UNTIL] = drive.until;
     }
     const pieces = [], events = [];
@@ -181,7 +183,7 @@ function joined(parts) {
 // began with, and the kernel's memory
 function ensembleRun(form, runs, budget, each) {
   const { at, sizes } = form.ensemble, n = form.states.length, { corners } = form, tableStart = sizes.run + sizes.result;
-  const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
+  const numbers = corners ? Math.max(...runs.map((run) => form.segments(run.parameters))) * (corners.coefficients + 1) : 0;
   form.engine.within(sizes, tableStart + numbers, (real, whole, tape, ...places) => {
     runs.forEach((run, number) => {
       let begun;
@@ -195,7 +197,7 @@ function ensembleRun(form, runs, budget, each) {
       tape[sides - 1] = begun.period;
       tape.set(begun.velocities.map(Math.sign), sides);
       const wholes = {
-        TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: corners ? corners.segments : 0, STATUS: DONE, RUN: -1,
+        TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: form.segments(run.parameters), STATUS: DONE, RUN: -1,
         EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,
         ASKED: budget.asked ?? form.ensemble.asked, RESULT_START: sizes.run, NEXT_RUN: 0, LAST_RUN: 1, MORE: 0,
       };

@@ -4,6 +4,9 @@ A guard is a polynomial that is positive at the start of a step. Its coefficient
 change sign at least as often as it has roots there, and an even number of times more often (Descartes' rule): none
 means no root, one means one root. Halving the interval until one of the two holds finds the first root or proves that
 there is none. A double root is settled at the minimum between.
+
+A polynomial is given by the place of its first coefficient, the distance from one to the next (1 where it is not said),
+and its degree.
 """
 
 import math
@@ -14,31 +17,32 @@ from vibrocap.numerics.kernel.generated.lane import WORK
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 EPSILON = 2.220446049250313e-16
+SLIGHT = 64.0 * EPSILON  # of the terms of a velocity or of a force; of a guard, whose natural size is one
 NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch
 INVERSE_BINOMIALS = np.array([[1.0 / max(math.comb(n, i), 1) for i in range(ORDER + 1)] for n in range(ORDER + 1)])
 
 
-def value(a, start, degree, x):
-    """Polynomial with coefficients a[start:start + degree + 1] at x."""
-    result = a[start + degree]
-    for i in range(degree - 1, -1, -1):
-        result = result * x + a[start + i]
+def polynomial_value(floats, row, stride, degree, s):
+    """Value at s."""
+    result = floats[row + degree * stride]
+    for k in range(degree - 1, -1, -1):
+        result = result * s + floats[row + k * stride]
     return result
 
 
-def slope(a, start, degree, x):
-    """Derivative of the polynomial at x."""
-    result = degree * a[start + degree]
-    for i in range(degree - 1, 0, -1):
-        result = result * x + i * a[start + i]
+def polynomial_slope(floats, row, stride, degree, s):
+    """Slope at s."""
+    result = degree * floats[row + degree * stride]
+    for k in range(degree - 1, 0, -1):
+        result = result * s + k * floats[row + k * stride]
     return result
 
 
-def curvature(a, start, degree, x):
-    """Second derivative of the polynomial at x."""
-    result = 0.0
-    for i in range(degree, 1, -1):
-        result = result * x + i * (i - 1) * a[start + i]
+def polynomial_bend(floats, row, stride, degree, s):
+    """Second derivative at s."""
+    result = degree * (degree - 1) * floats[row + degree * stride]
+    for k in range(degree - 1, 1, -1):
+        result = result * s + k * (k - 1) * floats[row + k * stride]
     return result
 
 
@@ -70,12 +74,12 @@ def minimum(a, start, degree, low, high):
     """Place of the minimum between low (falling) and high (rising), where the slope changes sign once."""
     x = 0.5 * (low + high)
     for _ in range(80):
-        d = slope(a, start, degree, x)
+        d = polynomial_slope(a, start, 1, degree, x)
         if d < 0.0:
             low = x
         else:
             high = x
-        second = curvature(a, start, degree, x)
+        second = polynomial_bend(a, start, 1, degree, x)
         following = x - d / second if second != 0.0 else low
         if not (low < following < high):
             following = 0.5 * (low + high)
@@ -166,7 +170,7 @@ def first_root(floats, row, degree, sign, zeros, h):
             return h * polished_root(floats, a, n, low, low + width), touch
         if changes >= 2 and (turns(floats, now, n) == 1 or width < NARROWEST):
             place = minimum(floats, a, n, low, low + width)
-            least = value(floats, a, n, place)
+            least = polynomial_value(floats, a, 1, n, place)
             if least < -noise:
                 return h * polished_root(floats, a, n, low, place), touch
             if least <= noise and touch < 0.0:

@@ -8,7 +8,7 @@ Of several contacts all that are at rest at one instant are decided together (`d
 open is decided here, contact by contact, as it is of one alone.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
 from vibrocap.numerics.kernel.generated.facts import (
@@ -54,7 +54,6 @@ from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 NO_MOTION = 16.0 * EPSILON  # of the natural speed: rounding, where other contacts move the body as well
-SLIGHT = 64.0 * EPSILON  # of the terms of a velocity or of a force; of a guard, whose natural size is one
 BEYOND = 1e-9  # of its limit: by so much the force on a contact at rest exceeds it only where something has jumped
 
 
@@ -78,13 +77,10 @@ def sides_hold(floats, ints, trace, lane):
 def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            if ints[TO_DECIDE + c * LANES + lane] == 1:
-                return True
-            force, limit = abs(floats[HOLD_OF[c] + lane]), floats[LIMIT_OF[c] + lane]
-            if ints[TO_DECIDE + c * LANES + lane] == 0 and force > (1.0 + BEYOND) * limit:
-                return True
-    return False
+        rests = STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0 and ints[TO_DECIDE + c * LANES + lane] == 0
+        if rests and abs(floats[HOLD_OF[c] + lane]) > (1.0 + BEYOND) * floats[LIMIT_OF[c] + lane]:
+            ints[TO_DECIDE + c * LANES + lane] = 1
+    return open_arrivals(ints, lane)
 
 
 def side_holds(floats, ints, trace, lane, c):

@@ -4,7 +4,9 @@ Which branch holds is written in switched states: whole numbers among the states
 within its branch; where one falls to zero, or is not positive where a step starts, the equations say what the states
 are from there on. First stand the guards of the law, which are clearly positive after their own switch. Those of the
 machine behind them may be zero there, as a stop that was just reached: then their first coefficient that is no rounding
-decides. Last stand those of the equations' bounds: beyond one of them they have no answer, and the run ends.
+decides. They are known to the order of the states, so that a state that stops where one of them vanishes is there to
+rounding: what was just met is not met again. Last stand those of the equations' bounds: beyond one of them they have no
+answer, and the run ends.
 
 The first bound of a load that follows the motion, the divisor d of N = n/d, is reached with an infinite slope: as N
 grows, so do the accelerations, and d falls like the root of the time that is left. Steps that halve that time again and
@@ -12,7 +14,7 @@ again would never get there. So how fast d falls is asked as well, and the run e
 too short to matter.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import first_root
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import (
     BEYOND_BOUND,
     BOUND_REACHED,
@@ -21,7 +23,7 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.events.contact import SLIGHT, jumped
+from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,
@@ -112,13 +114,14 @@ def first_switch(floats, lane, event, h):
         if LOCATED[i] == 0:
             continue
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        zeros = 0
+        zeros, degree = 0, ORDER - 1
         if LAW_BRANCHES <= i < BRANCHES:
+            degree = ORDER
             zeros = vanishing(floats, row, h)
             zeros = min(zeros, ORDER - 2)
             while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
                 zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
-        root, _touch = first_root(floats, row, ORDER - 1, 1.0, zeros, h)
+        root, _touch = first_root(floats, row, degree, 1.0, zeros, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root

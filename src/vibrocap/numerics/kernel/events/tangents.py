@@ -24,6 +24,7 @@ from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import PENDING, SERIES, SIDE, STATE, TIME, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.step.taylor import series_slope
 
 
 def tangent_waits(ints, lane):
@@ -85,14 +86,6 @@ def guards_along(floats, lane):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
     guard_tangents(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + STATES)
     return WORK + STATES
-
-
-def series_slope(floats, row, s):
-    """Slope at time s of the series whose first coefficient stands at floats[row]."""
-    result = ORDER * floats[row + ORDER * LANES]
-    for k in range(ORDER - 1, 0, -1):
-        result = result * s + k * floats[row + k * LANES]
-    return result
 
 
 def tangents_wait(ints, plain):

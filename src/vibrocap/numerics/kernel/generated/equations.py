@@ -152,5 +152,8 @@ def beginning(floats, t, point, side, lane, out):
 
 
 def drive_table(floats, t, point, side, lane, out):
-    """Of each segment of a drive with corners its length and its coefficients; to floats[out:out + TABLE_NUMBERS]."""
+    """Of each segment of the part that begins at t, of the drive's period, its length and its coefficients.
+
+    To floats[out:out + TABLE_NUMBERS].
+    """
     raise NotImplementedError

@@ -28,6 +28,7 @@ KINKS = (0,)  # of each contact: 1 where it has a force for every velocity, with
 STATE_OF = (3,)  # of each contact: the state that moves one to one with its velocity
 SHARED = False  # whether some share one state, as their distances are imposed
 DYNAMIC = False  # whether the loads of several contacts follow the motion
+GROUP = (0,)  # of each of several contacts: the first one of those that act on one another
 ROW_LIKE = (0,)  # of each of several contacts: the first one whose row of A is the same
 SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `step/slow_manifold.py`
 MANIFOLDS = 1  # number of slow manifolds

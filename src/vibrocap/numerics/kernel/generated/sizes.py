@@ -26,4 +26,4 @@ BASE = 2  # states of the motion itself, where tangents follow them
 INTEGRANDS = SUMMED = 0  # functions of the instant that an ensemble gathers, of which the first SUMMED are integrated
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 ROOM = 0  # bounds of states at the start, two for each state that has any
-TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coefficients of each
+TABLE_NUMBERS = 0  # of the segments of a part of the drive's period: length and coefficients of each

@@ -59,7 +59,7 @@ from vibrocap.numerics.kernel.interface import (
     on_place,
     place_passed,
     polished_step,
-    repeat_to,
+    repeated_step,
     shorter_step,
     tangent_waits,
     watch_load,
@@ -129,7 +129,7 @@ def step(floats, ints, trace, lane):
     if event == 1:
         event, h = polished_step(floats, ints, lane, h, longest)
     elif event >= PLACE_PASSED:
-        repeat_to(floats, ints, lane, h)
+        h = repeated_step(floats, ints, lane, event, h)
     on_piece(floats, ints, trace, lane, h)
     watch_load(floats, ints, lane, h)
     if ints[STIFF + lane] == 0:

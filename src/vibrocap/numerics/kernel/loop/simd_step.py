@@ -18,9 +18,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_reached,
     whole_set,
 )
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, SLIGHT, cross, pin
+from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
@@ -263,8 +263,8 @@ def within_piece(floats, row, h):
     As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
     """
-    others = abs(load(floats, row + (ORDER - 1) * LANES))
-    for k in range(ORDER - 2, 3, -1):
+    others = abs(load(floats, row + ORDER * LANES))
+    for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.generated.ensemble import ASKED, INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK, STEP
 from vibrocap.numerics.kernel.generated.equations import integrands
@@ -22,8 +23,6 @@ from vibrocap.numerics.kernel.interface import fitting_point
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
     may_turn,
-    polynomial_slope,
-    polynomial_value,
     sign_change,
     turning_point,
 )
@@ -120,7 +119,7 @@ def magnitude(floats, ints, lane, h):
             monotone_to = turn if part == 0 else end
             if monotone_to < 0.0:
                 continue
-            cut = sign_change(floats, FITTED, 1, POINTS - 1, monotone_from, monotone_to)
+            cut = sign_change(floats, FITTED, 1, POINTS - 1, monotone_from, monotone_to, False)
             if cut >= 0.0:
                 total += abs(friction_impulse(floats, ints, lane, start * h, cut * h))
                 start = cut

@@ -72,7 +72,7 @@ def extreme(floats, lane, h):
         row, degree = HOLD + lane, ORDER - 1
     end, slope = value_and_slope(floats, row, h, degree)
     if not SET_VALUED and not KINKED and floats[row] * end < 0.0:
-        return sign_change(floats, row, LANES, degree, 0.0, h)
+        return sign_change(floats, row, LANES, degree, 0.0, h, False)
     if floats[row + LANES] * slope >= 0.0:
         return -1.0
     return turning_point(floats, row, LANES, degree, 0.0, h)

@@ -1,7 +1,7 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
 from vibrocap.numerics.kernel.generated.ensemble import STEP
-from vibrocap.numerics.kernel.generated.equations import beginning, drive_table, observables
+from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, STIFF, TIME, WORK
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
@@ -13,7 +13,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     ROOM,
     ROWS,
     STATES,
-    TABLE_NUMBERS,
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
@@ -26,7 +25,7 @@ SEEN = INSTANT + STATES
 
 
 def begin(floats, ints, trace, out):
-    """Write to the trace: room and natural sizes of the states, period, contact velocities, holding rate, segments.
+    """Write to the trace: room and natural sizes of the states, period, contact velocities, holding rate.
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
@@ -38,9 +37,6 @@ def begin(floats, ints, trace, out):
     trace[out + ROOM + STATES + 1 + CONTACTS] = hold_rate(floats[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
         floats[SCALE + i * LANES] = floats[SEEN + ROOM + i]
-    drive_table(floats, 0.0, INSTANT, 1.0, 0, SEEN)
-    for i in range(TABLE_NUMBERS):
-        trace[out + ROOM + STATES + 2 + CONTACTS + i] = floats[SEEN + i]
 
 
 def take_piece(floats, ints, trace, place):

@@ -13,12 +13,12 @@ farther than h [f(y) - y'], disturbances grow instead of decaying, and the state
 
 import math
 
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2

@@ -19,25 +19,3 @@ def chosen_step(floats, ints, lane, remaining):
     """The step of the series, and no look at any other."""
     ints[PATIENCE + lane] = FOR_GOOD
     return series_step(floats, ints, lane, remaining)[0]
-
-
-def follow_step(floats, event, h):
-    """No series but that of the state."""
-
-
-def polished_step(floats, ints, lane, h, longest):
-    """A Taylor series needs no repeated step: its root is the event."""
-    return 1, h
-
-
-def repeat_to(floats, ints, lane, h):
-    """Nothing to repeat."""
-
-
-def shorter_step(floats, ints, lane, h):
-    """No implicit step to repeat."""
-    return h
-
-
-def leave_implicit(ints, lane):
-    """Nothing to leave."""

@@ -95,21 +95,3 @@ def slide_lasts(floats, row, side, h):
     early = first + second * (1.0 / 3.0)
     late = early + (second + third) * (1.0 / 3.0)
     return min(first, early) > 0.0 and min(late, first + second + third + fourth) > 0.0
-
-
-def polished_step(floats, ints, lane, h, longest):
-    """A series of either kind needs no repeated step: its root is the event."""
-    return 1, h
-
-
-def repeat_to(floats, ints, lane, h):
-    """Nothing to repeat."""
-
-
-def shorter_step(floats, ints, lane, h):
-    """No implicit step to repeat."""
-    return h
-
-
-def leave_implicit(ints, lane):
-    """Nothing to leave."""

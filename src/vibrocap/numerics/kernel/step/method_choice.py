@@ -2,7 +2,9 @@
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH
+from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
@@ -15,9 +17,11 @@ from vibrocap.numerics.kernel.generated.lane import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
+    WORK,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.interface import guards_at
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
     dense_output,
@@ -28,13 +32,15 @@ from vibrocap.numerics.kernel.step.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step, starts_from_rest
-from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_slope, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
 TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards a reversal
 NEAR_EVENT = 4.0  # explicit steps to an event below which they are taken
 APPROACH = 0.75  # share of the way to an event that an implicit step may go
+REPEATS = 8  # of an implicit step, at most, until the guard vanishes at its end
+NEARLY = 0.1  # of a step: a change of length below which Newton's method is trusted
 EXPLICIT_STEPS = 8  # that are taken then, at least
 # In Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused. One lane makes it while the rest
 # waits, and its linear system grows with every contact.
@@ -90,10 +96,6 @@ def chosen_step(floats, ints, lane, remaining):
             if SEVERAL:
                 return -1.0  # made anew: an explicit step may end with an event
     return h
-
-
-def follow_step(floats, event, h):
-    """No series but that of the state."""
 
 
 def rest_steps(ints, lane):
@@ -171,11 +173,28 @@ def polished_step(floats, ints, lane, h, longest):
     return 0, h
 
 
-def repeat_to(floats, ints, lane, h):
-    """Repeat an implicit step up to an event within it: its dense output is less exact than its end."""
-    if ints[STIFF + lane] == 1:
+def repeated_step(floats, ints, lane, event, h):
+    """Repeat an implicit step up to an event within it, whose length is returned.
+
+    The dense output is less exact than the end of a step. So the length is that at which the guard vanishes at the very
+    end, by Newton's method: what is met there is not to be met again at once.
+    """
+    if ints[STIFF + lane] == 0:
+        return h
+    which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
+    for repeat in range(REPEATS):
         implicit_stages(floats, ints, lane, h)
         implicit_series(floats, ints, lane, h)
+        if which < 0 or repeat == REPEATS - 1:
+            break
+        guards_at(floats, lane, h, out)
+        left = abs(floats[out + which])
+        slope = series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h)
+        if left <= 0.25 * SLIGHT or left >= 0.5 * before or left >= -NEARLY * slope * h:
+            break
+        before = left
+        h -= floats[out + which] / slope
+    return h
 
 
 def length_to_rest(floats, ints, lane, h, longest):
@@ -192,9 +211,7 @@ def length_to_rest(floats, ints, lane, h, longest):
             low = h
         else:
             high = h
-        slope = 0.0
-        for k in range(4, 0, -1):
-            slope = slope * h + side * k * floats[VELOCITY + k * LANES + lane]
+        slope = side * series_slope(floats, VELOCITY + lane, h)
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
         if newton and abs(following - h) <= EPSILON * (floats[TIME + lane] + h):

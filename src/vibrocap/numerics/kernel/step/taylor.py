@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     HOLD_RATE,
@@ -51,7 +51,11 @@ def taylor_step(floats, ints, lane):
             before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
             last = max(last, abs(floats[row + (ORDER - 2) * LANES]) * inverse * floats[HOLD_RATE + lane])
     earlier = 0.0
-    for i in range(BRANCHES):  # the guards of the branches decide too; they are known to one order less
+    for i in range(LAW_BRANCHES, BRANCHES):  # the guards of the branches decide too
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        last = max(last, abs(floats[row + ORDER * LANES]))
+        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
+    for i in range(LAW_BRANCHES):  # those of the law are known to one order less
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
         earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
@@ -60,7 +64,7 @@ def taylor_step(floats, ints, lane):
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
     h = rough_power(min(one, other))
-    if BRANCHES:
+    if LAW_BRANCHES:
         h = min(h, reach(wanted, earlier, ORDER - 2))
     if LACUNARY and ints[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
@@ -186,6 +190,14 @@ def series_value(floats, row, s):
     if ORDER % 2:
         return other + s * one
     return floats[row] + s * (other + s * one)
+
+
+def series_slope(floats, row, s):
+    """Slope at time s of the series whose first coefficient stands at floats[row]."""
+    result = ORDER * floats[row + ORDER * LANES]
+    for k in range(ORDER - 1, 0, -1):
+        result = result * s + k * floats[row + k * LANES]
+    return result
 
 
 def through_five(floats, row, v0, v1, v2, v3, v4, h):

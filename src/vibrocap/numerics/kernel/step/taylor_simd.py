@@ -5,7 +5,7 @@ on what is left of disturbances that have decayed, and a cycle is one whether it
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, load, mantissa, power_of_two, where
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import HOLD_RATE, PERIOD, SERIES, SIDE, TOLERANCE
@@ -49,16 +49,20 @@ def taylor_steps(floats, side):
             before = where(holding, greater(share, before), before)
             share = abs(load(floats, HOLD_OF[c] + (ORDER - 2) * LANES)) * inverse * load(floats, HOLD_RATE)
             last = where(holding, greater(share, last), last)
-    decisive, earlier = before, 0.0 * side
-    for i in range(BRANCHES):
+    newest, decisive, earlier = last, before, 0.0 * side
+    for i in range(LAW_BRANCHES, BRANCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES
+        newest = greater(abs(load(floats, row + ORDER * LANES)), newest)
+        decisive = greater(abs(load(floats, row + (ORDER - 1) * LANES)), decisive)
+    for i in range(LAW_BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         decisive = greater(abs(load(floats, row + (ORDER - 1) * LANES)), decisive)
         earlier = greater(abs(load(floats, row + (ORDER - 2) * LANES)), earlier)
     wanted = rough_logarithms(load(floats, TOLERANCE))
-    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
+    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(newest) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(decisive) * (1.0 / (ORDER - 1))
     h = rough_powers(lesser(one, other))
-    if BRANCHES:
+    if LAW_BRANCHES:
         h = lesser(h, reaches(wanted, earlier, ORDER - 2))
     clear = side == side
     if BRANCHES < SWITCHES:
@@ -70,7 +74,7 @@ def taylor_steps(floats, side):
                     bound = lesser(h, reaches(wanted, abs(load(floats, row + (ORDER - 1) * LANES)), ORDER - 1))
                     bound = lesser(bound, reaches(wanted, abs(load(floats, row + (ORDER - 2) * LANES)), ORDER - 2))
                     h = where(clear, h, bound)
-    return where(last <= 1e300, h, 0.0), last, before, clear
+    return where(newest <= 1e300, h, 0.0), last, before, clear
 
 
 def reaches(wanted, terms, k):

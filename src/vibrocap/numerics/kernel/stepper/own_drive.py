@@ -4,6 +4,7 @@ The instant is read from the series of that step, so that the motion does not de
 happens later within the step waits until the clock has come to it.
 """
 
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.lane import (
     IMPLICIT_STEPS,
@@ -35,7 +36,6 @@ from vibrocap.numerics.kernel.generated.stepper import (
     WAITING_KIND,
     WAITING_TIME,
 )
-from vibrocap.numerics.kernel.observe.turning_points import polynomial_value
 from vibrocap.numerics.kernel.stepper.clock import go_on, set_clock
 from vibrocap.numerics.kernel.stepper.event_counts import count_event
 

@@ -2,7 +2,7 @@
 
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
-from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, drive_table, observables
+from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, observables
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     HOLD_RATE,
@@ -10,7 +10,6 @@ from vibrocap.numerics.kernel.generated.lane import (
     PARAMETER,
     PERIOD,
     SCALE,
-    SEGMENT_COUNT,
     SERIES,
     SIDE,
     SIDE_TOLD,
@@ -54,6 +53,7 @@ from vibrocap.numerics.kernel.interface import (
     side_shown,
     under_way,
 )
+from vibrocap.numerics.kernel.observe.drive_table import write_table
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 
 NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
@@ -72,7 +72,7 @@ def begin_motion(floats, ints, trace, _):
     if COEFFICIENTS > 0:
         floats[PARAMETER + PRESENT] = floats[PERIOD]
     if TABLE_NUMBERS > 0:
-        begin_table(floats, ints, trace)
+        write_table(floats, ints, trace, floats[PERIOD], ints[TABLE_START])
     begin_drive(floats, ints, trace, 0, 0)
     for c in range(CONTACTS):
         for i in range(STATES):
@@ -91,18 +91,6 @@ def begin_motion(floats, ints, trace, _):
             ints[ZEROS + c] = 1
         floats[SHOWN_SIDE + c] = floats[SIDE + c]
     ints[BEGUN] = 1
-
-
-def begin_table(floats, ints, trace):
-    """The table of a drive with corners: of each segment the share of the period at its end, its coefficients."""
-    drive_table(floats, 0.0, WORK, 1.0, 0, WORK)
-    share = 0.0
-    for i in range(TABLE_NUMBERS):
-        trace[ints[TABLE_START] + i] = floats[WORK + i]
-        if i % (COEFFICIENTS + 1) == 0:
-            share += floats[WORK + i]
-            trace[ints[TABLE_START] + i] = share
-    ints[SEGMENT_COUNT] = TABLE_NUMBERS // (COEFFICIENTS + 1)
 
 
 def take_step(floats, ints, trace, to_event):

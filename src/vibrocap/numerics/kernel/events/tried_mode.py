@@ -1,0 +1,180 @@
+"""A mode of several contacts that is tried: its forces, accelerations and loads, one linear problem, see `decision.py`.
+
+Contacts at imposed distances answer alike (rows of A are the same): they rest together only if their accelerations free
+of friction are the same, and then hold one force in equal shares of their limits. While pivoting, a little more on the
+diagonal keeps them apart.
+"""
+
+from vibrocap.numerics.kernel.generated.facts import DYNAMIC, ROW_LIKE, SHARED
+from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
+
+SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivoting, for contacts at imposed distances
+
+# Places in the work space: a state; b, A, n, C and seven numbers of each contact, as `contact_rows` writes them.
+FREE_ROWS = WORK + STATES
+SLOWING = FREE_ROWS + CONTACTS
+LOAD_ROWS = SLOWING + CONTACTS * CONTACTS
+RAISED_ROWS = LOAD_ROWS + CONTACTS
+HELD_LEVELS = RAISED_ROWS + CONTACTS * CONTACTS
+LEVELS_EACH = 7
+SLIDING, PUSHED, PUSHED_AT_REST, LEAST_HELD, MOST_HELD, LEAST_KINETIC, MOST_KINETIC = 0, 1, 2, 3, 4, 5, 6
+MATRIX_ROWS = HELD_LEVELS + LEVELS_EACH * CONTACTS  # with the right-hand side
+TAKEN = MATRIX_ROWS + CONTACTS * (CONTACTS + 1)
+ACCELERATIONS = TAKEN + CONTACTS
+NORMALS = ACCELERATIONS + CONTACTS
+TRIED = NORMALS + CONTACTS  # side of each contact in the mode that is tried
+AT_REST = TRIED + CONTACTS  # 1: it is asked
+GAVE = AT_REST + CONTACTS  # 1: it has given way
+TIED = GAVE + CONTACTS  # 1: the forces alone do not decide
+FOUND_SIDE = TIED + CONTACTS
+FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
+KNOWN_SIZE = FOUND_ACCELERATION + CONTACTS  # sum of the sizes of what accelerates a contact but unknown forces
+OPEN = KNOWN_SIZE + CONTACTS  # numbers of the contacts of the problem
+UNKNOWN = OPEN + CONTACTS  # of those whose forces are unknown in the mode that is tried
+LARGEST_SIZE = UNKNOWN + CONTACTS  # largest sum of all that accelerates one of them: its rounding is a share of that
+
+
+def held_between(floats, c):
+    """(least, most) that a contact at rest may take, under the load of the mode that is tried."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    least, most = floats[levels + LEAST_HELD], floats[levels + MOST_HELD]
+    if floats[GAVE + c] == 1.0:
+        least, most = floats[levels + LEAST_KINETIC], floats[levels + MOST_KINETIC]
+    pushed = floats[levels + PUSHED_AT_REST]
+    return least * floats[NORMALS + c] - pushed, most * floats[NORMALS + c] - pushed
+
+
+def find_forces(floats, count, soft):
+    """Write the forces, accelerations and loads of the mode that is tried; how many forces were unknown.
+
+    The force of a contact that slides is known where loads are constant; one linear problem gives all others.
+
+    soft: with a little more on the diagonal of A, so that contacts at imposed distances differ; else those that rest
+    together have equal shares of what they can hold
+    """
+    unknown = 0
+    for i in range(count):
+        c = int(floats[OPEN + i])
+        if DYNAMIC or rests(floats, c):
+            floats[UNKNOWN + unknown] = floats[OPEN + i]
+            unknown += 1
+        else:
+            level, pushed = sliding_force(floats, c)
+            floats[TAKEN + c] = level * floats[LOAD_ROWS + c] - pushed
+    for i in range(unknown):
+        write_row(floats, i, unknown, count, soft)
+    eliminate(floats, unknown)
+    largest = 0.0
+    for i in range(count):
+        c = int(floats[OPEN + i])
+        acceleration = floats[FREE_ROWS + c]
+        normal = floats[LOAD_ROWS + c]
+        size = floats[KNOWN_SIZE + c]
+        for k in range(count):
+            j = int(floats[OPEN + k])
+            term = floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+            acceleration -= term
+            size += abs(term)
+            if DYNAMIC:
+                normal -= floats[RAISED_ROWS + c * CONTACTS + j] * floats[TAKEN + j]
+        floats[ACCELERATIONS + c] = acceleration
+        floats[NORMALS + c] = normal
+        largest = max(largest, size)
+    floats[LARGEST_SIZE] = largest
+    return unknown
+
+
+def rests(floats, c):
+    """Whether a contact rests in the mode that is tried."""
+    return floats[AT_REST + c] == 1.0 and floats[TRIED + c] == 0.0
+
+
+def sliding_force(floats, c):
+    """(force over load, what pushes it besides) of a contact that slides in the mode that is tried."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    if floats[AT_REST + c] != 1.0:
+        return floats[levels + SLIDING], floats[levels + PUSHED]
+    first = LEAST_KINETIC if floats[GAVE + c] == 1.0 else LEAST_HELD
+    return floats[levels + first + (1 if floats[TRIED + c] > 0.0 else 0)], floats[levels + PUSHED_AT_REST]
+
+
+def write_row(floats, i, unknown, count, soft):
+    """Write row i of the linear problem for so many unknown forces."""
+    row, c = MATRIX_ROWS + i * (CONTACTS + 1), int(floats[UNKNOWN + i])
+    if not rests(floats, c):
+        level, pushed = sliding_force(floats, c)
+        for k in range(unknown):
+            floats[row + k] = level * floats[RAISED_ROWS + c * CONTACTS + int(floats[UNKNOWN + k])]
+        floats[row + i] += 1.0
+        floats[row + CONTACTS] = level * floats[LOAD_ROWS + c] - pushed
+        return
+    head = i
+    if SHARED and not soft:
+        for k in range(i - 1, -1, -1):
+            other = int(floats[UNKNOWN + k])
+            if rests(floats, other) and ROW_LIKE[other] == ROW_LIKE[c]:
+                head = k
+    if head != i:
+        first = int(floats[UNKNOWN + head])
+        own, other_width = half_width(floats, c), half_width(floats, first)
+        for k in range(unknown):
+            floats[row + k] = 0.0
+        floats[row + i] = other_width
+        floats[row + head] = -own
+        floats[row + CONTACTS] = other_width * middle_taken(floats, c) - own * middle_taken(floats, first)
+        return
+    known = floats[FREE_ROWS + c]
+    if unknown < count:
+        for k in range(count):
+            j = int(floats[OPEN + k])
+            if not rests(floats, j):
+                known -= floats[SLOWING + c * CONTACTS + j] * floats[TAKEN + j]
+    for k in range(unknown):
+        floats[row + k] = floats[SLOWING + c * CONTACTS + int(floats[UNKNOWN + k])]
+    if soft and unknown > 1:
+        largest, widest = 0.0, 0.0
+        for k in range(count):
+            j = int(floats[OPEN + k])
+            largest = max(largest, abs(floats[SLOWING + j * CONTACTS + j]))
+            widest = max(widest, half_width(floats, j))
+        floats[row + i] += SOFTNESS * largest * (widest / (half_width(floats, c) + SOFTNESS * widest))
+    floats[row + CONTACTS] = known
+
+
+def half_width(floats, c):
+    """Of the forces that a contact can hold, with a little more so that one which holds nothing has a share."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    return 0.5 * (floats[levels + MOST_HELD] - floats[levels + LEAST_HELD]) + 1e-150
+
+
+def middle_taken(floats, c):
+    """Middle of what a contact takes at rest."""
+    levels = HELD_LEVELS + LEVELS_EACH * c
+    return 0.5 * (floats[levels + MOST_HELD] + floats[levels + LEAST_HELD]) - floats[levels + PUSHED_AT_REST]
+
+
+def eliminate(floats, unknown):
+    """Solve the linear problem in the work space for forces, by elimination with the largest pivot of each column."""
+    width = CONTACTS + 1
+    for i in range(unknown):
+        best = i
+        for j in range(i + 1, unknown):
+            if abs(floats[MATRIX_ROWS + j * width + i]) > abs(floats[MATRIX_ROWS + best * width + i]):
+                best = j
+        if best != i:
+            for k in range(width):
+                kept = floats[MATRIX_ROWS + i * width + k]
+                floats[MATRIX_ROWS + i * width + k] = floats[MATRIX_ROWS + best * width + k]
+                floats[MATRIX_ROWS + best * width + k] = kept
+        for j in range(i + 1, unknown):
+            factor = floats[MATRIX_ROWS + j * width + i] / floats[MATRIX_ROWS + i * width + i]
+            if factor != 0.0:
+                for k in range(i, unknown):
+                    floats[MATRIX_ROWS + j * width + k] -= factor * floats[MATRIX_ROWS + i * width + k]
+                floats[MATRIX_ROWS + j * width + CONTACTS] -= factor * floats[MATRIX_ROWS + i * width + CONTACTS]
+    for i in range(unknown - 1, -1, -1):
+        value = floats[MATRIX_ROWS + i * width + CONTACTS]
+        for k in range(i + 1, unknown):
+            value -= floats[MATRIX_ROWS + i * width + k] * floats[TAKEN + int(floats[UNKNOWN + k])]
+        floats[TAKEN + int(floats[UNKNOWN + i])] = value / floats[MATRIX_ROWS + i * width + i]

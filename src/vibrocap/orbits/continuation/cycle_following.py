@@ -1,0 +1,282 @@
+"""Following a branch of cycles that nothing drives in time: the section is set anew where it leaves its phase.
+
+Where a branch of cycles is born: the Hopf point to which small cycles shrink, and the cycles next to one.
+
+Where a cycle loses its only stick: the smooth cycles next to it graze rest, and their least speed says where.
+
+On the side with the stick its duration goes to zero like a square root, and orbits close to it do not close. On the
+side without it the cycles are smooth functions of the parameter, and so is the parameter p of their least speed of
+sliding u: what p(u) tends to for u -> 0 is the place, by Neville's extrapolation.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vibrocap.motion.simulate import simulate
+from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
+from vibrocap.orbits.continuation.special_points import Found, SpecialKind
+from vibrocap.orbits.equilibria.bifurcations import Located, hopf
+from vibrocap.orbits.equilibria.following import corrected
+from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
+from vibrocap.orbits.maps.cycle_map import CycleMap
+from vibrocap.orbits.maps.itinerary import mode_change
+
+SMALL = 3e-3  # amplitude over that of the first cycle at which a Hopf point is looked for
+CENTRE = 3.0  # amplitudes within which the equilibrium lies
+SAME_FREQUENCY = 1e-2  # by how much that of the cycle may differ from that of the Hopf point
+
+
+def is_smooth(point: BranchPoint) -> bool:
+    """Whether nothing happens along the cycle: no stick, no reversal, no impact."""
+    return len(point.closing.mode_sequence) <= 1 and point.closing.impacts <= 0.0
+
+
+def flow_across(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
+    """(amplitude of a small cycle, cosine between the flow and the normal of the section), over natural sizes."""
+    state, row = closure.state(point.x, point.closing), closure.row.copy()
+    row[closure.index] = closure.parameter(point.x)
+    flow = closure.map.rates(state, closure.map.contact_side(state, row), row)[closure.unknowns]
+    flow = flow / closure.sizes[closure.unknowns]
+    speed = float(np.linalg.norm(flow))
+    cosine = float(closure.normal @ flow) / speed if speed > 0.0 else 0.0
+    return speed * closure.period(point.x) / (2.0 * np.pi), cosine
+
+
+def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
+    """The Hopf point at which a branch of cycles ends behind its last point; None where there is none."""
+    if not is_smooth(last) or (amplitude := flow_across(closure, last)[0]) > SMALL:
+        return None
+    state, period = closure.state(last.x, last.closing), closure.period(last.x)
+    mode = _mode(closure, last)
+    guess = mode.point(state[mode.problem.unknowns], closure.parameter(last.x))
+    centre = corrected(mode, guess, np.eye(len(guess))[-1])
+    if centre is None:
+        return None
+    found = hopf(mode, centre, complex(0.0, 2.0 * np.pi / period))
+    if found is None or not _belongs(closure, mode, found, state, period, amplitude):
+        return None
+    place, count = mode.parameter(found.x), last.unstable()
+    words = last.closing.mode_sequence, last.closing.mode_sequence
+    text = f"the cycles shrink to steady sliding; omega {found.frequency:.10g}"
+    return Found(SpecialKind.HOPF, 1.0, last, found.error, (count, count), words, text=text, place=place)
+
+
+def _mode(closure: CycleMap, point: BranchPoint) -> Mode:
+    """The equations of equilibria in the mode of the contacts along a smooth cycle."""
+    problem = SteadyEquations(closure.system, closure.path)
+    state = closure.state(point.x, point.closing)
+    switched = np.zeros(len(state))
+    switched[closure.switched] = state[closure.switched]
+    ones = np.ones(len(problem.velocities))
+    row = problem.row.copy()
+    row[problem.index] = closure.parameter(point.x)
+    velocities = problem.values(problem.velocities, state[problem.unknowns], ones, switched, row)
+    return Mode(problem, np.where(velocities < 0.0, -1.0, 1.0), switched, closure.between)
+
+
+def _belongs(closure: CycleMap, mode: Mode, found: Located, state: np.ndarray, period: float, amplitude: float) -> bool:
+    """Whether a cycle of an amplitude surrounds the equilibrium at a Hopf point, and turns as fast."""
+    away = (mode.state(found.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
+    near = float(np.linalg.norm(away)) <= CENTRE * amplitude
+    return near and abs(found.frequency * period / (2.0 * np.pi) - 1.0) <= SAME_FREQUENCY
+
+
+STRETCH = 30  # points after which the section is looked at
+SHORT = 0.2  # longest step over the amplitude of a smooth cycle
+CROSSES = 0.5  # cosine between flow and section from which on a smooth cycle crosses it well
+AMID = 0.25  # share of its phase that the section keeps from both ends
+TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
+
+
+def cycles_followed(
+    closure: CycleMap,
+    start: BranchPoint,
+    towards: float,
+    most: int,
+    step: float,
+    progress: Callable[[float], None] | None = None,
+) -> Followed:
+    """`_followed_by_sections`, with the places where cycles lose their only stick located by the smooth ones."""
+    way = _followed_by_sections(closure, start, towards, most, step, progress)
+    return dataclasses.replace(
+        way, special=[(after, stick_loss(closure, found, way.points, after)) for after, found in way.special]
+    )
+
+
+def _followed_by_sections(
+    closure: CycleMap,
+    start: BranchPoint,
+    towards: float,
+    most: int,
+    step: float,
+    progress: Callable[[float], None] | None = None,
+) -> Followed:
+    """`followed` for cycles, whose section is set anew amid its phase where it has come near an end of it.
+
+    The points of both sections are of the same cycles at other instants: where the section is set anew, the states jump
+    along the cycle, and no special point is looked for. Cycles without events have no phases: their section is set
+    across the flow where they are. So it is of any cycle that would soon touch a section that stands still, which looks
+    like a fold. A branch whose cycles shrink to an equilibrium ends at its Hopf point.
+    """
+    points, special = [start], []
+    here, sign = start, towards
+    while True:
+        smooth = is_smooth(here)
+        longest = min(step, SHORT * flow_across(closure, here)[0]) if smooth else step
+        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), longest, progress=progress)
+        whole, way = len(way.points), _crossing(closure, way)
+        touches = 1 < len(way.points) < whole
+        special += [(len(points) - 1 + i, found) for i, found in way.special]
+        points += way.points[1:]
+        if (birth := hopf_at_end(closure, points[-1])) is not None:
+            return Followed(points, [*special, (len(points) - 1, birth)], BranchEnd.HOPF)
+        more = len(points) < most
+        ended = way.end not in (BranchEnd.TOO_MANY_POINTS, BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES)
+        if ended or not more:
+            return Followed(points, special, way.end)
+        stuck = way.end is not BranchEnd.TOO_MANY_POINTS
+        if stuck and abs(points[-1].x[-1] - here.x[-1]) <= TOO_CLOSE and len(way.points) < STRETCH:
+            return Followed(points, special, way.end)
+        turned = _set_anew(closure, points[-1], touches)
+        if turned is None:
+            if stuck or len(way.points) == 1:
+                return Followed(points, special, way.end if stuck else BranchEnd.NEWTON_FAILED)
+            here, sign = points[-1], 1.0
+            continue
+        closure, here = turned
+        sign = 1.0
+        if special and _of_the_section(special[-1], len(points), here):
+            points.pop()
+            special.pop()
+        points.append(here)
+
+
+def _of_the_section(last: tuple[int, Found], count: int, anew: BranchPoint) -> bool:
+    """Whether multipliers jump over the last step only, where the section has come to the end of its phase.
+
+    The same cycle has as many unstable ones as before where its section is set anew.
+    """
+    after, found = last
+    return after == count - 2 and found.kind is SpecialKind.JUMP and anew.unstable() == found.unstable[0]
+
+
+def _crossing(closure: CycleMap, way: Followed) -> Followed:
+    """The part of a way before the first cycle that does not cross the section well any more."""
+    for k, point in enumerate(way.points):
+        if k and flow_across(closure, point)[1] < CROSSES:
+            special = [(i, found) for i, found in way.special if i < k - 1]
+            return Followed(way.points[:k], special, BranchEnd.TOO_MANY_POINTS)
+    return way
+
+
+def _set_anew(closure: CycleMap, last: BranchPoint, touches: bool) -> tuple[CycleMap, BranchPoint] | None:
+    """(map, point) with the section amid the phase in which it lies; None where it is amid it already.
+
+    touches: whether cycles soon touch the section, so that it is at least set across the flow where they are
+    """
+    state, period = closure.state(last.x, last.closing), closure.period(last.x)
+    system = closure.system.with_parameters({closure.path: closure.parameter(last.x)})
+    motion = simulate(system, periods=2.0 * period / system.drive.period, initial=named_states(system, state))
+    marks = [event.time for event in motion.events if event.kind != "graze"]
+    if len(marks) < 2:
+        return None if not is_smooth(last) else _section_at(closure, last, state)
+    ends = [time - period for time in marks if time > 0.5 * period and time - period < 0.5 * period]
+    first = max((time for time in ends if time <= 0.0), default=marks[0] - period)
+    last_mark = min((time for time in marks if time > 0.0), default=marks[0])
+    share = -first / (last_mark - first)
+    if AMID <= share <= 1.0 - AMID:
+        return _section_at(closure, last, state) if touches else None
+    middle = 0.5 * (first + last_mark) + (period if first + last_mark < 0.0 else 0.0)
+    moved = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
+    if float(motion.at(middle, "side")[0]) == 0.0:
+        moved[motion.state_names.index(system.machine.contact_states[0])] = 0.0
+    return _section_at(closure, last, moved)
+
+
+def _section_at(closure: CycleMap, last: BranchPoint, moved: np.ndarray) -> tuple[CycleMap, BranchPoint] | None:
+    """(map, point) with the section across the flow at another state of the same cycle."""
+    period = closure.period(last.x)
+    anew = closure.with_section(moved, closure.parameter(last.x))
+    point = started(anew, anew.point(moved, closure.parameter(last.x), period))
+    if point is None:
+        return None
+    onward = float(point.tangent[-2:] @ last.tangent[-2:])
+    return anew, BranchPoint(point.closing, point.tangent if onward >= 0.0 else -point.tangent)
+
+
+SAMPLES = 1000  # of a cycle, between which its least speed is looked for
+APART = 1.6  # ratio of the least speeds of neighbours that are extrapolated
+MOST, LEAST = 8, 5  # cycles that are extrapolated
+FARTHEST = 1e-2  # of the largest speed of sliding: the cycle from which on none is taken
+CLOSED = 1e-11  # to what share of its speeds a cycle is closed
+TRUSTED = 1e-6  # share of the parameter's range by which an extrapolation may differ from one of a point less
+
+
+def stick_loss(closure: CycleMap, found: Found, points: list[BranchPoint], after: int) -> Found:
+    """The record of a change of mode sequence after a point, located anew where smooth cycles lie on one side of it."""
+    smooth = [is_smooth(points[i]) for i in (after, after + 1)] if after + 1 < len(points) else [False, False]
+    moves = found.kind in (SpecialKind.MODE_CHANGE, SpecialKind.UNLOCATED) and "S" in "".join(found.words)
+    if not moves or smooth[0] == smooth[1]:
+        return found
+    side = points[after + 1 :] if smooth[1] else points[after::-1]
+    speeds, places, largest = [], [], 0.0
+    for point in side:
+        if not is_smooth(point) or len(speeds) == MOST:
+            break
+        least, largest = _speeds(closure, point)
+        if least > FARTHEST * largest and len(speeds) >= LEAST:
+            break
+        if not speeds or least > APART * speeds[-1]:
+            speeds.append(least)
+            places.append(closure.parameter(point.x))
+    if len(speeds) < LEAST or min(speeds) <= 0.0:
+        return found
+    place, other = _at_zero(speeds, places), _at_zero(speeds[:-1], places[:-1])
+    slope = max(abs((b - a) / (v - u)) for a, b, u, v in zip(places, places[1:], speeds, speeds[1:], strict=False))
+    error = 3.0 * abs(place - other) + CLOSED * (slope * largest + abs(place))
+    if not error <= TRUSTED * abs(closure.between[1] - closure.between[0]):
+        return found
+    change, phases = mode_change(*found.words)
+    text = "; ".join(filter(None, (phases, "the branch turns back" if _turns(points, after) else "")))
+    return dataclasses.replace(
+        found, kind=SpecialKind.MODE_CHANGE, place=place, error=error, change=change, passed=None, text=text
+    )
+
+
+def _turns(points: list[BranchPoint], after: int) -> bool:
+    """Whether the parameter turns at a change after a point."""
+    return bool(points[after].tangent[-1] * points[after + 1].tangent[-1] < 0.0)
+
+
+def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
+    """(least, largest) speed of sliding along a cycle."""
+    from scipy.optimize import minimize_scalar  # only here: it takes long to load
+
+    system = closure.system.with_parameters({closure.path: closure.parameter(point.x)})
+    start = named_states(system, closure.state(point.x, point.closing))
+    periods = closure.period(point.x) / system.drive.period
+    motion = simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
+    times = np.linspace(0.0, motion.end, SAMPLES)
+    speeds = np.abs(motion.at(times, "contact_velocity"))
+    k = int(np.argmin(speeds))
+
+    def speed(time: float) -> float:
+        return abs(float(motion.at(np.array([time]), "contact_velocity")[0]))
+
+    ends = times[max(k - 1, 0)], times[min(k + 1, SAMPLES - 1)]
+    least: Any = minimize_scalar(speed, bounds=ends, method="bounded", options={"xatol": 1e-11 * motion.end})
+    return min(float(least.fun), float(speeds[k])), float(np.max(speeds))
+
+
+def _at_zero(u: list[float], p: list[float]) -> float:
+    """The polynomial through points (u, p) at u = 0, by Neville's scheme."""
+    values = list(p)
+    for width in range(1, len(u)):
+        for i in range(len(u) - width):
+            values[i] = (u[i + width] * values[i] - u[i] * values[i + 1]) / (u[i + width] - u[i])
+    return values[0]
