@@ -3,12 +3,14 @@
 import itertools
 import shutil
 import subprocess
+from unittest import mock
 
 import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import vibrocap as vc
@@ -230,6 +232,9 @@ def test_a_tex_picture_needs_tex_and_no_large_map(tmp_path, monkeypatch, capsys)
         save(figure, tmp_path / "map.tex")
     (tmp_path / "pdflatex").write_text("#!/bin/sh\nexit 1\n")
     with pytest.raises(WriteError, match="pdflatex cannot measure the texts"):
+        vc.figure(vc.LuGre(), tmp_path / "law.tex")
+    monkeypatch.setattr(Figure, "savefig", mock.Mock(side_effect=BrokenPipeError("Broken pipe")))
+    with pytest.raises(WriteError, match="pdflatex cannot measure the texts"):  # where it ends before it is asked
         vc.figure(vc.LuGre(), tmp_path / "law.tex")
     assert not [*tmp_path.glob("*.tex")]
 

@@ -100,9 +100,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "rules": rules(system, paths),
         "mirrored": mirrored(system, paths),
         "room": list(room),
-        "corners": None
-        if recording.corners is None
-        else _corners(recording.corners) | {"parts": parts_of_period(system, paths)},
+        "corners": _corners(recording.corners, system, paths),
         "fixed": fixed,
         "scene": [
             {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
@@ -117,11 +115,13 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     return Form(record, motion, ensemble)
 
 
-def _corners(corners: Corners) -> dict[str, float]:
+def _corners(corners: Corners | None, system: System, paths: tuple[str, ...]) -> dict[str, Any] | None:
     """Of a drive with corners: segments in a part of its period, coefficients of each, place of the present one; what
-    rounding is."""
+    rounding is; how many parts there are, in JavaScript. None without corners."""
+    if corners is None:
+        return None
     counts = {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
-    return {**counts, "rounding": ROUNDING}
+    return {**counts, "rounding": ROUNDING, "parts": parts_of_period(system, paths)}
 
 
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:

@@ -115,7 +115,7 @@ def stepper_kernel(
 ) -> StepperKernel:
     """The stepper of these equations.
 
-    parameters: by which its drive has as many segments as it has
+    parameters: their values, which decide how many segments its drive has
     observed: what it shows besides the states; tolerance: that of the order of its series, others run with that too
     held_input: whether the equations are recorded with an input for a drive (`motion/held_input.py`)
     """

@@ -69,7 +69,7 @@ def write_tex(fig: Figure, path: Path) -> None:
     with _for_tex(fig), matplotlib.rc_context({"pgf.rcfonts": False, "pgf.texsystem": system}):
         try:
             fig.savefig(path, format="pgf", backend="pgf")
-        except LatexError as error:
+        except (LatexError, BrokenPipeError) as error:  # the pipe breaks where TeX ends before it is asked
             said = " ".join(str(error).split())[:300]
             raise OSError(f"{system} cannot measure the texts (has it the package pgf?): {said}") from None
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
