@@ -31,6 +31,9 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
+    if equations.several and layout.slow:  # of which any may be on theirs, as lanes
+        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
+        return "\n".join([*found, "def slow_jet(floats, lane):", *indented(body), ""])
     for number in range(len(layout.slow)):
         body = _series(equations, integrals, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]

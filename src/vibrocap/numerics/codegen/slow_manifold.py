@@ -9,7 +9,7 @@ series of its own, whose coefficients follow from those of r at the same order:
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
 All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-two functions: one for ordinary series, one for those on a manifold.
+a function for ordinary series, and others for those on a manifold.
 """
 
 import functools
@@ -41,7 +41,7 @@ def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequen
         return JetWriter(*given, equations.balance)
     states = {layout.slow[number][1]: number for number in slow}
     creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
-    return SlowWriter(*given, None if creeps else equations.balance, states, layout.order, alone=layout.lanes == 1)
+    return SlowWriter(*given, None if creeps else equations.balance, states, layout)
 
 
 def bounding_decays(
@@ -57,18 +57,17 @@ def bounding_decays(
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
     for state, number in writer.slow.items():
         place = contacts.index(layout.slow[number][0])
-        own, rest = found[place], ZERO
-        if writer.alone:
+        own = found[place]
+        if layout.lanes == 1:
             own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
-            rest = found[place] - own
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
-        found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
+        found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, ZERO, found[place]))
     return found
 
 
 def store_reach(writer: JetWriter) -> None:
     """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
-    if not isinstance(writer, SlowWriter) or not writer.alone:
+    if not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return
     for slow, number in writer.slow.items():
         rate, lasting, passing = writer.rates[slow], [], []
@@ -91,15 +90,15 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     """
     index = writer.graph.node("state", state).index if value is None else value.index
     found = writer.coefficient(index, k)
-    if k == 0 or not isinstance(writer, SlowWriter) or not writer.alone:
+    if k == 0 or not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return found
-    (slow,) = writer.slow
-    push = sensitivity(writer.rates[state], writer.rates[slow].index)
-    if slow == state or push.value == 0.0:
-        return found
-    own = writer.coefficient(writer.graph.node("state", slow).index, k)
-    change = own - writer.target(slow, k - 1) * literal(1.0 / k)
-    return found + writer.coefficient(push.index, 0) * change
+    for slow in writer.slow:
+        push = sensitivity(writer.rates[state], writer.rates[slow].index)
+        if slow != state and push.value != 0.0:
+            own = writer.coefficient(writer.graph.node("state", slow).index, k)
+            change = writer.chosen(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
+            found = found + writer.coefficient(push.index, 0) * change
+    return found
 
 
 class SlowWriter(JetWriter):
@@ -112,12 +111,12 @@ class SlowWriter(JetWriter):
         code: Code,
         balance: Any,
         slow: Mapping[int, int],
-        order: int,
-        alone: bool,
+        layout: Layout,
     ):
-        """slow: number of its manifold by state; alone: of a motion that is on its one manifold."""
+        """slow: number of its manifold by state."""
         super().__init__(graph, rates, code, balance)
-        self.slow, self.order, self.alone = slow, order, alone
+        self.slow, self.order, self.lanes = slow, layout.order, layout.lanes
+        self.alone = self.lanes == 1 and len(slow) == 1  # a motion is on its one manifold
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[int, int], Trial] = {}
 

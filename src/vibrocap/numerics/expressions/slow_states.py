@@ -27,11 +27,13 @@ def slow_bristles(equations: Equations) -> tuple[tuple[int, int], ...]:
 def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
     """(contact, state) of what may be slaved in a motion alone: its bristles, or the velocity of a contact that creeps.
 
-    () of a law without such bristles, and of several contacts: those take implicit steps.
+    () where a contact has a law with a force for every velocity, but no such bristles: those take implicit steps.
     """
-    bristles = slow_bristles(equations)
-    if equations.several or not bristles:
+    bristles, stiff = slow_bristles(equations), [i for i, each in enumerate(equations.contacts) if not each.sticks]
+    if stiff != [contact for contact, _ in bristles]:
         return ()
+    if equations.several:
+        return bristles
     (contact,), velocity = equations.contacts, equations.contact_state
     damped = contact.is_state and derivative(equations.rates[velocity], velocity).value is None
     return (*bristles, (0, velocity)) if damped else bristles

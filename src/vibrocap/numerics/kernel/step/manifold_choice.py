@@ -4,18 +4,19 @@ See `slow_manifold.py`. A step on a manifold is implicit in what is slaved. It e
 every event of that is found by explicit steps.
 """
 
+import math
+
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import GUESS, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_CONTACT, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import series_step
-from vibrocap.numerics.kernel.step.taylor import taylor_step
 
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
 
@@ -33,10 +34,10 @@ def next_series(floats, ints):
 
 def manifold_step(floats, ints):
     """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
-    longest = taylor_step(floats, ints, 0)
+    longest, _ = series_step(floats, ints, 0, math.inf)
     lasting = False
     for _ in range(CUTS):
-        lasting = slide_lasts(floats, VELOCITY, floats[SIDE], longest) and resolved(floats, 0, longest)
+        lasting = slides_last(floats, longest) and resolved(floats, 0, longest)
         if lasting:
             break
         longest *= CUT
@@ -61,27 +62,45 @@ def follow_step(floats, event, h):
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
     elif event == 0 and floats[DECAY_RATE] * h >= ENTERING:  # next to an event steps are explicit
-        ready = True
+        ready = False
         for m in range(MANIFOLDS):
             floats[WAIT + m] -= 1.0
-            ready = ready and floats[WAIT + m] <= 0.0
+            ready = ready or floats[WAIT + m] <= 0.0
         if ready:
-            enter_manifold(floats, h)
+            enter_manifolds(floats, h)
 
 
-def enter_manifold(floats, h):
-    """Let the next series be that of a manifold, where a decay towards it bounds the length h of steps."""
+def enter_manifolds(floats, h):
+    """Let the next series be that of manifolds, one of a contact, where decays towards them bound the length h of steps."""
     for i in range(ROWS):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if rate * h >= ENTERING:
+        if rate * h >= ENTERING and is_free(floats, SLOW_CONTACT[m]):
             floats[SLOW + m] = 1.0
             floats[SWEEPS + m] = 0.0
             for k in range(ORDER + 1):
                 floats[GUESS + m * (ORDER + 1) + k] = 0.0
-            return
+
+
+def is_free(floats, contact):
+    """Whether a contact is on no manifold, and waits for none."""
+    free = True
+    for m in range(MANIFOLDS):
+        if SLOW_CONTACT[m] == contact:
+            free = free and floats[SLOW + m] == 0.0 and floats[WAIT + m] <= 0.0
+    return free
+
+
+def slides_last(floats, h):
+    """Whether no contact that is on a manifold may turn within a step of length h."""
+    last = True
+    for m in range(MANIFOLDS):
+        if floats[SLOW + m] > 0.0:
+            c = SLOW_CONTACT[m]
+            last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
+    return last
 
 
 def slide_lasts(floats, row, side, h):
