@@ -97,9 +97,11 @@ def _series(
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
-        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
-        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
-            keep(i, k, writer.coefficient(velocity.index, k))
+        own = [(each.velocity, each.state) for each in equations.contacts[1:] if not each.is_state]
+        for i, (velocity, state) in enumerate(own, start=rows + 4 + len(equations.guards)):
+            keep(i, k, settled_coefficient(writer, state, k, velocity))
+        for i, shift in enumerate(equations.shifts[: layout.shifts], start=rows + 4 + len(equations.guards) + len(own)):
+            keep(i, k, writer.coefficient(shift.index, k))
     return code.lines
 
 

@@ -40,8 +40,9 @@ def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequen
     if not slow:
         return JetWriter(*given, equations.balance)
     states = {layout.slow[number][1]: number for number in slow}
-    creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
-    return SlowWriter(*given, None if creeps else equations.balance, states, layout)
+    creeping = frozenset(each.state for each in equations.contacts if each.state in states)
+    balance = None if creeping else equations.balance  # which gives no rate that is slaved
+    return SlowWriter(*given, balance, states, creeping, layout)
 
 
 def bounding_decays(
@@ -56,12 +57,16 @@ def bounding_decays(
         return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
     for state, number in writer.slow.items():
-        place = contacts.index(layout.slow[number][0])
-        own = found[place]
+        contact = layout.slow[number][0]
+        creeps = state not in equations.contacts[contact].internal
+        places = range(len(found)) if creeps else [contacts.index(contact)]
+        own = found[places[0]]
         if layout.lanes == 1:
             own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
-        found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, ZERO, found[place]))
+        for place in places:
+            rest = ZERO if layout.lanes > 1 or writer.alone else found[place] - own
+            found[place] = writer.code.name(f"bounding_{number}_{place}", writer.chosen(state, rest, found[place]))
     return found
 
 
@@ -111,10 +116,12 @@ class SlowWriter(JetWriter):
         code: Code,
         balance: Any,
         slow: Mapping[int, int],
+        creeping: frozenset[int],
         layout: Layout,
     ):
-        """slow: number of its manifold by state."""
+        """slow: number of its manifold by state; creeping: those of them that are velocities."""
         super().__init__(graph, rates, code, balance)
+        self.creeping = creeping
         self.slow, self.order, self.lanes = slow, layout.order, layout.lanes
         self.alone = self.lanes == 1 and len(slow) == 1  # a motion is on its one manifold
         self.slow_rates = {rates[state].index: state for state in slow}
@@ -134,12 +141,15 @@ class SlowWriter(JetWriter):
         mask = self.code.name(f"slow_{number}", Formula(f"{self.code.entry(f'SLOW + {number} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
 
+    def guess(self, state: int, k: int) -> Formula:
+        """z^_k."""
+        return self.code.entry(f"GUESS + {self.slow[state] * (self.order + 1) + k} * LANES")
+
     def target(self, state: int, k: int) -> Formula:
         """(k + 1) z^_(k+1)."""
         if k >= self.order:
             return ZERO
-        place = self.slow[state] * (self.order + 1) + k + 1
-        guess = self.code.entry(f"GUESS + {place} * LANES")
+        guess = self.guess(state, k + 1)
         name = f"target{self.slow[state]}_{k}"
         return self.code.name(name, guess if k == 0 else guess * literal(k + 1.0))
 
@@ -161,6 +171,10 @@ class SlowWriter(JetWriter):
         trial, rate = self.trial(state, k), self.rates[state]
         at_start = self.trial(state, 0)
         slope = at_start.coefficient(derivative(rate, state).index, 0)
+        for other in at_start.others:
+            push = sensitivity(rate, self.rates[other].index) * derivative(self.rates[other], state)
+            if push.value != 0.0:
+                slope = slope - self.chosen(other, at_start.coefficient(push.index, 0), ZERO)
         inverse = self.code.name(f"relaxation{self.slow[state]}", literal(1.0) / slope)
         found = (self.target(state, k) - trial.coefficient(rate.index, k)) * inverse
         return self.chosen(state, ordinary + found if k == 0 else found, ordinary)
@@ -181,12 +195,15 @@ class Trial(JetWriter):
         self.whole, self.state, self.k = whole, state, k
         self.forms = whole.forms
         self.own = whole.graph.node("state", state).index
+        # A velocity that is slaved may depend on what else is: that is as the sweep before found it.
+        self.others = [other for other in whole.slow if other != state and state in whole.creeping]
+        self._given = {self.own, *(whole.graph.node("state", other).index for other in self.others)}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on the state."""
+        """Whether a node depends on the state, or on what else is slaved."""
         if index not in self._depends:
-            self._depends[index] = self.own in reachable(self.graph, [index])
+            self._depends[index] = not self._given.isdisjoint(reachable(self.graph, [index]))
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
@@ -196,6 +213,15 @@ class Trial(JetWriter):
         if index == self.own:
             return self.code.entry(f"STATE + {self.state} * LANES") if k == 0 else ZERO
         return super().coefficient(index, k)
+
+    def _state(self, state: int, k: int) -> Formula:
+        ordinary = JetWriter._state(self.whole, state, k)
+        return ordinary if k == 0 else self.whole.chosen(state, self.whole.guess(state, k), ordinary)
+
+    def _formula(self, index: int, op: str, operands: list, k: int) -> Formula:
+        ordinary = super()._formula(index, op, operands, k)
+        state = self.whole.slow_rates.get(index)
+        return ordinary if state not in self.others else self.whole.chosen(state, self.whole.target(state, k), ordinary)
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""

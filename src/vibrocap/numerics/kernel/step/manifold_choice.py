@@ -7,17 +7,19 @@ every event of that is found by explicit steps.
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_CONTACT, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT, SLOW_STATE, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
+WORTH = 60.0  # fastest of these rates times the length of a step: from there on it is worth some sweeps
+TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
 
 
@@ -42,6 +44,7 @@ def manifold_step(floats, ints):
             break
         longest *= CUT
     settled, near, far = settled_lanes(floats, longest, longest)
+    far = far or fastest_decay(floats) * longest < WORTH
     if lasting and settled and near and not far and longest > 0.0:
         return longest
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
@@ -75,21 +78,34 @@ def enter_manifolds(floats, h):
     for i in range(ROWS):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
+    fastest = 0.0
+    for m in range(MANIFOLDS):
+        if is_free(floats, m):
+            fastest = max(fastest, -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)])
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if rate * h >= ENTERING and is_free(floats, SLOW_CONTACT[m]):
+        if (rate * h >= ENTERING or (SEVERAL and TOGETHER * rate >= fastest)) and is_free(floats, m):
             floats[SLOW + m] = 1.0
             floats[SWEEPS + m] = 0.0
             for k in range(ORDER + 1):
                 floats[GUESS + m * (ORDER + 1) + k] = 0.0
 
 
-def is_free(floats, contact):
-    """Whether a contact is on no manifold, and waits for none."""
-    free = True
+def fastest_decay(floats):
+    """Largest rate of decay to a manifold that the motion is on."""
+    fastest = 0.0
     for m in range(MANIFOLDS):
-        if SLOW_CONTACT[m] == contact:
-            free = free and floats[SLOW + m] == 0.0 and floats[WAIT + m] <= 0.0
+        if floats[SLOW + m] > 0.0:
+            fastest = max(fastest, floats[OWN_DECAY + m])
+    return fastest
+
+
+def is_free(floats, m):
+    """Whether manifold m is not entered yet, and need not wait; alone, a contact is on one of its manifolds only."""
+    free = floats[WAIT + m] <= 0.0
+    for n in range(MANIFOLDS):
+        if n == m or not SEVERAL:
+            free = free and floats[SLOW + n] == 0.0 and floats[WAIT + n] <= 0.0
     return free
 
 
@@ -98,8 +114,9 @@ def slides_last(floats, h):
     last = True
     for m in range(MANIFOLDS):
         if floats[SLOW + m] > 0.0:
-            c = SLOW_CONTACT[m]
-            last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
+            for c in range(CONTACTS):
+                if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
+                    last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
     return last
 
 
