@@ -7,7 +7,7 @@ every event of that is found by explicit steps.
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT, SLOW_STATE, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
@@ -15,7 +15,14 @@ from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.slow_manifold import (
+    ENTERING,
+    LONGEST_PAUSE,
+    PAYING,
+    follow_manifolds,
+    settled_lanes,
+    slow_lanes,
+)
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
 WORTH = 60.0  # fastest of these rates times the length of a step: from there on it is worth some sweeps
@@ -43,12 +50,28 @@ def manifold_step(floats, ints):
         if lasting:
             break
         longest *= CUT
+    if SEVERAL and leave_some(floats, longest):
+        return 0.0  # the others on their own
     settled, near, far = settled_lanes(floats, longest, longest)
     far = far or fastest_decay(floats) * longest < WORTH
     if lasting and settled and near and not far and longest > 0.0:
         return longest
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
     return 0.0
+
+
+def leave_some(floats, h):
+    """Whether a manifold is left that does not last a step of length h, or whose sweeps would not settle within it."""
+    left = False
+    for m in range(MANIFOLDS):
+        if floats[SLOW + m] > 0.0 and not (slide_lasts_on(floats, m, h) and floats[OWN_DECAY + m] * h >= PAYING):
+            left = True
+            pause = max(floats[PAUSE + m], 1.0)
+            floats[SLOW + m] = 0.0
+            floats[SWEEPS + m] = 0.0
+            floats[WAIT + m] = pause
+            floats[PAUSE + m] = min(2.0 * pause, LONGEST_PAUSE)
+    return left
 
 
 def chosen_step(floats, ints, lane, remaining):
@@ -65,10 +88,10 @@ def follow_step(floats, event, h):
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
     elif event == 0 and floats[DECAY_RATE] * h >= ENTERING:  # next to an event steps are explicit
-        ready = False
+        ready = True
         for m in range(MANIFOLDS):
             floats[WAIT + m] -= 1.0
-            ready = ready or floats[WAIT + m] <= 0.0
+            ready = ready and floats[WAIT + m] <= 0.0
         if ready:
             enter_manifolds(floats, h)
 
@@ -78,13 +101,16 @@ def enter_manifolds(floats, h):
     for i in range(ROWS):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
-    fastest = 0.0
-    for m in range(MANIFOLDS):
-        if is_free(floats, m):
-            fastest = max(fastest, -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)])
+    least = ENTERING
+    if SEVERAL:
+        fastest = 0.0
+        for m in range(MANIFOLDS):
+            fastest = max(fastest, -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)] * h)
+        if fastest >= ENTERING:
+            least = fastest / TOGETHER
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if (rate * h >= ENTERING or (SEVERAL and TOGETHER * rate >= fastest)) and is_free(floats, m):
+        if rate * h >= least and (SEVERAL or not slow_lanes(floats)):
             floats[SLOW + m] = 1.0
             floats[SWEEPS + m] = 0.0
             for k in range(ORDER + 1):
@@ -100,23 +126,20 @@ def fastest_decay(floats):
     return fastest
 
 
-def is_free(floats, m):
-    """Whether manifold m is not entered yet, and need not wait; alone, a contact is on one of its manifolds only."""
-    free = floats[WAIT + m] <= 0.0
-    for n in range(MANIFOLDS):
-        if n == m or not SEVERAL:
-            free = free and floats[SLOW + n] == 0.0 and floats[WAIT + n] <= 0.0
-    return free
-
-
 def slides_last(floats, h):
     """Whether no contact that is on a manifold may turn within a step of length h."""
     last = True
     for m in range(MANIFOLDS):
-        if floats[SLOW + m] > 0.0:
-            for c in range(CONTACTS):
-                if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
-                    last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
+        last = last and (floats[SLOW + m] == 0.0 or slide_lasts_on(floats, m, h))
+    return last
+
+
+def slide_lasts_on(floats, m, h):
+    """Whether no contact may turn whose bristles, or whose velocity, manifold m slaves."""
+    last = True
+    for c in range(CONTACTS):
+        if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
+            last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
     return last
 
 
