@@ -9,12 +9,22 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SEVERAL, SLOW_CONTACT, SLOW_STATE, STATE_OF
+from vibrocap.numerics.kernel.generated.facts import (
+    FOLLOWS_LOAD,
+    KINKS,
+    MANIFOLDS,
+    SEVERAL,
+    SHARP,
+    SHARP_INTERNAL,
+    SLOW_CONTACT,
+    SLOW_STATE,
+    STATE_OF,
+)
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
-from vibrocap.numerics.kernel.step.resolved import resolved
+from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
 from vibrocap.numerics.kernel.step.slow_manifold import (
     ENTERING,
     LONGEST_PAUSE,
@@ -46,7 +56,7 @@ def manifold_step(floats, ints):
     longest, _ = series_step(floats, ints, 0, math.inf)
     lasting = False
     for _ in range(CUTS):
-        lasting = slides_last(floats, longest) and resolved(floats, 0, longest)
+        lasting = slides_last(floats, longest) and resolved_for_long(floats, longest)
         if lasting:
             break
         longest *= CUT
@@ -58,6 +68,18 @@ def manifold_step(floats, ints):
         return longest
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
     return 0.0
+
+
+def resolved_for_long(floats, h):
+    """Whether the series sees all that the law holds over a step of length h, which may be long.
+
+    A load that the motion makes has no bounds over ranges of speed: what is known of those says nothing then.
+    """
+    if not resolved(floats, 0, h):
+        return False
+    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or floats[SIDE] == 0.0:
+        return True
+    return seen(floats, 0, h, excursion(floats, VELOCITY, h))
 
 
 def leave_some(floats, h):
