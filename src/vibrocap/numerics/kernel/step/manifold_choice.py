@@ -1,7 +1,7 @@
 """Choice of the step of a motion alone whose bristles may be on a slow manifold: explicit, or of the manifold.
 
 See `slow_manifold.py`. A step on a manifold is implicit in what is slaved. It ends before its contact may turn, so that
-every event of that is found by explicit steps.
+every event of that is found by explicit steps. Events of other contacts are found in the series, as of any step.
 """
 
 import math
@@ -35,7 +35,7 @@ from vibrocap.numerics.kernel.step.slow_manifold import (
 )
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
-WORTH = 60.0  # fastest of these rates times the length of a step: from there on it is worth some sweeps
+WORTH = 20.0  # fastest of several rates times the length of a step: from there on it is worth some sweeps
 TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
 CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
 
@@ -119,7 +119,10 @@ def follow_step(floats, event, h):
 
 
 def enter_manifolds(floats, h):
-    """Let the next series be that of manifolds, one of a contact, where decays towards them bound the length h of steps."""
+    """Let the next series be that of manifolds, where decays towards them bound the length h of steps.
+
+    Of several contacts the slower ones would bound the steps next: those whose rate is near the fastest enter with it.
+    """
     for i in range(ROWS):
         floats[POINT + i] = floats[STATE + i]
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
