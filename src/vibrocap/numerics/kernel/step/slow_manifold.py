@@ -18,8 +18,8 @@ from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERA
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 # Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which on it pays,
-# and the longest pause after failures in steps. Lanes take the same step in either case, and one of a motion alone costs
-# some sweeps before it; of several contacts explicit steps are shorter, and one that creeps is in the way of the others.
+# and the longest pause after failures, in steps. Lanes take the same step in either case, and one of a motion alone
+# costs some sweeps before it; of several contacts explicit steps are shorter, and one that creeps changes that often.
 ALONE = (4.0, 8.0, 16.0) if SEVERAL else (10.0, 60.0, 64.0)
 ENTERING, PAYING, LONGEST_PAUSE = (8.0, 20.0, 64.0) if LANES > 1 else ALONE
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
