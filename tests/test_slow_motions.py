@@ -51,7 +51,7 @@ def random_law(draw):
 
 
 def random_row(seed):
-    """(system, start): two or three bodies of a crawler, a worm, a row on a belt or a linkage, with bristles somewhere."""
+    """(system, start): two or three bodies of a crawler, worm, row on a belt or linkage, with bristles somewhere."""
     draw = np.random.default_rng([seed, 77])
     kind, bodies = draw.choice(["crawler", "crawler", "worm", "belt", "linkage"]), draw.choice([2, 2, 3])
     bodies = 2 if kind == "linkage" else int(bodies)
@@ -116,11 +116,13 @@ def test_random_rows_end_where_implicit_steps_do(seed, implicit):
     """The same of several contacts, dense output included; tighter tolerances never take fewer steps."""
     given = random_row(seed)
     tight, steps = implicit(*given, 1e-12), []
-    t = np.linspace(0.0, tight.piece_start[-1], 200)
+    t = np.linspace(0.0, 0.98 * tight.end, 200)  # a linkage may lift off, a little later or earlier
     for tolerance in (1e-6, 1e-8, 1e-9):
         found = motion(*given, tolerance)
         assert found.certificate.ok
-        assert max(abs(found.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
+        assert found.status == tight.status
+        if tight.status == "finished":
+            assert max(abs(found.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
         assert list(found.event_kinds) == list(tight.event_kinds)
         for name in found.system.machine.contact_states:
             assert found.at(t, name) == pytest.approx(tight.at(t, name), abs=DENSE * tolerance)
