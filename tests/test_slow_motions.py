@@ -199,7 +199,7 @@ def test_stiffness_costs_few_steps(stiffness, damping):
 
 @pytest.mark.slow
 def test_a_contact_that_rests_to_rounding_beside_a_fast_one_stays_decided():
-    """A worm that glides at constant speed while one of its bodies creeps; it ended undecided at 16 of 24 tolerances."""
+    """A worm that glides at constant speed while one of its bodies creeps; it ended undecided at 16 of 24 before."""
     system, start = random_row(28)
     for tolerance in np.geomspace(1e-8, 1e-5, 6):
         assert motion(system, start, float(tolerance)).status == vc.Status.FINISHED
