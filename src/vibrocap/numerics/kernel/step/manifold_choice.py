@@ -61,10 +61,10 @@ def follow_step(floats, event, h):
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
     elif event == 0 and floats[DECAY_RATE] * h >= ENTERING:  # next to an event steps are explicit
-        ready = True
+        ready = False
         for m in range(MANIFOLDS):
             floats[WAIT + m] -= 1.0
-            ready = ready and floats[WAIT + m] <= 0.0
+            ready = ready or floats[WAIT + m] <= 0.0
         if ready:
             enter_manifold(floats, h)
 
@@ -76,7 +76,7 @@ def enter_manifold(floats, h):
     jacobian(floats, floats[TIME], POINT, floats[SIDE], 0, JACOBIAN)
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
-        if rate * h >= ENTERING:
+        if rate * h >= ENTERING and floats[WAIT + m] <= 0.0:
             floats[SLOW + m] = 1.0
             floats[SWEEPS + m] = 0.0
             for k in range(ORDER + 1):
