@@ -5,19 +5,19 @@ every event of that is found by explicit steps.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, SLOW, SWEEPS, WAIT
+from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
-from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, SIDE, STATE, STIFF, TIME
+from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, PERIOD, SIDE, STATE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, PAYING, follow_manifolds, settled_lanes, slow_lanes
 from vibrocap.numerics.kernel.step.stabilised import series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
-CUTS, CUT = 6, 0.6  # of a step within which a contact may turn, and their factor
+CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
 
 
 def next_series(floats, ints):
@@ -33,18 +33,29 @@ def next_series(floats, ints):
 
 def manifold_step(floats, ints):
     """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
-    longest = taylor_step(floats, ints, 0)
-    lasting = False
-    for _ in range(CUTS):
-        lasting = slide_lasts(floats, VELOCITY, floats[SIDE], longest) and resolved(floats, 0, longest)
-        if lasting:
-            break
+    longest = min(taylor_step(floats, ints, 0), floats[PERIOD])
+    lasting = lasts(floats, longest)
+    while not lasting and pays(floats, longest):
         longest *= CUT
+        lasting = lasts(floats, longest)
     settled, near, far = settled_lanes(floats, longest, longest)
     if lasting and settled and near and not far and longest > 0.0:
         return longest
     follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
     return 0.0
+
+
+def lasts(floats, h):
+    """Whether a step of length h sees all of the law, and its contact cannot turn."""
+    return slide_lasts(floats, VELOCITY, floats[SIDE], h) and resolved(floats, 0, h)
+
+
+def pays(floats, h):
+    """Whether a step of length h pays on the manifolds that the series in memory is on."""
+    enough = True
+    for m in range(MANIFOLDS):
+        enough = enough and (floats[SLOW + m] == 0.0 or floats[OWN_DECAY + m] * h >= PAYING)
+    return enough
 
 
 def chosen_step(floats, ints, lane, remaining):
