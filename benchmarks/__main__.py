@@ -26,6 +26,7 @@ from benchmarks import (
     ratios,
     settled_maps,
     stepping,
+    stiff,
     two_threads,
 )
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
@@ -103,6 +104,7 @@ def main() -> None:
     """All tables, or those named on the command line; their names are those below."""
     tables = {
         "canonical": canonical,
+        "stiff": stiff,
         "sweeps": named_sweeps,
         "impacts": impacts,
         "threads": two_threads,

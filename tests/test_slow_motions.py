@@ -113,6 +113,20 @@ def test_another_package_ends_there_too(stiffness, damping, ratio):
         assert found.event_times == pytest.approx(turns, abs=EVENT * tolerance + 1e-9)
 
 
+@pytest.mark.slow
+def test_cvode_ends_there_too():
+    """At 1e-12, where its own error is 1e-8 at most: what `benchmarks stiff` compares runs the same motion."""
+    pytest.importorskip("sksundae")
+    pytest.importorskip("numba")
+    from benchmarks import peers_cvode, stiff
+
+    given = stiff.system(1e4, 100.0, 0.1)
+    end, turns = peers_cvode.prepare(given, stiff.START, stiff.PERIODS * given.drive.period, 1e-12)()
+    found = vc.simulate(given, initial=stiff.START, periods=stiff.PERIODS, tolerance=1e-9)
+    assert end == pytest.approx(np.array(list(found.state.values())), abs=1e-8 + END * 1e-9)
+    assert turns == len(found.event_times)
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 100.0), pytest.param(1e5, 300.0, marks=pytest.mark.slow)])
 def test_stiffness_costs_few_steps(stiffness, damping):
     """The steps of a soft motion or three times as many, as accuracy asks for; tighter tolerances never take fewer.
