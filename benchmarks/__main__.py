@@ -27,6 +27,7 @@ from benchmarks import (
     settled_maps,
     stepping,
     stiff,
+    three_bodies,
     two_threads,
 )
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
@@ -107,6 +108,7 @@ def main() -> None:
         "stiff": stiff,
         "sweeps": named_sweeps,
         "impacts": impacts,
+        "three": three_bodies,
         "threads": two_threads,
         "growth": growth,
         "gpu": gpu,
