@@ -79,7 +79,7 @@ def store_reach(writer: JetWriter) -> None:
                 for values, value in ((lasting, given), (passing, slope)):
                     values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
         for name, values in (("DRIFT", lasting), ("KICK", passing)):
-            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values)
+            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values or ["0.0"])
             writer.code.store(f"{name} + {number} * LANES", Formula(largest))
 
 
