@@ -181,6 +181,20 @@ def test_loose_tolerances_cost_no_more(machine, stiffness, damping, amplitude, f
     assert list(found[0].event_kinds) == list(found[1].event_kinds)
 
 
+def test_creep_that_oscillates_costs_few_steps():
+    """Velocity and bristle slaved together, as neither can be alone: 1,869 and 1,544 steps where stability bounds them."""
+    system = vc.System(vc.PendulumCapsule(mass_ratio=1.7), vc.LuGre(300628.0, 1039.0), vc.Harmonic(0.8451, 0.7351))
+    run = [
+        vc.simulate(system, initial={"angle": math.pi / 3}, periods=PERIODS, tolerance=each)
+        for each in (1e-6, 1e-8, 1e-12)
+    ]
+    for found, tolerance in zip(run, (1e-6, 1e-8), strict=False):
+        assert len(found.piece_start) < 700
+        assert found.certificate.ok
+        assert max(abs(found.state[name] - run[-1].state[name]) for name in found.state) <= END * tolerance
+        assert list(found.event_kinds) == list(run[-1].event_kinds)
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 1e3), (1e5, 300.0)])
 def test_nothing_enters_a_manifold_that_has_not_relaxed(stiffness, damping):
     """Where a piece begins on a manifold the deflection jumps, by no more than the tolerance."""

@@ -68,8 +68,8 @@ def bounding_decays(
         (one, first), (two, second) = writer.slow.items()
         (a, b), (c, d) = ([writer.slope(i, j) for j in (one, two)] for i in (one, two))
         trace = writer.code.name("pair_trace", ZERO - (a + d))
-        # of a pair that oscillates at most its natural frequency, else of the slower of the two
-        own = (a * d - b * c) / trace
+        # at most the rate of the slower of the two, or that at which their oscillation decays
+        own = Formula(f"min({((a * d - b * c) / trace).text}, 0.5 * {trace.text})")
         place = contacts.index(layout.slow[first][0])
         for number in (first, second):
             writer.code.store(f"OWN_DECAY + {number} * LANES", writer.code.name("pair_decay", own))
@@ -230,7 +230,7 @@ class Trial(JetWriter):
 
     def __init__(self, whole: SlowWriter, states: tuple[int, ...], k: int):
         super().__init__(whole.graph, whole.rates, whole.code)
-        self.whole, self.states, self.k = whole, states, k
+        self.whole, self.k, self.label = whole, k, "_".join(map(str, states))
         self.forms = whole.forms
         self.own = {whole.graph.node("state", state).index: state for state in states}
         self._depends: dict[int, bool] = {}
@@ -252,6 +252,5 @@ class Trial(JetWriter):
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""
         return self.code.name(
-            f"{kind}t{'_'.join(map(str, self.states))}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}",
-            formula,
+            f"{kind}t{self.label}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
         )

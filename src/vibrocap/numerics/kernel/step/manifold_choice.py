@@ -105,6 +105,8 @@ def enter_manifold(floats, h):
                 enter(floats, 0)
                 enter(floats, 1)
             return
+        if floats[DECAY_RATE] * h < ENTERING:
+            return
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
         if rate * h >= ENTERING and floats[WAIT + m] <= 0.0:
