@@ -182,7 +182,7 @@ def test_loose_tolerances_cost_no_more(machine, stiffness, damping, amplitude, f
 
 
 def test_creep_that_oscillates_costs_few_steps():
-    """Velocity and bristle slaved together, as neither can be alone: 1,869 and 1,544 steps where stability bounds them."""
+    """Velocity and bristle are slaved together, as neither can be alone: 1,869 and 1,544 steps where they are not."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=1.7), vc.LuGre(300628.0, 1039.0), vc.Harmonic(0.8451, 0.7351))
     run = [
         vc.simulate(system, initial={"angle": math.pi / 3}, periods=PERIODS, tolerance=each)
