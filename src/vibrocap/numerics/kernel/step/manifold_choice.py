@@ -17,7 +17,7 @@ from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, PAYING, follow
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
-LEAST = PLAIN_REACH if PAIR else ENTERING  # an oscillation is not damped to the reach of a decay
+TRIED_FROM = PLAIN_REACH if PAIR else ENTERING  # an oscillation is not damped to the reach of a decay
 CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
 
 
@@ -76,7 +76,7 @@ def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
-    elif event == 0 and floats[DECAY_RATE] * h >= LEAST:  # next to an event steps are explicit
+    elif event == 0 and floats[DECAY_RATE] * h >= TRIED_FROM:  # next to an event steps are explicit
         ready = False
         for m in range(MANIFOLDS):
             if floats[DECAY_RATE] * h >= ENTERING or m == 1:
@@ -100,7 +100,7 @@ def enter_manifold(floats, h):
         trace = -floats[one + SLOW_STATE[0]] - floats[two + SLOW_STATE[1]]
         product = floats[one + SLOW_STATE[0]] * floats[two + SLOW_STATE[1]]
         product -= floats[one + SLOW_STATE[1]] * floats[two + SLOW_STATE[0]]
-        if trace * h >= LEAST and product * PAYING > PLAIN_REACH * trace * trace:
+        if trace * h >= TRIED_FROM and product * PAYING > PLAIN_REACH * trace * trace:
             if floats[WAIT + 1] <= 0.0:
                 enter(floats, 0)
                 enter(floats, 1)
