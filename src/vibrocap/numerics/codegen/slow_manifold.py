@@ -9,7 +9,8 @@ series of its own, whose coefficients follow from those of r at the same order:
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
 All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-two functions: one for ordinary series, one for those on a manifold.
+a function for ordinary series, one for each manifold, and one for both of a contact that creeps: two states z then, and
+at each order two such equations with the Jacobian of both.
 """
 
 import functools

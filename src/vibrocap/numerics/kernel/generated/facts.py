@@ -34,4 +34,4 @@ SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `
 MANIFOLDS = 1  # number of slow manifolds
 SLOW_CONTACT = (0,)  # of each: number of its contact
 PAIR = False  # whether they are those of two states of one contact of a motion alone, which may be slaved together
-SLOW_STATE = (-1,)  # of each: the state that is slaved; -1: there is none
+SLOW_STATE: tuple[int, ...] = (-1,)  # of each: the state that is slaved; -1: there is none
