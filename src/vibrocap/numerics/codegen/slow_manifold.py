@@ -142,7 +142,7 @@ class SlowWriter(JetWriter):
         super().__init__(graph, rates, code, balance)
         self.slow, self.order, self.alone = slow, order, alone
         self.slow_rates = {rates[state].index: state for state in slow}
-        self._trials: dict[tuple[int, int], Trial] = {}
+        self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 
     def trial(self, states: tuple[int, ...], k: int) -> "Trial":
         """Coefficients of order k without those of slow states; of order 0 with these as they stand."""
