@@ -17,7 +17,8 @@ from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, PAYING, follow
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
 from vibrocap.numerics.kernel.step.taylor import taylor_step
 
-TRIED_FROM = PLAIN_REACH if PAIR else ENTERING  # an oscillation is not damped to the reach of a decay
+LOOK = 8.0  # steps between two looks at the rates where one is refused: the Jacobian costs a tenth of a step
+SHARE_OF_PERIOD = 0.125  # longest step of a motion on its slow manifold, about: a pair that does not pay over it waits
 CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
 
 
@@ -76,7 +77,7 @@ def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
-    elif event == 0 and floats[DECAY_RATE] * h >= TRIED_FROM:  # next to an event steps are explicit
+    elif event == 0 and floats[DECAY_RATE] * h >= tried_from(floats):  # next to an event steps are explicit
         ready = False
         for m in range(MANIFOLDS):
             if floats[DECAY_RATE] * h >= ENTERING or m == 1:
@@ -84,6 +85,16 @@ def follow_step(floats, event, h):
                 ready = ready or floats[WAIT + m] <= 0.0
         if ready:
             enter_manifold(floats, h)
+
+
+def tried_from(floats):
+    """Rate times length of an explicit step from which on manifolds are tried.
+
+    An oscillation is not damped to the reach of a decay; it decays at half the sum of both rates at most.
+    """
+    if PAIR and 0.5 * floats[DECAY_RATE] * SHARE_OF_PERIOD * floats[PERIOD] >= PAYING:
+        return PLAIN_REACH
+    return ENTERING
 
 
 def enter_manifold(floats, h):
@@ -100,18 +111,25 @@ def enter_manifold(floats, h):
         trace = -floats[one + SLOW_STATE[0]] - floats[two + SLOW_STATE[1]]
         product = floats[one + SLOW_STATE[0]] * floats[two + SLOW_STATE[1]]
         product -= floats[one + SLOW_STATE[1]] * floats[two + SLOW_STATE[0]]
-        if trace * h >= TRIED_FROM and product * PAYING > PLAIN_REACH * trace * trace:
+        pays_over = SHARE_OF_PERIOD * floats[PERIOD]
+        if product * PAYING > PLAIN_REACH * trace * trace and product * pays_over >= PAYING * trace:
             if floats[WAIT + 1] <= 0.0:
                 enter(floats, 0)
                 enter(floats, 1)
             return
         if floats[DECAY_RATE] * h < ENTERING:
             return
+    waits = False
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
         if rate * h >= ENTERING and floats[WAIT + m] <= 0.0:
             enter(floats, m)
             return
+        waits = waits or floats[WAIT + m] > 0.0
+    if waits:  # what bounds the step is one that has been refused
+        for m in range(MANIFOLDS):
+            if floats[WAIT + m] <= 0.0:
+                floats[WAIT + m] = LOOK
 
 
 def enter(floats, m):
