@@ -6,6 +6,7 @@ from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.scalar_source import indented
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
+    pair,
     series_writer,
     settled_coefficient,
     store_reach,
@@ -34,6 +35,11 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     if equations.several and layout.slow:  # of which any may be on theirs, as lanes
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
         return "\n".join([*found, "def slow_jet(floats, lane):", *indented(body), ""])
+    if pair(layout):
+        body = _series(equations, integrals, layout, loop, (0, 1))
+        found += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
+        calls += ["    if floats[SLOW + lane] > 0.0 and floats[SLOW + LANES + lane] > 0.0:"]
+        calls += ["        slow_jet_pair(floats, lane)", "        return"]
     for number in range(len(layout.slow)):
         body = _series(equations, integrals, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
@@ -97,11 +103,9 @@ def _series(
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
-        own = [(each.velocity, each.state) for each in equations.contacts[1:] if not each.is_state]
-        for i, (velocity, state) in enumerate(own, start=rows + 4 + len(equations.guards)):
-            keep(i, k, settled_coefficient(writer, state, k, velocity))
-        for i, shift in enumerate(equations.shifts[: layout.shifts], start=rows + 4 + len(equations.guards) + len(own)):
-            keep(i, k, writer.coefficient(shift.index, k))
+        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
+        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
+            keep(i, k, writer.coefficient(velocity.index, k))
     return code.lines
 
 

@@ -9,7 +9,9 @@ series of its own, whose coefficients follow from those of r at the same order:
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
 All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-a function for ordinary series, and others for those on a manifold.
+a function for ordinary series and others for those on a manifold: of several contacts one in which any may be on
+theirs, as lanes are; of one contact one for each manifold, and one for both where it creeps: two states z then, and at
+each order two such equations with the Jacobian of both.
 """
 
 import functools
@@ -31,7 +33,13 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
         "MANIFOLDS": len(slow),
         "SLOW_CONTACT": tuple(contact for contact, _ in slow),
         "SLOW_STATE": tuple(state for _, state in slow),
+        "PAIR": pair(layout),
     }
+
+
+def pair(layout: Layout) -> bool:
+    """Whether the manifolds of a motion alone are two of one contact, which may be slaved together."""
+    return layout.lanes == layout.contacts == 1 and len(layout.slow) == 2
 
 
 def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
@@ -56,6 +64,20 @@ def bounding_decays(
     if not isinstance(writer, SlowWriter):
         return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
+    if writer.alone:
+        for number in set(range(len(layout.slow))) - set(writer.slow.values()):
+            writer.code.store(f"OWN_DECAY + {number} * LANES", ZERO)
+    if writer.alone and len(writer.slow) > 1:
+        (one, first), (two, second) = writer.slow.items()
+        (a, b), (c, d) = ([writer.slope(i, j) for j in (one, two)] for i in (one, two))
+        trace = writer.code.name("pair_trace", ZERO - (a + d))
+        # at most the rate of the slower of the two, or that at which their oscillation decays
+        own = Formula(f"min({((a * d - b * c) / trace).text}, 0.5 * {trace.text})")
+        place = contacts.index(layout.slow[first][0])
+        for number in (first, second):
+            writer.code.store(f"OWN_DECAY + {number} * LANES", writer.code.name("pair_decay", own))
+        found[place] = ZERO
+        return found
     for state, number in writer.slow.items():
         contact = layout.slow[number][0]
         creeps = state not in equations.contacts[contact].internal
@@ -75,11 +97,13 @@ def store_reach(writer: JetWriter) -> None:
     if not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return
     for slow, number in writer.slow.items():
-        rate, lasting, passing = writer.rates[slow], [], []
+        lasting, passing, together = [], [], writer.together(slow)
         for state, other in enumerate(writer.rates):
             slope = derivative(other, slow)
-            if state != slow and slope.value != 0.0:
-                given = slope - sensitivity(other, rate.index) * derivative(rate, slow)
+            if state not in together and slope.value != 0.0:
+                given = slope
+                for each in together:
+                    given = given - writer.push(other, each) * derivative(writer.rates[each], slow)
                 for values, value in ((lasting, given), (passing, slope)):
                     values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
         for name, values in (("DRIFT", lasting), ("KICK", passing)):
@@ -98,8 +122,8 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     if k == 0 or not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return found
     for slow in writer.slow:
-        push = sensitivity(writer.rates[state], writer.rates[slow].index)
-        if slow != state and push.value != 0.0:
+        push = writer.push(writer.rates[state], slow)
+        if state not in writer.together(slow) and push.value != 0.0:
             own = writer.coefficient(writer.graph.node("state", slow).index, k)
             change = writer.chosen(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
             found = found + writer.coefficient(push.index, 0) * change
@@ -121,17 +145,34 @@ class SlowWriter(JetWriter):
     ):
         """slow: number of its manifold by state; creeping: those of them that are velocities."""
         super().__init__(graph, rates, code, balance)
-        self.creeping = creeping
-        self.slow, self.order, self.lanes = slow, layout.order, layout.lanes
-        self.alone = self.lanes == 1 and len(slow) == 1  # a motion is on its one manifold
+        self.slow, self.creeping = slow, creeping
+        self.order, self.lanes = layout.order, layout.lanes
+        self.alone = layout.lanes == layout.contacts == 1  # a motion is on all the manifolds of its one contact
         self.slow_rates = {rates[state].index: state for state in slow}
-        self._trials: dict[tuple[int, int], Trial] = {}
+        self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 
-    def trial(self, state: int, k: int) -> "Trial":
-        """Coefficients of order k without that of a slow state; of order 0 with the state as it stands."""
-        if (state, k) not in self._trials:
-            self._trials[state, k] = Trial(self, state, k)
-        return self._trials[state, k]
+    def trial(self, states: tuple[int, ...], k: int) -> "Trial":
+        """Coefficients of order k without those of slow states; of order 0 with these as they stand."""
+        if (states, k) not in self._trials:
+            self._trials[states, k] = Trial(self, states, k)
+        return self._trials[states, k]
+
+    def together(self, state: int) -> tuple[int, ...]:
+        """The slow states that are solved for with one: of one contact all, else it alone."""
+        return tuple(self.slow) if self.alone else (state,)
+
+    def slope(self, state: int, other: int) -> Formula:
+        """Of the rate of a state, by another state, where the step starts."""
+        return self.coefficient(derivative(self.rates[state], other).index, 0)
+
+    def push(self, value: Expression, state: int) -> Expression:
+        """What a value changes by with the rate of a slow state, those of what is solved for with it given."""
+        found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
+        for other in self.together(state):
+            if other != state:
+                through = self.rates[other]
+                found = found - sensitivity(value, through.index) * sensitivity(through, rate)
+        return found
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
@@ -168,16 +209,33 @@ class SlowWriter(JetWriter):
         ordinary = super()._state(state, k)
         if state not in self.slow:
             return ordinary
-        trial, rate = self.trial(state, k), self.rates[state]
-        at_start = self.trial(state, 0)
-        slope = at_start.coefficient(derivative(rate, state).index, 0)
-        for other in at_start.others:
-            push = sensitivity(rate, self.rates[other].index) * derivative(self.rates[other], state)
-            if push.value != 0.0:
-                slope = slope - self.chosen(other, at_start.coefficient(push.index, 0), ZERO)
-        inverse = self.code.name(f"relaxation{self.slow[state]}", literal(1.0) / slope)
-        found = (self.target(state, k) - trial.coefficient(rate.index, k)) * inverse
+        found = self.solution(state, k)
         return self.chosen(state, ordinary + found if k == 0 else found, ordinary)
+
+    def solution(self, state: int, k: int) -> Formula:
+        """Coefficient k of a slow state; of order 0 what Newton's method adds to it. A pair is solved for together."""
+        together = self.together(state)
+        trial, at_start = self.trial(together, k), self.trial(together, 0)
+
+        def left(each: int) -> Formula:
+            return self.target(each, k) - trial.coefficient(self.rates[each].index, k)
+
+        def slope(each: int, other: int) -> Formula:
+            return at_start.coefficient(derivative(self.rates[each], other).index, 0)
+
+        number = self.slow[state]
+        if len(together) == 1:
+            own_slope = slope(state, state)
+            for each in at_start.others:
+                through = sensitivity(self.rates[state], self.rates[each].index) * derivative(self.rates[each], state)
+                if through.value != 0.0:
+                    own_slope = own_slope - self.chosen(each, at_start.coefficient(through.index, 0), ZERO)
+            return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / own_slope)
+        (other,) = (each for each in together if each != state)
+        determinant = slope(state, state) * slope(other, other) - slope(state, other) * slope(other, state)
+        inverse = self.code.name("relaxation_pair", literal(1.0) / determinant)
+        own, its = (self.code.name(f"left{self.slow[each]}_{k}", left(each)) for each in (state, other))
+        return (slope(other, other) * own - slope(state, other) * its) * inverse
 
     def _weighted(self, a: int, j: int) -> Formula:
         op, *operands = self.graph.nodes[a]
@@ -188,30 +246,31 @@ class SlowWriter(JetWriter):
 
 
 class Trial(JetWriter):
-    """The coefficients of one order as they would be without that of a slow state."""
+    """The coefficients of one order as they would be without those of slow states."""
 
-    def __init__(self, whole: SlowWriter, state: int, k: int):
+    def __init__(self, whole: SlowWriter, states: tuple[int, ...], k: int):
         super().__init__(whole.graph, whole.rates, whole.code)
-        self.whole, self.state, self.k = whole, state, k
+        self.whole, self.k, self.label = whole, k, "_".join(map(str, states))
         self.forms = whole.forms
-        self.own = whole.graph.node("state", state).index
+        self.own = {whole.graph.node("state", state).index: state for state in states}
         # A velocity that is slaved may depend on what else is: that is as the sweep before found it.
-        self.others = [other for other in whole.slow if other != state and state in whole.creeping]
-        self._given = {self.own, *(whole.graph.node("state", other).index for other in self.others)}
+        creeps = not whole.creeping.isdisjoint(states)
+        self.others = [other for other in whole.slow if other not in states] if creeps else []
+        self._given = {*self.own, *(whole.graph.node("state", other).index for other in self.others)}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on the state, or on what else is slaved."""
+        """Whether a node depends on any of the states, or on what else is slaved."""
         if index not in self._depends:
             self._depends[index] = not self._given.isdisjoint(reachable(self.graph, [index]))
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
-        """That of the whole, unless it is of this order and depends on the state."""
+        """That of the whole, unless it is of this order and depends on the states."""
         if k < self.k or not self.depends(index):
             return self.whole.coefficient(index, k)
-        if index == self.own:
-            return self.code.entry(f"STATE + {self.state} * LANES") if k == 0 else ZERO
+        if index in self.own:
+            return self.code.entry(f"STATE + {self.own[index]} * LANES") if k == 0 else ZERO
         return super().coefficient(index, k)
 
     def _state(self, state: int, k: int) -> Formula:
@@ -226,5 +285,5 @@ class Trial(JetWriter):
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""
         return self.code.name(
-            f"{kind}t{self.state}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
+            f"{kind}t{self.label}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
         )

@@ -25,7 +25,7 @@ def slow_bristles(equations: Equations) -> tuple[tuple[int, int], ...]:
 
 
 def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
-    """(contact, state) of what may be slaved in a motion alone: its bristles, or the velocity of a contact that creeps.
+    """(contact, state) of what may be slaved in a motion alone: bristles, the velocity of a contact that creeps, both.
 
     () where a contact has a law with a force for every velocity, but no such bristles: those take implicit steps.
     """

@@ -72,13 +72,14 @@ def series_step(floats, ints, lane, remaining):
     if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
     speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
-    if KINKED and 0.1 * (speed + slope * longest) < floats[TOLERANCE + lane]:
-        return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
-    if not (stretch > PLAIN_REACH):
+    allowed = floats[TOLERANCE + lane]
+    if KINKED:  # close to rest the sign of the velocity counts, see `taylor_step`
+        allowed = min(allowed, 0.1 * (speed + slope * longest))
+    if not (stretch > PLAIN_REACH) or (SEVERAL and allowed < floats[TOLERANCE + lane]):
         return longest, False
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
         return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
-    return stabilised_step(floats, lane, longest), False
+    return stabilised_step(floats, lane, longest, allowed), False
 
 
 def starts_from_rest(ints, lane):
@@ -109,8 +110,10 @@ def one_rests(floats, lane):
     return rests
 
 
-def stabilised_step(floats, lane, longest):
+def stabilised_step(floats, lane, longest, allowed):
     """Step length where `longest`, that of the plain series, is beyond stability; damps the series for it if it can.
+
+    allowed: of which the error that damping makes may be a SHARE
 
     The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
     rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
@@ -118,7 +121,7 @@ def stabilised_step(floats, lane, longest):
     rate = floats[DECAY_RATE + lane]
     h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane] and clear_of_bounds(floats, lane, h):
+        if damping_error(floats, lane, h) <= SHARE * allowed and clear_of_bounds(floats, lane, h):
             damp_series(floats, lane)
             return h
         h *= SHORTER
