@@ -5,12 +5,9 @@ Modules of the kernel import these functions from here. Linking puts those of th
 what stands here is what happens: nothing, for the most part. What cannot be done without raises an error here.
 """
 
+from vibrocap.numerics.kernel.generated.equations import jet
+
 # How far the next step goes, and by which method.
-
-
-def next_series(floats, ints) -> None:
-    """Make the series of all lanes at their present states."""
-    raise NotImplementedError
 
 
 def chosen_step(floats, ints, lane, remaining) -> float:
@@ -18,7 +15,12 @@ def chosen_step(floats, ints, lane, remaining) -> float:
     raise NotImplementedError
 
 
-# What a motion alone keeps of a step for the next one.
+# What series a step has, and what a motion alone keeps of a step for the next one.
+
+
+def next_series(floats, ints) -> None:
+    """Make the series of all lanes at their present states."""
+    jet(floats)
 
 
 def follow_step(floats, event, h) -> None:
