@@ -14,8 +14,8 @@ from vibrocap.numerics.expressions.slow_states import slow_states
 from vibrocap.numerics.run import motion as kernels
 
 PERIODS = 3
-# Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6. Events are
-# 16 off at most: there the velocity passes zero at a rate of 6e-6, and is off by 1e-4 tolerances.
+# Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6. An event
+# is 16 off at most: there the velocity passes zero at a rate of 6e-6, and is off by 1e-4 tolerances.
 END, EVENT = 5.0, 20.0
 ROW_END, DENSE = 3.0, 3.0  # of rows: 1.9 and 1.0 at most
 
@@ -97,7 +97,7 @@ def implicit(monkeypatch):
 @pytest.mark.parametrize("seed", exhaustive_but([1, 5, 6, 12, 13, 18, 23, 37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
-    """Ends within tolerances, the same events; event times within twenty tolerances, or where implicit steps have them."""
+    """Ends within tolerances, the same events; their times within 20 tolerances, or where implicit steps have them."""
     given = random_system(seed)
     tight = implicit(*given, 1e-12)
     for tolerance in (1e-6, 1e-9):
