@@ -25,8 +25,8 @@ BRISTLES = vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2)
 STIFF = vc.LuGre(2e3, 12.0, coulomb_coefficient=0.12, static_coefficient=0.18, stribeck_velocity=0.05)
 BLOCKS = vc.TwoBodyCrawler(mass_2=1.6, normal_load_2=1.4)
 HEAVY = vc.LuGre(3e4, 1500.0, coulomb_coefficient=0.12, static_coefficient=0.18, stribeck_velocity=0.05)
-# system, start: on the manifold from rest; off it, where nothing has relaxed; with another law; at corners; uneven; with
-# damping that makes much of the error of a bristle
+# system, start: on the manifold from rest; off it, where nothing has relaxed; with another law; at corners; uneven;
+# with damping that makes much of the error of a bristle
 SYSTEMS = {
     "blocks": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {}),
     "thrown": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {"velocity": 1.2, "velocity_2": -0.9, "bristle": 1e-3}),
