@@ -31,6 +31,7 @@ from vibrocap.numerics.kernel.events.tried_mode import (
     FOUND_SIDE,
     FREE_ROWS,
     GAVE,
+    GROUP_ASKED,
     KNOWN_SIZE,
     LARGEST_SIZE,
     LOAD_ROWS,
@@ -86,7 +87,7 @@ def decide_together(floats, ints, lane):
                 giving += 1.0
                 if floats[CAME_FROM + c * LANES + lane] != 0.0:
                     passing += 1.0
-        if giving == 0.0:
+        if giving == 0.0 or count == 1:  # alone, it slides on the more when friction falls
             break
         for i in range(count):
             c = int(floats[OPEN + i])
@@ -108,6 +109,11 @@ def decide_together(floats, ints, lane):
 
 def pose(floats, ints, lane):
     """List the contacts of the problem, with what of their accelerations is known in every mode; how many."""
+    for c in range(CONTACTS):
+        floats[GROUP_ASKED + c] = 0.0
+    for c in range(CONTACTS):
+        if ints[TO_DECIDE + c * LANES + lane] == 1:
+            floats[GROUP_ASKED + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
         floats[TRIED + c] = floats[SIDE + c * LANES + lane]
@@ -115,7 +121,7 @@ def pose(floats, ints, lane):
         floats[AT_REST + c] = 0.0
         floats[TAKEN + c] = 0.0
         rests_now = STICKS[c] == 1 and floats[TRIED + c] == 0.0
-        if (rests_now or DYNAMIC) and group_is_asked(ints, lane, c):
+        if (rests_now or DYNAMIC) and floats[GROUP_ASKED + GROUP[c]] == 1.0:
             floats[OPEN + count] = float(c)
             floats[AT_REST + c] = 1.0 if rests_now else 0.0
             if rests_now:
@@ -134,14 +140,6 @@ def pose(floats, ints, lane):
                 size += abs(term)
         floats[KNOWN_SIZE + c] = size
     return count
-
-
-def group_is_asked(ints, lane, c):
-    """Whether contact c or one of those that act on it is to be asked."""
-    asked = False
-    for d in range(CONTACTS):
-        asked = asked or (GROUP[d] == GROUP[c] and ints[TO_DECIDE + d * LANES + lane] == 1)
-    return asked
 
 
 def solve_modes(floats, count):
