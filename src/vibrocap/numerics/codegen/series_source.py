@@ -26,7 +26,9 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     """
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
+        guard = guard_source(
+            layout.order, sticks, limits_are_constant(equations), equations.several, bool(equations.switches)
+        )
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
         return "\n".join(["def jet(floats):", "    align_stack()", *indented(body), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]

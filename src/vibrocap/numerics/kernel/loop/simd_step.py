@@ -30,7 +30,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, switch_simd
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, signs_simd, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -181,49 +181,67 @@ def step_simd(floats, ints, trace, running):
     if SLOWED:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
-    event = plain & ~plain
+    none = plain & ~plain
+    event = none
     which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
-    for c in range(CONTACTS):
-        if STICKS[c] + KINKS[c] > 0:
+    # Of each lane the guard of the first contact of which more is to be known than a bound is looked at, of all lanes
+    # together; once more where a further contact has such a guard over what is then the step.
+    again, looked, waiting = plain, which - 1.0, -1
+    for _ in range(CONTACTS):
+        chosen, held, later, contacts, waiting = none, none, none, waiting, 0
+        for c in range(CONTACTS):
+            asked = again & (looked < 1.0 * c) if SEVERAL else again
+            if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
+                continue
             own = load(floats, SIDE + c * LANES)
             one = whole_equal(ints, ZEROS + c * LANES, 1)
             two = whole_equal(ints, ZEROS + c * LANES, 2)
             if LACUNARY:
                 plain = plain & ~two
-            stuck = plain & ~plain
-            push = own
+            stuck, push, fine, stays = none, own, ~none, none
             if STICKS[c] == 1:
                 stuck = own == 0.0
-                push, sure = hold_simd(floats, c, stuck, two, longest, h)
-                plain = plain & sure
+                if bits(again & (stuck | two)) != 0:
+                    push, fine, stays = hold_simd(floats, c, stuck, two, longest, h)
             ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
             if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
                 ahead = ahead | still_simd(floats, ints, c, h)
             for m in range(MANIFOLDS):
                 if SLOWED and SLOW_CONTACT[m] == c:
-                    plain = plain & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
+                    fine = fine & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
             if SHARP and c == 0:
-                plain = plain & resolved_simd(floats, side, start, change, h, plain)
-            clear = ~plain | ahead
-            if bits(~clear) != 0:
-                leading, last, changes = guard_simd(
-                    floats, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h
-                )
-                plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
-                found = plain & ~clear & (changes == 1.0)
-                if bits(found) != 0:
-                    root = root_simd(floats, leading, last, found)
-                    # As in `one_step.step`: the last stretch is a step of its own.
-                    early = found & stuck & (root > NEAR)
-                    h = where(found, h * root, h)
-                    h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-                    if SEVERAL:
-                        which = where(found, 1.0 * c, which)
-                        event = (event & ~found) | (found & ~early)
-                    else:
-                        event = found & ~early
+                fine = fine & resolved_simd(floats, side, start, change, h, plain & fine)
+            ahead = ahead | stays
+            if SEVERAL:
+                open_still = asked & chosen & ~(ahead & fine)
+                later = later | open_still
+                waiting += (1 << c) if bits(open_still) != 0 else 0
+                asked = asked & ~chosen
+            plain = plain & (fine | ~asked)
+            asked = asked & plain & ~ahead
+            if bits(asked) != 0:
+                guard_simd(floats, asked, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h)
+                chosen = chosen | asked
+                held = held | (asked & stuck)
+                looked = where(asked, 1.0 * c, looked)
+        if bits(chosen) == 0:
+            break
+        leading, last, changes = signs_simd(floats)
+        plain = plain & (~chosen | ((leading > 0.0) & (changes <= 1.0)))
+        found = plain & chosen & (changes == 1.0)
+        if bits(found) != 0:
+            root = root_simd(floats, leading, last, found)
+            # As in `one_step.step`: the last stretch is a step of its own.
+            early = found & held & (root > NEAR)
+            h = where(found, h * root, h)
+            h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+            which = where(found, looked, which)
+            event = (event & ~found) | (found & ~early)
+        again = later & plain
+        if bits(again) == 0:
+            break
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         clear = ~plain | within_piece(floats, row, h)
@@ -233,7 +251,8 @@ def step_simd(floats, ints, trace, running):
             sure = first > SLIGHT
             if i >= LAW_BRANCHES:
                 sure = sure | one
-            leading, last, changes = switch_simd(floats, row, one, h)
+            switch_simd(floats, row, one, h)
+            leading, last, changes = signs_simd(floats)
             found = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
             plain = plain & (clear | found | (sure & (leading > 0.0) & (changes == 0.0)))
             if bits(found) != 0:
@@ -279,7 +298,8 @@ def rest_simd(floats):
 
 
 def hold_simd(floats, c, stuck, two, longest, h):
-    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
+    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for, where it
+    stays beyond doubt)."""
     limit = load(floats, LIMIT_OF[c])
     hold = load(floats, HOLD_OF[c])
     growth = 0.0 * h
@@ -299,7 +319,8 @@ def hold_simd(floats, c, stuck, two, longest, h):
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
     steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
-    return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+    fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+    return push, fine, stuck & (limit - abs(hold) > growth * h)
 
 
 def least_of_guard(floats, c, push, h):
