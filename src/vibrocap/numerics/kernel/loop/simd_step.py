@@ -9,7 +9,6 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
     bits,
     load,
-    square_root,
     store,
     where,
     whole_above,
@@ -20,33 +19,27 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
+from vibrocap.numerics.kernel.events.contact import cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
     LIFTED,
-    SLOW,
     STEP,
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, signs_simd, switch_simd
+from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
-    LACUNARY,
-    LIMIT_CONSTANT,
-    MANIFOLDS,
     MAYBE_STIFF,
     RETURNING,
     SET_VALUED,
     SEVERAL,
     SHARED,
     SHARP,
-    SLOW_CONTACT,
     SLOWED,
     STATE_OF,
-    STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
@@ -67,20 +60,20 @@ from vibrocap.numerics.kernel.generated.lane import (
     TO_DECIDE,
     TOLERANCE,
     UNTIL,
-    WORK,
     ZERO_PROGRESS,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
-from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
+from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
+from vibrocap.numerics.kernel.loop.one_step import step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
-    ahead_simd,
     before_turning,
     doubt_simd,
     out_of_doubt,
     passing_simd,
+    rest_simd,
     still_simd,
 )
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
@@ -89,15 +82,11 @@ from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import (
-    greater,
     least_of_cubic,
-    least_of_four,
     lesser,
     series_values,
     taylor_steps,
 )
-
-NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
 def advance(floats, ints, trace, rounds):
@@ -105,7 +94,13 @@ def advance(floats, ints, trace, rounds):
     running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        jet(floats)
+        slow = 0
+        if SLOWED and not SEVERAL:  # of several contacts one function makes the series of all lanes
+            slow = bits(running & slow_lanes(floats))
+        if slow != all_running:
+            jet(floats)
+        if slow != 0:
+            slow_jet(floats, 0)
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -178,70 +173,12 @@ def step_simd(floats, ints, trace, running):
     if RETURNING:
         plain = plain & ~passing_simd(floats, h)
     settled, near, far = plain, plain, plain
-    if SLOWED:
+    if SLOWED and bits(slow) != 0:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
-    none = plain & ~plain
-    event = none
-    which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
-    # Of each lane the guard of the first contact of which more is to be known than a bound is looked at, of all lanes
-    # together; once more where a further contact has such a guard over what is then the step.
-    again, looked, waiting = plain, which - 1.0, -1
-    for _ in range(CONTACTS):
-        chosen, held, later, contacts, waiting = none, none, none, waiting, 0
-        for c in range(CONTACTS):
-            asked = again & (looked < 1.0 * c) if SEVERAL else again
-            if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
-                continue
-            own = load(floats, SIDE + c * LANES)
-            one = whole_equal(ints, ZEROS + c * LANES, 1)
-            two = whole_equal(ints, ZEROS + c * LANES, 2)
-            if LACUNARY:
-                plain = plain & ~two
-            stuck, push, fine, stays = none, own, ~none, none
-            if STICKS[c] == 1:
-                stuck = own == 0.0
-                if bits(again & (stuck | two)) != 0:
-                    push, fine, stays = hold_simd(floats, c, stuck, two, longest, h)
-            ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
-            if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
-                ahead = ahead | still_simd(floats, ints, c, h)
-            for m in range(MANIFOLDS):
-                if SLOWED and SLOW_CONTACT[m] == c:
-                    fine = fine & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
-            if SHARP and c == 0:
-                fine = fine & resolved_simd(floats, side, start, change, h, plain & fine)
-            ahead = ahead | stays
-            if SEVERAL:
-                open_still = asked & chosen & ~(ahead & fine)
-                later = later | open_still
-                waiting += (1 << c) if bits(open_still) != 0 else 0
-                asked = asked & ~chosen
-            plain = plain & (fine | ~asked)
-            asked = asked & plain & ~ahead
-            if bits(asked) != 0:
-                guard_simd(floats, asked, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h)
-                chosen = chosen | asked
-                held = held | (asked & stuck)
-                looked = where(asked, 1.0 * c, looked)
-        if bits(chosen) == 0:
-            break
-        leading, last, changes = signs_simd(floats)
-        plain = plain & (~chosen | ((leading > 0.0) & (changes <= 1.0)))
-        found = plain & chosen & (changes == 1.0)
-        if bits(found) != 0:
-            root = root_simd(floats, leading, last, found)
-            # As in `one_step.step`: the last stretch is a step of its own.
-            early = found & held & (root > NEAR)
-            h = where(found, h * root, h)
-            h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-            which = where(found, looked, which)
-            event = (event & ~found) | (found & ~early)
-        again = later & plain
-        if bits(again) == 0:
-            break
+    plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         clear = ~plain | within_piece(floats, row, h)
@@ -286,83 +223,6 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
-
-
-def rest_simd(floats):
-    """Where a contact sticks, of several."""
-    rests = load(floats, SIDE) != load(floats, SIDE)
-    for c in range(CONTACTS):
-        if STICKS[c] == 1:
-            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
-    return rests
-
-
-def hold_simd(floats, c, stuck, two, longest, h):
-    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for, where it
-    stays beyond doubt)."""
-    limit = load(floats, LIMIT_OF[c])
-    hold = load(floats, HOLD_OF[c])
-    growth = 0.0 * h
-    change = 0.0 * h
-    for k in range(ORDER - 1, 0, -1):
-        force = load(floats, HOLD_OF[c] + k * LANES)
-        term = abs(force)
-        if not LIMIT_CONSTANT:
-            term = term + abs(load(floats, LIMIT_OF[c] + k * LANES))
-        growth = growth * h + term
-        change = change * h + force
-    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    held = abs(hold) < (1.0 - 1e-12) * limit
-    sure = held & (limit + push * hold > growth * h)
-    if bits(stuck & held & ~sure) != 0:
-        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
-    # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
-    steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
-    fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
-    return push, fine, stuck & (limit - abs(hold) > growth * h)
-
-
-def least_of_guard(floats, c, push, h):
-    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
-    hold, limit = HOLD_OF[c], LIMIT_OF[c]
-    others = 0.0 * h
-    for k in range(ORDER - 1, 3, -1):
-        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
-    first = load(floats, limit) + push * load(floats, hold)
-    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
-    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
-    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
-    return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
-
-
-def root_simd(floats, first, last, wanted):
-    """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
-
-    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
-    from the root of the parabola with the same ends and the same slope at the start.
-    """
-    slope = load(floats, WORK + LANES)
-    x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
-    low = 0.0 * x
-    high = low + 1.0
-    x = where((x > 0.0) & (x < 1.0), x, 0.5)
-    for _ in range(80):
-        y, d = guard_at(floats, x)
-        above = y > 0.0
-        low = where(above, x, low)
-        high = where(above, high, x)
-        following = x - y / d
-        done = abs(following - x) <= NEWTON * x
-        inside = (low < following) & (following < high)
-        halved = 0.5 * (low + high)
-        closed = ~done & ~inside & ((halved == low) | (halved == high))
-        following = where(inside | done, following, where(closed, high, halved))
-        x = where(wanted, following, x)
-        wanted = wanted & ~done & ~closed
-        if bits(wanted) == 0:
-            break
-    return x
 
 
 def move_simd(floats, ints, trace, plain, h, end):
