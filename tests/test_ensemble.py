@@ -232,7 +232,12 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
         kept = np.all(-push * force <= 1.0, axis=0)
         assert np.all(kept[sure])
         assert np.all(np.abs(force[:, stays]) <= 1.0)
-        counts += [np.sum(sure & ~stays), np.sum(~kept), np.sum(sure & np.any(push * force > 1.0, axis=0)), np.sum(stays)]
+        counts += [
+            np.sum(sure & ~stays),
+            np.sum(~kept),
+            np.sum(sure & np.any(push * force > 1.0, axis=0)),
+            np.sum(stays),
+        ]
     assert min(counts) > 20  # all cases occur: plain, in doubt, giving way where it is looked, and beyond doubt
 
 
