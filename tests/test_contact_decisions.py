@@ -317,9 +317,10 @@ def kernel_decision(problem, asked, came, sides):
     names = kernel.names
 
     def rows(floats, _t, _point, _side, _lane, out):
-        given = [*problem.free, *problem.response.ravel(), *problem.loads, *problem.raised.ravel()]
+        given = [*problem.free, *problem.response.ravel(), *problem.loads]
         for each in zip(problem.sliding, problem.least, problem.most, problem.down, problem.up, strict=True):
             given += [each[0], 0.0, 0.0, *each[1:]]
+        given += [*problem.raised.ravel()]
         floats[out : out + len(given)] = given
 
     likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]

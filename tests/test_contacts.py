@@ -1,4 +1,4 @@
-"""Machines on several contacts: orbits, measures, cases and sweeps, closed balances, travel of unequal bodies."""
+"""Machines on several contacts: orbits, cases and sweeps, travel of unequal bodies, what is refused."""
 
 import dataclasses
 import pickle
@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import exhaustive_but
-from vibrocap.physics.catalogue import machines
 
 
 def crawler(*further, **given):
@@ -16,32 +14,6 @@ def crawler(*further, **given):
     machine = vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2)
     drive = vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4)
     return vc.System(machine, [vc.Coulomb(0.06, 0.09), *further], drive, **given)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-def test_orbit_of_two_contacts_and_its_multipliers():
-    """Against central differences of motions; a stick phase of either contact takes one direction for good."""
-    system = crawler()
-    settled = vc.simulate(system, periods=30, initial={"velocity": 0.1})
-    found = vc.orbit(system, initial=settled.state)
-    assert found.drift is not None
-    assert found.drift > 0.01
-    kinds = set(found.motion().event_kinds)
-    assert {"stick", "stick_2", "slip_back_2", "reversal", "reversal_2"} <= kinds
-    names = ["displacement", "velocity_2", "velocity"]
-    start = np.array([found.state[name] for name in names])
-
-    def image(x):
-        end = vc.simulate(system, periods=1, initial=dict(zip(names, x, strict=True)), tolerance=1e-13).state
-        return np.array([end[name] for name in names])
-
-    assert image(start) == pytest.approx(start, abs=1e-11)
-    nudges = 1e-6 * np.eye(3)
-    slopes = np.column_stack([(image(start + d) - image(start - d)) / 2e-6 for d in nudges])
-    expected = sorted(np.abs(np.linalg.eigvals(slopes)))
-    assert sorted(np.abs(found.multipliers)) == pytest.approx(expected, abs=1e-7)
-    assert expected[1] < 1e-7 < expected[2] < 1.0
 
 
 @pytest.mark.exhaustive
@@ -67,64 +39,6 @@ def test_a_branch_over_a_parameter_of_the_second_law():
     assert len(found) > 2
     (orbit,) = found.orbits_at(0.06)
     assert orbit.drift == pytest.approx(vc.orbit(crawler(), initial=start).drift, abs=1e-10)
-
-
-@pytest.mark.exhaustive
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "laws",
-    [
-        (vc.Coulomb(0.06, 0.09), None),
-        pytest.param((vc.LuGre(), vc.Coulomb(0.06, 0.09)), marks=pytest.mark.exhaustive),
-        pytest.param((vc.Coulomb(0.06, 0.09), vc.LuGre()), marks=pytest.mark.exhaustive),
-    ],
-)
-def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
-    """All that the table lists of the system, those of its second contact among them."""
-    system = vc.System(crawler().machine, laws, crawler().drive)
-    measures = [name for name in vc.measure_table(system) if name != "mode_sequence"]
-    own = {"bristle_loss_2_work", "largest_bristle_2"}
-    assert own.intersection(measures) == (own if system.laws[1].internal else set())
-    amplitudes = np.linspace(0.8, 1.2, 5)
-    options = {"initial": {"velocity": 0.2, "velocity_2": -0.1}, "periods": 3, "tolerance": 1e-11}
-    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=measures, window=3, **options)
-    for i, amplitude in enumerate(amplitudes):
-        motion = vc.simulate(system.with_parameters({"drive.amplitude": float(amplitude)}), **options)
-        assert motion.certificate.ok
-        alone = vc.measured(motion, measures, window=3)
-        for name in measures:
-            assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
-        if system.laws[1].kind == "set-valued":
-            assert found["stick_fraction_2"][i] == pytest.approx(vc.stick_fraction(motion, contact=2), abs=1e-9)
-
-
-LAWS = [
-    vc.Exponential(),
-    vc.LuGre(),
-    vc.ElastoPlastic(),
-    vc.MaxwellSlip(),
-    vc.SmoothedTanh(),
-    vc.anisotropic(vc.Coulomb)(),
-]
-
-
-PAIRS = [
-    *((law, None) for law in LAWS),
-    (vc.LuGre(), vc.Coulomb(0.1, 0.15)),
-    (vc.SmoothedTanh(), vc.Coulomb(0.1, 0.15)),
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("law", "second"), exhaustive_but([7], PAIRS), ids=lambda law: "" if law is None else law.name)
-def test_balances_close_with_every_kind_of_law(law, second):
-    machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
-    drive = vc.Harmonic(amplitude=1.2, frequency=0.9)
-    motion = vc.simulate(vc.System(machine, [law, second], drive), periods=5, initial={"velocity_2": 0.2})
-    assert motion.certificate.ok
-    assert motion.certificate.energy_residual < 100 * motion.tolerance
-    assert motion.certificate.momentum_residual < 100 * motion.tolerance
-    assert np.abs(motion["momentum"][-1] + motion["impulse"][-1] - motion["momentum"][0]) > 1e-3  # others rub as well
 
 
 def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
@@ -317,11 +231,3 @@ def test_what_contacts_there_are_not_is_refused_by_name():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic()), periods=0.1)
     with pytest.raises(ValueError, match=r"contact should be a whole number from 1 to 2, got 3"):
         vc.stick_fraction(motion, contact=3)
-
-
-def test_machines_of_more_bodies_are_found_by_name():
-    machine = vc.crawler(5)
-    assert machines()["five-body-crawler"] is machine
-    assert list(machines()) == sorted(machines())
-    assert "hundred-body-crawler" not in machines()
-    assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)

@@ -259,13 +259,21 @@ def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
 # --- everything else works on them ------------------------------------------------------------------------------------
 
 
+CRAWLER = vc.System(
+    vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2),
+    vc.Coulomb(0.06, 0.09),
+    vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4),
+)
+BASES = ["crawler", "linkage", "worm"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "system", exhaustive_but([1], [LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))]), ids=["linkage", "worm"]
+    "system", exhaustive_but([2], [CRAWLER, LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))]), ids=BASES
 )
 def test_orbit_and_multipliers(system):
-    """Against central differences of motions."""
-    found = vc.orbit(system, initial=vc.simulate(system, periods=20).state)
+    """Against central differences of motions; a stick phase of a contact takes one direction for good."""
+    found = vc.orbit(system, initial=vc.simulate(system, periods=30).state)
     names = [name for name in system.state_names if name not in (*system.switched, system.machine.cyclic)]
     start = np.array([found.state[name] for name in names])
 
@@ -278,30 +286,47 @@ def test_orbit_and_multipliers(system):
     slopes = np.column_stack([(image(start + d) - image(start - d)) / 2e-6 for d in 1e-6 * np.eye(len(start))])
     expected = sorted(np.abs(np.linalg.eigvals(slopes)))
     assert sorted(np.abs(found.multipliers)) == pytest.approx(expected, abs=1e-7)
-    assert abs(found.drift) > 0.05
+    assert abs(found.drift) > 0.01
+    assert expected[-1] < 1.0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "system", exhaustive_but([1], [LINKAGE, worm(vc.Triangle(amplitude=0.5, rise=0.3))]), ids=["linkage", "worm"]
+    "system",
+    exhaustive_but([2], [CRAWLER, LINKAGE, worm(vc.Triangle(amplitude=0.5, rise=0.3), [UNEVEN, vc.LuGre()])]),
+    ids=BASES,
 )
 def test_measures_of_an_ensemble_are_those_of_single_motions(system):
-    measures = ["drift", "stick_fraction", "stick_fraction_2", "contact_sliding_2_work", "drive_work", "mean_friction"]
-    amplitudes, options = np.linspace(0.4, 0.55, 3), {"periods": 4, "tolerance": 1e-11}
-    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=measures, window=4, **options)
+    """All that the table lists of the system, those of its second contact among them."""
+    measures = list(vc.measure_table(system))
+    own = {"bristle_loss_2_work", "largest_bristle_2"}
+    assert own.intersection(measures) == (own if system.laws[1].internal else set())
+    amplitudes, options = system.drive.amplitude * np.linspace(0.9, 1.1, 3), {"periods": 3, "tolerance": 1e-11}
+    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=measures, window=3, **options)
     for i, amplitude in enumerate(amplitudes):
         motion = vc.simulate(system.with_parameters({"drive.amplitude": float(amplitude)}), **options)
-        alone = vc.measured(motion, measures, window=4)
+        assert motion.certificate.ok
+        alone = vc.measured(motion, measures, window=3)
         for name in measures:
-            assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9)
+            word = isinstance(alone[name], str)
+            expected = alone[name] if word else pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
+            assert found[name][i] == expected, name
 
 
-LAWS = [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip(), vc.SmoothedTanh(), vc.Coulomb(0.1, 0.15)]
+LAWS = [vc.LuGre(), vc.Exponential(), vc.ElastoPlastic(), vc.MaxwellSlip(), vc.SmoothedTanh(), UNEVEN]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([1], LAWS), ids=lambda law: law.name)
-@pytest.mark.parametrize("base", [LINKAGE, worm(vc.Biharmonic(amplitude=0.4))], ids=["linkage", "worm"])
+@pytest.mark.parametrize("law", exhaustive_but([0], LAWS), ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "base",
+    [
+        vc.System(vc.ThreeBodyCrawler(mass_2=1.5, actuation_2=-0.5), COULOMB, vc.Harmonic(1.2, 0.9)),
+        LINKAGE,
+        worm(vc.Biharmonic(amplitude=0.4)),
+    ],
+    ids=BASES,
+)
 def test_balances_close_with_every_kind_of_law_and_in_an_environment(base, law):
     around = vc.Environment(inclination=0.03, linear_drag=0.05, quadratic_drag=0.1, gravity=1.0)
     motion = vc.simulate(vc.System(base.machine, [law, COULOMB], base.drive, environment=around), periods=3)
@@ -312,10 +337,12 @@ def test_balances_close_with_every_kind_of_law_and_in_an_environment(base, law):
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
 
 
-def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
-    machine = vc.worm(5)
-    assert machines()["five-body-worm"] is machine
-    assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)
+def test_machines_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
+    assert list(machines()) == sorted(machines())
+    assert not {"hundred-body-worm", "hundred-body-crawler"}.intersection(machines())
+    for machine in (vc.worm(5), vc.crawler(5)):
+        assert machines()[machine.name] is machine
+        assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)
     with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 20, got 21"):
         vc.worm(21)
     with pytest.raises(ValueError, match=r"normal_load_2: should be greater than 0, got 0"):

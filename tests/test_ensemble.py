@@ -219,20 +219,26 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
     draw = np.random.default_rng(5)
     every = np.ones(LANES, bool)
     floats[kernel["LIMIT"] :][:LANES] = 1.0
-    counts = np.zeros(3)
+    counts = np.zeros(4)
     for _ in range(200):
         series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
         series *= draw.random(series.shape) < draw.choice([0.3, 1.0])  # so that a single term decides, or many
         series[0] = draw.uniform(-1.0, 1.0, LANES)
         floats[kernel["HOLD"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        push, sure = kernel["hold_simd"](floats, 0, every, ~every, h, h)
+        push, sure, stays = kernel["hold_simd"](floats, 0, every, ~every, h, h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         force = sum(c * times**k for k, c in enumerate(series))
         kept = np.all(-push * force <= 1.0, axis=0)
         assert np.all(kept[sure])
-        counts += [np.sum(sure), np.sum(~kept), np.sum(sure & np.any(push * force > 1.0, axis=0))]
-    assert min(counts) > 20  # all three cases occur: plain, in doubt, and giving way where it is looked
+        assert np.all(np.abs(force[:, stays]) <= 1.0)
+        counts += [
+            np.sum(sure & ~stays),
+            np.sum(~kept),
+            np.sum(sure & np.any(push * force > 1.0, axis=0)),
+            np.sum(stays),
+        ]
+    assert min(counts) > 20  # all cases occur: plain, in doubt, giving way where it is looked, and beyond doubt
 
 
 @pytest.mark.parametrize(("law", "least"), [("exponential", 0.99), ("lugre", 0.98)])

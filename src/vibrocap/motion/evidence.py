@@ -1,8 +1,7 @@
 """What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
 
-import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -64,9 +63,8 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     ratio = _stick_force_ratio(motion, 1, friction[stuck], index[stuck], s[stuck])
     least = least if laws[0].kind != "smooth" else 0.0
     event_velocity = recorded.contact_residual
-    for further in _further_contacts(motion, index, s):
-        ratio = further.ratio if ratio is None else max(ratio, further.ratio or 0.0)
-        least, event_velocity = min(least, further.least_velocity), max(event_velocity, further.event_velocity)
+    for held, along in _further_contacts(motion, index, s):
+        ratio, least = held if ratio is None else max(ratio, held or 0.0), min(least, along)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
     verdicts = []
@@ -158,18 +156,8 @@ def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.n
         return np.where(force == 0.0, 0.0, force / limit)
 
 
-@dataclasses.dataclass(frozen=True)
-class FurtherEvidence:
-    """Of one further contact: what `Certificate` says of the first under these names; ratio: of forces at rest."""
-
-    ratio: float | None
-    least_velocity: float
-    event_velocity: float
-
-
-def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
-    """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
-    found = []
+def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> Iterator[tuple[float | None, float]]:
+    """(largest share held at rest, least velocity along its side) of each further contact whose law is not smooth."""
     for number, contact in enumerate(equations(motion.system).contacts[1:], 2):
         if contact.kind == "smooth":
             continue
@@ -177,13 +165,10 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
         names = numbered("contact_velocity", number), numbered("friction", number)
         velocity, friction = motion.piece_observables(names, index, s)
         stuck = sides[index] == 0.0
-        ratio = _stick_force_ratio(motion, number, friction[stuck], index[stuck], s[stuck])
         along = (sides[index] * velocity).reshape(-1, POINTS)
-        stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
-        at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0)) if contact.is_state else 0.0
-        along[stops, -1] = 0.0
-        found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
-    return found
+        along[np.append(sides[1:] != sides[:-1], False), -1] = 0.0  # pieces that end with an event of this contact
+        ratio = _stick_force_ratio(motion, number, friction[stuck], index[stuck], s[stuck])
+        yield ratio, float(np.min(along, initial=0.0))
 
 
 def _shared_rest(motion: Trajectory) -> tuple[str, ...]:

@@ -2,11 +2,14 @@
 
 import math
 
+from vibrocap.numerics.codegen.scalar_source import function_source
 
-def guard_source(order: int, sticks: bool, limit_constant: bool, branches: bool) -> str:
-    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`).
 
-    Where there are branches also `switch_simd`, the same of the guard of one; `guard_at` is the value of either.
+def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, branches: bool) -> str:
+    """`guard_simd`: the guard of the step as a polynomial over it, of several contacts in the chosen lanes.
+
+    Where there are branches also `switch_simd`, the same of the guard of one. `signs_simd` says how often the Bernstein
+    coefficients change their sign (see `roots.py`), `guard_at` is the value of the polynomial.
     """
     body = [f"v{k} = load(floats, velocity + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
@@ -16,27 +19,26 @@ def guard_source(order: int, sticks: bool, limit_constant: bool, branches: bool)
             hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("hold", "limit"))
             held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
             guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
-        body += _stored(k, guard)
-    heads = {"def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h):": body}
-    switch = "def switch_simd(floats, row, one, h):"
+        body += _stored(k, guard, several)
+    heads = {"guard_simd(floats, chosen, velocity, hold, limit, side, stuck, push, one, two, h)": body}
+    body = []
     if branches:
         body = [f"v{k} = load(floats, row + {k} * LANES)" for k in range(order + 1)]
         for k in range(order + 1):
-            body += _stored(k, f"where(one, {f'v{k + 1}' if k < order else '0.0'}, v{k})")
-        heads[switch] = body
-    lines = [] if branches else [switch, '    """There is none."""', "    return h, h, h", ""]
-    for head, body in heads.items():
-        lines += [head, *(f"    {line}" for line in (*body, *_signs(order))), ""]
+            body += _stored(k, f"where(one, {f'v{k + 1}' if k < order else '0.0'}, v{k})", chosen=False)
+    heads["switch_simd(floats, row, one, h)"] = body
+    loads = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
+    heads["signs_simd(floats)"] = [*loads, *_signs(order)]
     value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
-    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
-    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
-    return "\n".join([*lines, "def guard_at(floats, x):", *(f"    {line}" for line in body), ""])
+    heads["guard_at(floats, x)"] = [*loads, *_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
+    return "\n".join(function_source(head, body) for head, body in heads.items())
 
 
-def _stored(k: int, coefficient: str) -> list[str]:
-    """Lines that keep coefficient k of a guard, over the unit interval."""
-    scaled = f"a{k} = {coefficient}{'' if k == 0 else ' * p'}"
-    return [scaled, f"store(floats, WORK + {k} * LANES, a{k})", "p = h" if k == 0 else "p = p * h"]
+def _stored(k: int, coefficient: str, chosen: bool) -> list[str]:
+    """Lines that keep coefficient k of a guard, over the unit interval; of the lanes that are chosen."""
+    scaled = f"{coefficient}{'' if k == 0 else ' * p'}"
+    kept = f"where(chosen, {scaled}, load(floats, WORK + {k} * LANES))" if chosen else scaled
+    return [f"store(floats, WORK + {k} * LANES, {kept})", "p = h" if k == 0 else "p = p * h"]
 
 
 def _signs(order: int) -> list[str]:

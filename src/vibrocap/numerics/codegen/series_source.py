@@ -28,7 +28,9 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     """
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
-        guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
+        guard = guard_source(
+            layout.order, sticks, limits_are_constant(equations), equations.several, bool(equations.switches)
+        )
         slow = range(len(layout.slow))
         body = _series(equations, integrals, layout, loop, slow if equations.several else ())
         one, other = ["def jet(floats):", "    align_stack()", *indented(body), ""], NO_MANIFOLD

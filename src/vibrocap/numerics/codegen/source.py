@@ -153,9 +153,9 @@ def decision_source(rows: DecisionRows) -> str:
     zero = graph.constant(0.0)
     values = [*rows.b, *(entry for row in rows.response for entry in row)]
     values += rows.loads or [graph.constant(1.0)] * n
-    values += [entry for row in rows.load_response for entry in row] or [zero] * (n * n)
     for i in range(n):
         values += [rows.forces[i], *rows.pushes[i], *(rows.bounds[i] or (zero,) * 4)]
+    values += [entry for row in rows.load_response for entry in row]
     constants = {"DYNAMIC": bool(rows.loads), "GROUP": rows.groups, "ROW_LIKE": rows.alike}
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     return "\n".join([*lines, "", stored_source("contact_rows", graph, values)])

@@ -28,7 +28,7 @@ ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
 SIMD = (
     *("step.taylor_simd", "step.stabilised_simd", "step.resolved_simd", "step.slow_manifold"),
-    *("loop.turning_simd", "loop.simd_step"),
+    *("loop.turning_simd", "loop.first_events", "loop.simd_step"),
 )
 LANE_PRIMITIVES = (
     *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),

@@ -7,8 +7,9 @@ Friction accelerates the contacts and, where loads follow the motion, changes th
 A contact at rest stays (a = 0, R within what it can hold) or slides to the side of its acceleration with the largest
 force of that side: a linear complementarity problem with bounds (Pfeiffer and Glocker 1996; Acary and Brogliato 2008,
 ch. 8). A is positive semidefinite, so that with constant loads a solution exists and the accelerations are unique; it
-is found by pivoting on the contact of least number that does not fit (Murty 1974), from all at rest. Under loads that
-friction makes there may be several solutions or none: all modes are tried.
+is found by pivoting on the contact of least number that does not fit (Murty 1974), from all at rest; but most often
+contacts that come to rest slide on through it, so this is tried first. Under loads that friction makes there may be
+several solutions or none: all modes are tried.
 
 A contact gives way at the largest force that it can hold; only then does friction fall to that of the slowest slide. So
 the problem is solved again for those that gave way, with what they can hold then, until no other one does; where some
@@ -30,6 +31,7 @@ from vibrocap.numerics.kernel.events.tried_mode import (
     FOUND_SIDE,
     FREE_ROWS,
     GAVE,
+    GROUP_ASKED,
     KNOWN_SIZE,
     LARGEST_SIZE,
     LOAD_ROWS,
@@ -85,7 +87,7 @@ def decide_together(floats, ints, lane):
                 giving += 1.0
                 if floats[CAME_FROM + c * LANES + lane] != 0.0:
                     passing += 1.0
-        if giving == 0.0:
+        if giving == 0.0 or count == 1:  # alone, it slides on the more when friction falls
             break
         for i in range(count):
             c = int(floats[OPEN + i])
@@ -107,6 +109,11 @@ def decide_together(floats, ints, lane):
 
 def pose(floats, ints, lane):
     """List the contacts of the problem, with what of their accelerations is known in every mode; how many."""
+    for c in range(CONTACTS):
+        floats[GROUP_ASKED + c] = 0.0
+    for c in range(CONTACTS):
+        if ints[TO_DECIDE + c * LANES + lane] == 1:
+            floats[GROUP_ASKED + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
         floats[TRIED + c] = floats[SIDE + c * LANES + lane]
@@ -114,9 +121,11 @@ def pose(floats, ints, lane):
         floats[AT_REST + c] = 0.0
         floats[TAKEN + c] = 0.0
         rests_now = STICKS[c] == 1 and floats[TRIED + c] == 0.0
-        if (rests_now or DYNAMIC) and group_is_asked(ints, lane, c):
+        if (rests_now or DYNAMIC) and floats[GROUP_ASKED + GROUP[c]] == 1.0:
             floats[OPEN + count] = float(c)
             floats[AT_REST + c] = 1.0 if rests_now else 0.0
+            if rests_now:
+                floats[TRIED + c] = -floats[CAME_FROM + c * LANES + lane]
             count += 1
         elif not rests_now:
             level, pushed = sliding_force(floats, c)
@@ -131,14 +140,6 @@ def pose(floats, ints, lane):
                 size += abs(term)
         floats[KNOWN_SIZE + c] = size
     return count
-
-
-def group_is_asked(ints, lane, c):
-    """Whether contact c or one of those that act on it is to be asked."""
-    asked = False
-    for d in range(CONTACTS):
-        asked = asked or (GROUP[d] == GROUP[c] and ints[TO_DECIDE + d * LANES + lane] == 1)
-    return asked
 
 
 def solve_modes(floats, count):
@@ -167,17 +168,26 @@ def solve_modes(floats, count):
 
 
 def pivot(floats, count):
-    """Find the mode of constant loads, from all at rest: the first contact that does not fit is changed; did it end?"""
+    """Find the mode of constant loads; did it end?
+
+    The expected mode holds where it moves all that slide in it beyond doubt, as accelerations are unique. Else, from
+    all at rest, the first contact that does not fit is changed.
+    """
+    expected = False
     for i in range(count):
-        floats[TRIED + int(floats[OPEN + i])] = 0.0
+        expected = expected or floats[TRIED + int(floats[OPEN + i])] != 0.0
     for _ in range(MOST_PIVOTS * count):
         unknown = find_forces(floats, count, SHARED)
-        misfit = first_misfit(floats, count)
+        misfit = first_misfit(floats, count, UNDECIDED_SHARE if expected else -FITTING)
         if misfit < 0:
             if SHARED and unknown > 1:
                 find_forces(floats, count, False)
             return True
-        if floats[TRIED + misfit] != 0.0:
+        if expected:
+            expected = False
+            for i in range(count):
+                floats[TRIED + int(floats[OPEN + i])] = 0.0
+        elif floats[TRIED + misfit] != 0.0:
             floats[TRIED + misfit] = 0.0
         else:
             most = held_between(floats, misfit)[1]
@@ -185,14 +195,17 @@ def pivot(floats, count):
     return False
 
 
-def first_misfit(floats, count):
-    """The least number of a contact at rest that does not fit the mode that is tried; -1: all do."""
-    faint = FITTING * floats[LARGEST_SIZE]
+def first_misfit(floats, count, share):
+    """The least number of a contact at rest that does not fit the mode that is tried; -1: all do.
+
+    share: of the largest acceleration, which those that slide are to reach
+    """
+    least_speeding = share * floats[LARGEST_SIZE]
     for i in range(count):
         c = int(floats[OPEN + i])
         if floats[AT_REST + c] == 1.0:
             if floats[TRIED + c] != 0.0:
-                if floats[TRIED + c] * floats[ACCELERATIONS + c] < -faint:
+                if floats[TRIED + c] * floats[ACCELERATIONS + c] < least_speeding:
                     return c
             else:
                 least, most = held_between(floats, c)
@@ -227,7 +240,7 @@ def try_all(floats, count):
                         floats[TRIED + c] = -1.0
                     rest = rest // 3
             find_forces(floats, count, False)
-            if first_misfit(floats, count) >= 0 or (lifting == 0 and not presses(floats, count)):
+            if first_misfit(floats, count, -FITTING) >= 0 or (lifting == 0 and not presses(floats, count)):
                 continue
             if found == 0:
                 found = 1

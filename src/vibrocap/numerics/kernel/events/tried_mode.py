@@ -11,15 +11,16 @@ from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
 
 SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivoting, for contacts at imposed distances
 
-# Places in the work space: a state; b, A, n, C and seven numbers of each contact, as `contact_rows` writes them.
+# Places in the work space: a state; b, A, n, seven numbers of each contact, and where loads follow the motion C, as
+# `contact_rows` writes them.
 FREE_ROWS = WORK + STATES
 SLOWING = FREE_ROWS + CONTACTS
 LOAD_ROWS = SLOWING + CONTACTS * CONTACTS
-RAISED_ROWS = LOAD_ROWS + CONTACTS
-HELD_LEVELS = RAISED_ROWS + CONTACTS * CONTACTS
+HELD_LEVELS = LOAD_ROWS + CONTACTS
 LEVELS_EACH = 7
 SLIDING, PUSHED, PUSHED_AT_REST, LEAST_HELD, MOST_HELD, LEAST_KINETIC, MOST_KINETIC = 0, 1, 2, 3, 4, 5, 6
-MATRIX_ROWS = HELD_LEVELS + LEVELS_EACH * CONTACTS  # with the right-hand side
+RAISED_ROWS = HELD_LEVELS + LEVELS_EACH * CONTACTS
+MATRIX_ROWS = RAISED_ROWS + CONTACTS * CONTACTS  # with the right-hand side
 TAKEN = MATRIX_ROWS + CONTACTS * (CONTACTS + 1)
 ACCELERATIONS = TAKEN + CONTACTS
 NORMALS = ACCELERATIONS + CONTACTS
@@ -27,7 +28,8 @@ TRIED = NORMALS + CONTACTS  # side of each contact in the mode that is tried
 AT_REST = TRIED + CONTACTS  # 1: it is asked
 GAVE = AT_REST + CONTACTS  # 1: it has given way
 TIED = GAVE + CONTACTS  # 1: the forces alone do not decide
-FOUND_SIDE = TIED + CONTACTS
+GROUP_ASKED = TIED + CONTACTS  # of each group, 1: one of it is to be asked
+FOUND_SIDE = GROUP_ASKED + CONTACTS
 FOUND_ACCELERATION = FOUND_SIDE + CONTACTS
 KNOWN_SIZE = FOUND_ACCELERATION + CONTACTS  # sum of the sizes of what accelerates a contact but unknown forces
 OPEN = KNOWN_SIZE + CONTACTS  # numbers of the contacts of the problem

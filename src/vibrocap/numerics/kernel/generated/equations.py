@@ -11,23 +11,29 @@ def slow_jet(floats, lane) -> None:
     raise NotImplementedError
 
 
-def guard_simd(floats, velocity, hold, limit, side, stuck, push, one, two, h) -> tuple:
+def guard_simd(floats, chosen, velocity, hold, limit, side, stuck, push, one, two, h) -> None:
     """Of all lanes at once (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
+    chosen: the lanes in which it is written, where contacts are several
     velocity, hold, limit: first coefficients of the rows of one contact. The guard is side * velocity without its first
     coefficients that vanish (in the lanes `one` and `two`, so many), or, in the lanes `stuck`, limit - push * hold.
-    Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
     """
     raise NotImplementedError
 
 
-def switch_simd(floats, row, one, h) -> tuple:
+def switch_simd(floats, row, one, h) -> None:
     """The same of the guard of a branch with its series at row; without its first coefficient in the lanes `one`."""
     raise NotImplementedError
 
 
+def signs_simd(floats) -> tuple:
+    """(first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis) of
+    that polynomial."""
+    raise NotImplementedError
+
+
 def guard_at(floats, x) -> tuple:
-    """(value, slope) of that polynomial at x, a number per lane from 0 to 1."""
+    """(value, slope) of it at x, a number per lane from 0 to 1."""
     raise NotImplementedError
 
 

@@ -9,7 +9,6 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
     bits,
     load,
-    square_root,
     store,
     where,
     whole_above,
@@ -20,33 +19,27 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.events.contact import JUMP, cross, pin
+from vibrocap.numerics.kernel.events.contact import cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import (
     EVENT_CONTACT,
     LIFTED,
-    SLOW,
     STEP,
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet, switch_simd
+from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
-    LACUNARY,
-    LIMIT_CONSTANT,
-    MANIFOLDS,
     MAYBE_STIFF,
     RETURNING,
     SET_VALUED,
     SEVERAL,
     SHARED,
     SHARP,
-    SLOW_CONTACT,
     SLOWED,
     STATE_OF,
-    STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
@@ -67,16 +60,15 @@ from vibrocap.numerics.kernel.generated.lane import (
     TO_DECIDE,
     TOLERANCE,
     UNTIL,
-    WORK,
     ZERO_PROGRESS,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, REACTION, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
-from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
+from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
+from vibrocap.numerics.kernel.loop.one_step import step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
-    ahead_simd,
     before_turning,
     doubt_simd,
     out_of_doubt,
@@ -90,15 +82,11 @@ from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import (
-    greater,
     least_of_cubic,
-    least_of_four,
     lesser,
     series_values,
     taylor_steps,
 )
-
-NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
 def advance(floats, ints, trace, rounds):
@@ -188,49 +176,9 @@ def step_simd(floats, ints, trace, running):
     if SLOWED and bits(slow) != 0:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
-    event = plain & ~plain
-    which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
-    for c in range(CONTACTS):
-        if STICKS[c] + KINKS[c] > 0:
-            own = load(floats, SIDE + c * LANES)
-            one = whole_equal(ints, ZEROS + c * LANES, 1)
-            two = whole_equal(ints, ZEROS + c * LANES, 2)
-            if LACUNARY:
-                plain = plain & ~two
-            stuck = plain & ~plain
-            push = own
-            if STICKS[c] == 1:
-                stuck = own == 0.0
-                push, sure = hold_simd(floats, c, stuck, two, longest, h)
-                plain = plain & sure
-            ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
-            if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
-                ahead = ahead | still_simd(floats, ints, c, h)
-            for m in range(MANIFOLDS):
-                if SLOWED and SLOW_CONTACT[m] == c:
-                    plain = plain & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
-            if SHARP and c == 0:
-                plain = plain & resolved_simd(floats, side, start, change, h, plain)
-            clear = ~plain | ahead
-            if bits(~clear) != 0:
-                leading, last, changes = guard_simd(
-                    floats, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h
-                )
-                plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
-                found = plain & ~clear & (changes == 1.0)
-                if bits(found) != 0:
-                    root = root_simd(floats, leading, last, found)
-                    # As in `one_step.step`: the last stretch is a step of its own.
-                    early = found & stuck & (root > NEAR)
-                    h = where(found, h * root, h)
-                    h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-                    if SEVERAL:
-                        which = where(found, 1.0 * c, which)
-                        event = (event & ~found) | (found & ~early)
-                    else:
-                        event = found & ~early
+    plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         clear = ~plain | within_piece(floats, row, h)
@@ -240,7 +188,8 @@ def step_simd(floats, ints, trace, running):
             sure = first > SLIGHT
             if i >= LAW_BRANCHES:
                 sure = sure | one
-            leading, last, changes = switch_simd(floats, row, one, h)
+            switch_simd(floats, row, one, h)
+            leading, last, changes = signs_simd(floats)
             found = ~clear & sure & (leading > 0.0) & (changes == 1.0) & ~(slow | damped)
             plain = plain & (clear | found | (sure & (leading > 0.0) & (changes == 0.0)))
             if bits(found) != 0:
@@ -274,72 +223,6 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
-
-
-def hold_simd(floats, c, stuck, two, longest, h):
-    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
-    limit = load(floats, LIMIT_OF[c])
-    hold = load(floats, HOLD_OF[c])
-    growth = 0.0 * h
-    change = 0.0 * h
-    for k in range(ORDER - 1, 0, -1):
-        force = load(floats, HOLD_OF[c] + k * LANES)
-        term = abs(force)
-        if not LIMIT_CONSTANT:
-            term = term + abs(load(floats, LIMIT_OF[c] + k * LANES))
-        growth = growth * h + term
-        change = change * h + force
-    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
-    held = abs(hold) < (1.0 - 1e-12) * limit
-    sure = held & (limit + push * hold > growth * h)
-    if bits(stuck & held & ~sure) != 0:
-        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
-    # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
-    steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
-    return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
-
-
-def least_of_guard(floats, c, push, h):
-    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
-    hold, limit = HOLD_OF[c], LIMIT_OF[c]
-    others = 0.0 * h
-    for k in range(ORDER - 1, 3, -1):
-        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
-    first = load(floats, limit) + push * load(floats, hold)
-    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
-    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
-    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
-    return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
-
-
-def root_simd(floats, first, last, wanted):
-    """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
-
-    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
-    from the root of the parabola with the same ends and the same slope at the start.
-    """
-    slope = load(floats, WORK + LANES)
-    x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
-    low = 0.0 * x
-    high = low + 1.0
-    x = where((x > 0.0) & (x < 1.0), x, 0.5)
-    for _ in range(80):
-        y, d = guard_at(floats, x)
-        above = y > 0.0
-        low = where(above, x, low)
-        high = where(above, high, x)
-        following = x - y / d
-        done = abs(following - x) <= NEWTON * x
-        inside = (low < following) & (following < high)
-        halved = 0.5 * (low + high)
-        closed = ~done & ~inside & ((halved == low) | (halved == high))
-        following = where(inside | done, following, where(closed, high, halved))
-        x = where(wanted, following, x)
-        wanted = wanted & ~done & ~closed
-        if bits(wanted) == 0:
-            break
-    return x
 
 
 def move_simd(floats, ints, trace, plain, h, end):

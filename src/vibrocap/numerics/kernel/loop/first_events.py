@@ -1,0 +1,160 @@
+"""The first event of a contact within the steps of all lanes: one search for all contacts and lanes."""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, square_root, where, whole_equal
+from vibrocap.numerics.kernel.events.contact import JUMP
+from vibrocap.numerics.kernel.generated.ensemble import SLOW
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, signs_simd
+from vibrocap.numerics.kernel.generated.facts import (
+    KINKS,
+    LACUNARY,
+    LIMIT_CONSTANT,
+    MANIFOLDS,
+    SEVERAL,
+    SHARP,
+    SLOW_CONTACT,
+    SLOWED,
+    STICKS,
+)
+from vibrocap.numerics.kernel.generated.lane import SIDE, WORK, ZEROS
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
+from vibrocap.numerics.kernel.loop.one_step import NEAR
+from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, still_simd
+from vibrocap.numerics.kernel.step.resolved_simd import resolved_simd
+from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_four
+
+NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
+
+
+def first_events(floats, ints, plain, slow, longest, h):
+    """(lanes that remain plain, lengths of their steps, in which of them an event ends the step, of which contact).
+
+    In each lane the first contact of which more is to be known than a bound has its guard looked at, in all lanes
+    together; again where a further contact has such a guard over what is then the step.
+    """
+    none = plain & ~plain
+    event = none
+    which = 0.0 * h
+    again, looked, waiting = plain, which - 1.0, -1
+    for _ in range(CONTACTS):
+        chosen, held, later, contacts, waiting = none, none, none, waiting, 0
+        for c in range(CONTACTS):
+            asked = again & (looked < 1.0 * c) if SEVERAL else again
+            if STICKS[c] + KINKS[c] == 0 or (contacts >> c) & 1 == 0:
+                continue
+            own = load(floats, SIDE + c * LANES)
+            one = whole_equal(ints, ZEROS + c * LANES, 1)
+            two = whole_equal(ints, ZEROS + c * LANES, 2)
+            if LACUNARY:
+                plain = plain & ~two
+            stuck, push, fine, stays = none, own, ~none, none
+            if STICKS[c] == 1:
+                stuck = own == 0.0
+                if bits(again & (stuck | two)) != 0:
+                    push, fine, stays = hold_simd(floats, c, stuck, two, longest, h)
+            ahead, change = ahead_simd(floats, c, own, stuck, one, two, h)
+            if SEVERAL and KINKS[c] == 1 and bits(plain & ~ahead) != 0:
+                ahead = ahead | still_simd(floats, ints, c, h)
+            for m in range(MANIFOLDS):
+                if SLOWED and SLOW_CONTACT[m] == c:
+                    fine = fine & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
+            if SHARP and c == 0:
+                fine = fine & resolved_simd(floats, own, load(floats, VELOCITY), change, h, plain & fine)
+            ahead = ahead | stays
+            if SEVERAL:
+                open_still = asked & chosen & ~(ahead & fine)
+                later = later | open_still
+                waiting += (1 << c) if bits(open_still) != 0 else 0
+                asked = asked & ~chosen
+            plain = plain & (fine | ~asked)
+            asked = asked & plain & ~ahead
+            if bits(asked) != 0:
+                guard_simd(floats, asked, VELOCITY_OF[c], HOLD_OF[c], LIMIT_OF[c], own, stuck, push, one, two, h)
+                chosen = chosen | asked
+                held = held | (asked & stuck)
+                looked = where(asked, 1.0 * c, looked)
+        if bits(chosen) == 0:
+            break
+        leading, last, changes = signs_simd(floats)
+        plain = plain & (~chosen | ((leading > 0.0) & (changes <= 1.0)))
+        found = plain & chosen & (changes == 1.0)
+        if bits(found) != 0:
+            root = root_simd(floats, leading, last, found)
+            # As in `one_step.step`: the last stretch is a step of its own.
+            early = found & held & (root > NEAR)
+            h = where(found, h * root, h)
+            h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+            which = where(found, looked, which)
+            event = (event & ~found) | (found & ~early)
+        again = later & plain
+        if bits(again) == 0:
+            break
+    return plain, h, event, which
+
+
+def hold_simd(floats, c, stuck, two, longest, h):
+    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for, where it
+    stays beyond doubt)."""
+    limit = load(floats, LIMIT_OF[c])
+    hold = load(floats, HOLD_OF[c])
+    growth = 0.0 * h
+    change = 0.0 * h
+    for k in range(ORDER - 1, 0, -1):
+        force = load(floats, HOLD_OF[c] + k * LANES)
+        term = abs(force)
+        if not LIMIT_CONSTANT:
+            term = term + abs(load(floats, LIMIT_OF[c] + k * LANES))
+        growth = growth * h + term
+        change = change * h + force
+    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
+    held = abs(hold) < (1.0 - 1e-12) * limit
+    sure = held & (limit + push * hold > growth * h)
+    if bits(stuck & held & ~sure) != 0:
+        sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
+    # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
+    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
+    steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
+    fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+    return push, fine, stuck & (limit - abs(hold) > growth * h)
+
+
+def least_of_guard(floats, c, push, h):
+    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
+    hold, limit = HOLD_OF[c], LIMIT_OF[c]
+    others = 0.0 * h
+    for k in range(ORDER - 1, 3, -1):
+        others = others * h + abs(load(floats, limit + k * LANES) + push * load(floats, hold + k * LANES))
+    first = load(floats, limit) + push * load(floats, hold)
+    second = (load(floats, limit + LANES) + push * load(floats, hold + LANES)) * h
+    third = (load(floats, limit + 2 * LANES) + push * load(floats, hold + 2 * LANES)) * h * h
+    fourth = load(floats, limit + 3 * LANES) + push * load(floats, hold + 3 * LANES)
+    return least_of_four(first, second, third, (fourth - others * h) * h * h * h)
+
+
+def root_simd(floats, first, last, wanted):
+    """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
+
+    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
+    from the root of the parabola with the same ends and the same slope at the start.
+    """
+    slope = load(floats, WORK + LANES)
+    x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
+    low = 0.0 * x
+    high = low + 1.0
+    x = where((x > 0.0) & (x < 1.0), x, 0.5)
+    for _ in range(80):
+        y, d = guard_at(floats, x)
+        above = y > 0.0
+        low = where(above, x, low)
+        high = where(above, high, x)
+        following = x - y / d
+        done = abs(following - x) <= NEWTON * x
+        inside = (low < following) & (following < high)
+        halved = 0.5 * (low + high)
+        closed = ~done & ~inside & ((halved == low) | (halved == high))
+        following = where(inside | done, following, where(closed, high, halved))
+        x = where(wanted, following, x)
+        wanted = wanted & ~done & ~closed
+        if bits(wanted) == 0:
+            break
+    return x
