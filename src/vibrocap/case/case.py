@@ -27,8 +27,8 @@ from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, undeclared
 from vibrocap.physics.drives.table import DriveTable
+from vibrocap.physics.names import state_names
 from vibrocap.physics.parameters import ParameterError, parameter_table
-from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Context, WithoutUnits
 from vibrocap.quantities.dimensional import in_si

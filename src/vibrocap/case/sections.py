@@ -6,7 +6,7 @@ from typing import Any
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import controllers, drives, laws, machines
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.numbering import number_in
+from vibrocap.physics.names import number_in
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}

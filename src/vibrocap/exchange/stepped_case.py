@@ -21,7 +21,7 @@ from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_k
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.units import over_seconds
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import bounds
 from vibrocap.physics.system import System
 

@@ -19,7 +19,7 @@ from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByKey, Context, Declared
 from vibrocap.quantities.dimensional import said

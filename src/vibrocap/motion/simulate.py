@@ -18,7 +18,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.events import BOUNDS, KINDS
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.quantities.declared import ByName, Time

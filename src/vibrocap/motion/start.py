@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.dimensions.units import state_keys
-from vibrocap.physics.states import OUTPUT
+from vibrocap.physics.names import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Number, Time
 from vibrocap.quantities.dimensional import Dimensional, said

@@ -18,10 +18,9 @@ from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
-from vibrocap.physics.numbering import number_in, numbered
+from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
-from vibrocap.physics.states import laws_by_state, laws_of, state_names
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system

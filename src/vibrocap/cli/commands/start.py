@@ -103,7 +103,7 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
     from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.environment import Environment
-    from vibrocap.physics.states import state_names
+    from vibrocap.physics.names import state_names
 
     classes = {section: catalogue()[chosen[section]] for section, (_, catalogue) in CHOICES.items()}
     form = _InSI(classes) if si else _Plain()

@@ -5,8 +5,7 @@ from typing import Any
 from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows
 from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
 from vibrocap.physics.flow import Flow
-from vibrocap.physics.numbering import numbered
-from vibrocap.physics.states import between_states
+from vibrocap.physics.names import between_states, numbered
 from vibrocap.physics.system import System
 
 

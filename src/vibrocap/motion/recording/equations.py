@@ -23,7 +23,7 @@ from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 

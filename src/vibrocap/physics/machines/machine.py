@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.mechanism import Body, Link, Mechanism
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.scene import Shape, block

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.machines.machine import Contact, Imposed, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 
 class Worm(Row, Imposed):

@@ -16,9 +16,8 @@ from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.numbering import number_in
+from vibrocap.physics.names import number_in, state_names
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 
 ALL = "vary what all kinds have, do a study for each, or give a list of cases"
