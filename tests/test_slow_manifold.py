@@ -8,7 +8,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.expressions.slow_states import slow_bristles, slow_states
+from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.ensemble import (

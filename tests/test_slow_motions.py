@@ -10,7 +10,7 @@ import vibrocap as vc
 from independent import VELOCITY, lugre_rates
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations
-from vibrocap.numerics.expressions.slow_states import slow_states
+from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.run import motion as kernels
 
 PERIODS = 3

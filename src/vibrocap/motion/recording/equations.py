@@ -12,9 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.corners import Corners
-from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows, Equations
+from vibrocap.numerics.expressions.equations import (
+    Balance,
+    ContactEquations,
+    DecisionRows,
+    Equations,
+    NormalBalance,
+    rate_of,
+)
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.physics.closed_loop.sampling import SampledReference
@@ -235,7 +241,7 @@ def segment_paths(drive: Piecewise) -> tuple[str, ...]:
 
 
 def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
-    """The corners of the drive, recorded in a graph of their own, as a table may have very many; None without corners."""
+    """The corners of the drive, recorded in a graph of their own, as a table may have very many; None of none."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
     recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})

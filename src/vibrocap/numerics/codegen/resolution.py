@@ -34,10 +34,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.numerics.codegen.at_rest import Speed, gaps
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
+from vibrocap.numerics.expressions.structure import Speed, gaps
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more

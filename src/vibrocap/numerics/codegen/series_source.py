@@ -15,7 +15,7 @@ from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formul
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.slow_states import decay_rates
+from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.at_rest import gaps, place_of_returns, rough
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.scalar_source import (
     ScalarWriter,
@@ -18,7 +17,7 @@ from vibrocap.numerics.codegen.series_source import jet_source, limits_are_const
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.expressions.slow_states import record_slopes
+from vibrocap.numerics.expressions.structure import gaps, place_of_returns, record_slopes, rough
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 

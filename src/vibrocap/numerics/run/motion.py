@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.slow_states import slow_states
+from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
