@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
-from vibrocap.numerics.codegen.scalar_source import indented
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
     pair,
@@ -11,7 +10,7 @@ from vibrocap.numerics.codegen.slow_manifold import (
     settled_coefficient,
     store_reach,
 )
-from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
+from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression

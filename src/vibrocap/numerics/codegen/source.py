@@ -5,7 +5,9 @@ import math
 from collections.abc import Sequence
 
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.codegen.scalar_source import (
+from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
+from vibrocap.numerics.codegen.slow_manifold import slow_constants
+from vibrocap.numerics.codegen.straight_line import (
     ScalarWriter,
     chosen_source,
     function_source,
@@ -13,8 +15,6 @@ from vibrocap.numerics.codegen.scalar_source import (
     returned_source,
     stored_source,
 )
-from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
-from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.expressions.structure import gaps, place_of_returns, record_slopes, rough
