@@ -1,4 +1,4 @@
-"""Writes the series of the contact's acceleration from the balance of momentum, see `expressions/balance.py`.
+"""Writes the series of the contact's acceleration from the balance of momentum, see `Balance`.
 
 It leaves few products where the solved equations have many.
 """

@@ -1,6 +1,6 @@
 """The true load of a contact whose friction takes it as constant: whether it falls below zero in the window.
 
-The series of the load (`codegen/true_load.py`) is a bound that clears nearly every step. On the others the load is
+The series of the load (`LoadSeries`) is a bound that clears nearly every step. On the others the load is
 asked as the measure of its least value asks it: at the points of the piece, and where a polynomial through them turns.
 """
 
