@@ -15,8 +15,7 @@ from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, QUANTITIES, state_units
 from vibrocap.physics.drives.drive import ROUNDING
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.roles import dimension_of_unit
+from vibrocap.physics.parameters import dimension_of_unit, parameter_table
 from vibrocap.physics.system import System
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
