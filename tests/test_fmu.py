@@ -25,7 +25,7 @@ from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.api import recorded_run
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed (extra `exchange`)")

@@ -9,7 +9,7 @@ import pytest
 import vibrocap as vc
 from exact_stops import ExactCapsule
 from thinned import exhaustive_but, slow_but
-from vibrocap.motion.start import within_room
+from vibrocap.motion.simulate import within_room
 
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').

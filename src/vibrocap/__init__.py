@@ -67,8 +67,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.measures.recorded.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
-    from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.start import Start
+    from vibrocap.motion.simulate import Start, simulate
     from vibrocap.motion.status import Status
     from vibrocap.motion.trajectory import Event, Phase, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors

@@ -15,7 +15,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_positive, shown
 from vibrocap.case.case import Case
 from vibrocap.files import write_text
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.mechanism import Body, Mechanism

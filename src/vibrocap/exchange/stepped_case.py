@@ -15,8 +15,7 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
 from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
