@@ -145,7 +145,7 @@ def _places(kernel: BrowserKernel) -> dict[str, Any]:
     constants = layout.constants()
     sizes = {name: getattr(layout, name) for name in ("rows", "order")}
     sizes |= {name: getattr(layout, f"{name}_size") for name in ("piece", "event", "run", "result")}
-    sizes |= {"marks": layout.marks, "whole": layout.whole_size, "real": layout.real_size}
+    sizes |= {"marks": layout.marks, "ints": layout.whole_size, "floats": layout.real_size}
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
 
 

@@ -157,8 +157,8 @@ def mirrored(equations: Equations) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
-def sparse(equations: Equations) -> bool:
-    """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
+def lacunary(equations: Equations) -> bool:
+    """Whether the series of some sharp function from rest may be lacunary, or the function is a logarithm.
 
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
     four vanish.

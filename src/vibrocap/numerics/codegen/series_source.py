@@ -53,7 +53,7 @@ def _series(
 ) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order, simd = layout.order, loop == "simd"
-    # A graphics card has functions of its own, and runs the ensemble one by one.
+    # A GPU has functions of its own, and runs the ensemble one by one.
     code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None

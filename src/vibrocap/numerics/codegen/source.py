@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.resolution import lacunary, mirrored, resolution_source, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.codegen.straight_line import (
@@ -80,7 +80,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["LACUNARY"] = sparse(equations)
+    constants["LACUNARY"] = lacunary(equations)
     constants["ROUGH"] = rough(equations, sharp.nodes)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:

@@ -198,7 +198,7 @@ class Equations:
     """Recorded equations of all systems of one form; their numbers are in the parameter vector.
 
     rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction); hold, arriving and limit: None where the contact cannot stick.
+    friction).
     """
 
     graph: Graph
