@@ -77,6 +77,7 @@ def doubled(half, phase):
 OWN = {"half": (0.25, 1.5), "phase": (0.0, np.sqrt(2.0 * np.pi))}
 
 
+@pytest.mark.slow
 def test_variables_of_ones_own_are_other_words_for_the_same_designs(biharmonic):
     """Slopes by the chain rule: dV/d(half) = 2 dV/d(frequency), dV/d(phase) = 2 phase dV/d(second_phase)."""
     guess = {"drive.frequency": 0.92, "drive.second_phase": 2.25}
