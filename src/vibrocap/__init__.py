@@ -94,8 +94,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     )
     from vibrocap.orbits.equilibria.following import EquilibriumEnd
     from vibrocap.orbits.maps.itinerary import ModeChange
-    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.controllers.computed_torque import (
         AngleComputedTorque,
         PositionComputedForce,

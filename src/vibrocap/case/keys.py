@@ -11,7 +11,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.case.sections import CHOICES, chosen_classes, is_kind, is_part, kind_key, of_further_contact
-from vibrocap.physics.carry_over import carried_names, lacking
+from vibrocap.physics.dimensions.carry_over import carried_names, lacking
 from vibrocap.physics.dimensions.conversion import part_without_units, states_without_units, with_gravity
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import (
@@ -131,8 +131,8 @@ Classes = Mapping[str, Any]
 def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     """Put values by path into the sections of a case; what parts of other kinds lack then in SI.
 
-    A part of another kind keeps the parameters that both kinds have (`vibrocap.physics.carry_over`), a start only
-    states that there still are. A further contact that is spoken of has a law of its own from then on, as yet that of
+    A part of another kind keeps the parameters that both kinds have (`dimensions.carry_over`), a start only states that
+    there still are. A further contact that is spoken of has a law of its own from then on, as yet that of
     the first. What a change gives replaces the same quantity in another unit.
     """
     for section in dict.fromkeys(path.partition(".")[0] for path in changes):

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import controllers, drives, laws, machines
+from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.names import number_in
 

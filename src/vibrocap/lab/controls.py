@@ -4,8 +4,8 @@ import math
 import typing
 from typing import Any
 
-from vibrocap.physics.carry_over import needed
 from vibrocap.physics.catalogue import laws, wrappers
+from vibrocap.physics.dimensions.carry_over import needed
 from vibrocap.physics.dimensions.scales import EFFORTS
 from vibrocap.physics.dimensions.units import parameter_keys, unit_name
 from vibrocap.physics.parameters import Dimension, ParameterInfo, parameter_table

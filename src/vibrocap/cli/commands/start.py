@@ -101,7 +101,7 @@ def _given(text: str, out: Path | None, said: str) -> int:
 
 def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
-    from vibrocap.physics.actuator import Actuator
+    from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.names import state_names
 

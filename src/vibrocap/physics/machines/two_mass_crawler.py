@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
+from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
 from vibrocap.physics.machines.machine import ImposedDisplacement, Positive, parameter, parameters
-from vibrocap.physics.scene import capsule_with_mass
 
 
 @parameters
