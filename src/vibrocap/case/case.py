@@ -9,16 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
 from vibrocap.case.drive_file import with_columns
-from vibrocap.case.keys import DIMENSIONLESS, as_given, change, check_word, form_of, without_units
 from vibrocap.case.sections import (
     CHOICES,
     CHOICES_LEFT_OUT,
+    DIMENSIONLESS,
     OPTIONAL,
     SECTIONS,
+    as_given,
+    change,
+    check_word,
+    form_of,
     is_section,
     kind_key,
     kinds_of,
     of_further_contact,
+    without_units,
 )
 from vibrocap.case.text import as_text
 from vibrocap.files import write_text
@@ -130,7 +135,7 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML.
 
     changes: values by path that replace those of the text, such as {"machine.mass_ratio": 2.0, "initial.angle": 0.5};
-        another kind of part ("friction.law") keeps the parameters that both have, see `vibrocap.case.keys`
+        another kind of part ("friction.law") keeps the parameters that both have, see `vibrocap.case.sections`
     run: the same for settings of the section [run], by name
     """
     try:

@@ -8,8 +8,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
-from vibrocap.case.keys import DIMENSIONLESS, SI, WORDS
-from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
+from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.command_examples import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table

@@ -9,8 +9,7 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_dict
-from vibrocap.case.keys import as_given
-from vibrocap.case.sections import is_kind, is_part, kind_key, kind_paths, kinds_of
+from vibrocap.case.sections import as_given, is_kind, is_part, kind_key, kind_paths, kinds_of
 from vibrocap.physics.dimensions.carry_over import carried, lacking
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.dimensions.scales import Scales
