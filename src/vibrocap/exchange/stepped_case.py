@@ -85,7 +85,7 @@ class SteppedCase:
 
     @functools.cached_property
     def system(self) -> System:
-        """That of the case, with the input in the place of the drive where it is one."""
+        """That of the case, with the input in place of the drive where it is one."""
         return self.case.system if self.input is None else with_held_input(self.case.system)
 
     @functools.cached_property

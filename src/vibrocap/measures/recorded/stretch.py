@@ -63,7 +63,7 @@ class Stretch:
         return self._observed("friction", t, self._piece_at(t))
 
     def friction_rate(self, t: np.ndarray) -> np.ndarray:
-        """dR/dt, by a difference quotient of fourth order on the piece's own series, which goes on beyond its ends."""
+        """dR/dt, by a difference quotient of fourth order on the piece's series, which continues beyond its ends."""
         piece = self._piece_at(t)
         h = DIFFERENCE * self.motion.piece_length[piece]
         ahead, back, ahead2, back2 = (self._observed("friction", t + k * h, piece) for k in (1, -1, 2, -2))

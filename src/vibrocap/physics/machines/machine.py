@@ -315,7 +315,7 @@ class Imposed(Machine):
 class ImposedDisplacement(Imposed):
     """A body with an inner mass whose displacement z along the line is imposed; the ground acts on nothing else.
 
-    The state is the position and p, the velocity of the common centre of mass, which goes on where z' jumps:
+    The state is the position and p, the velocity of the common centre of mass, which continues where z' jumps:
 
         X' = p - mu z',     (lambda + 1) p' = -R,     mu = 1/(lambda + 1)
 
