@@ -11,25 +11,31 @@ from vibrocap.numerics.codegen.slow_manifold import (
     settled_coefficient,
     store_reach,
 )
-from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, indented, literal
+from vibrocap.numerics.codegen.straight_line import ALL, CHOSEN, ONE, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 TAIL = 4.0  # times the last term: with those that follow it, if each is at most three quarters of the one before
+NO_MANIFOLD = ["def slow_jet(floats, lane):", '    """There is none."""']
 
 
 def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
 
-    `slow_jet`: the same of a motion alone, on a slow manifold
+    `slow_jet`: the same on a slow manifold, of a motion alone or of all lanes that are on one
     """
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
-        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
-        return "\n".join(["def jet(floats):", "    align_stack()", *indented(body), "", guard])
+        slow = range(len(layout.slow))
+        body = _series(equations, integrals, layout, loop, slow if equations.several else ())
+        one, other = ["def jet(floats):", "    align_stack()", *indented(body), ""], NO_MANIFOLD
+        if layout.slow and not equations.several:
+            other = ["def slow_jet(floats, lane):", "    align_stack()", "    slow = load(floats, SLOW) > 0.0"]
+            other += indented(_series(equations, integrals, layout, loop, slow))
+        return "\n".join([*one, *other, "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
@@ -45,7 +51,7 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         body = _series(equations, integrals, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
         calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
-    return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
+    return "\n".join([*found, *(["def slow_jet(floats, lane):", *calls] if calls else NO_MANIFOLD), ""])
 
 
 def _series(
@@ -54,7 +60,8 @@ def _series(
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order, simd = layout.order, loop == "simd"
     # A GPU has functions of its own, and runs the ensemble one by one.
-    code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
+    lanes = ALL if equations.several or not slow else CHOSEN
+    code = Code(lanes if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
     watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
@@ -95,8 +102,7 @@ def _series(
             first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)
             for i, other in enumerate(others):
-                larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
-                decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
+                decay = code.larger(f"decay_{i}", other, decay)
             code.store("DECAY_RATE", decay)
             store_reach(writer)
         for i, guard in enumerate(equations.guards):

@@ -123,11 +123,19 @@ class Lanes:
 
     entry: str
     store: str
+    larger: str
     reading: int  # cycles until an entry is there
 
 
-ONE = Lanes(entry="floats[{} + lane]", store="floats[{} + lane] = {}", reading=0)
-ALL = Lanes(entry="load(floats, {})", store="store(floats, {}, {})", reading=CALLING + ADDING)
+ONE = Lanes(entry="floats[{} + lane]", store="floats[{} + lane] = {}", larger="max({0}, {1})", reading=0)
+ALL = Lanes(
+    entry="load(floats, {})",
+    store="store(floats, {}, {})",
+    larger="where({0} > {1}, {0}, {1})",
+    reading=CALLING + ADDING,
+)
+# of all at once, where only the values of the lanes `slow` are written
+CHOSEN = dataclasses.replace(ALL, store="store(floats, {0}, where(slow, {1}, load(floats, {0})))")
 
 
 class Code:
@@ -153,6 +161,10 @@ class Code:
     def entry(self, place: str) -> Formula:
         """What stands at a place of the memory."""
         return Formula(self.lanes.entry.format(place), self.lanes.reading)
+
+    def larger(self, name: str, one: Formula, other: Formula) -> Formula:
+        """The larger of two values that have names, under a name."""
+        return self.name(name, Formula(self.lanes.larger.format(one.text, other.text), max(one.known, other.known)))
 
     def store(self, place: str, value: Formula) -> None:
         """Write a value to memory."""

@@ -30,7 +30,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, switch_simd
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -81,6 +81,7 @@ from vibrocap.numerics.kernel.loop.turning_simd import (
     doubt_simd,
     out_of_doubt,
     passing_simd,
+    rest_simd,
     still_simd,
 )
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
@@ -105,7 +106,13 @@ def advance(floats, ints, trace, rounds):
     running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        jet(floats)
+        slow = 0
+        if SLOWED and not SEVERAL:  # of several contacts one function makes the series of all lanes
+            slow = bits(running & slow_lanes(floats))
+        if slow != all_running:
+            jet(floats)
+        if slow != 0:
+            slow_jet(floats, 0)
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -178,7 +185,7 @@ def step_simd(floats, ints, trace, running):
     if RETURNING:
         plain = plain & ~passing_simd(floats, h)
     settled, near, far = plain, plain, plain
-    if SLOWED:
+    if SLOWED and bits(slow) != 0:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     event = plain & ~plain
@@ -267,15 +274,6 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
-
-
-def rest_simd(floats):
-    """Where a contact sticks, of several."""
-    rests = load(floats, SIDE) != load(floats, SIDE)
-    for c in range(CONTACTS):
-        if STICKS[c] == 1:
-            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
-    return rests
 
 
 def hold_simd(floats, c, stuck, two, longest, h):

@@ -11,10 +11,11 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_CONTACT,
     SLOW_STATE,
     STATE_OF,
+    STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED
 from vibrocap.numerics.kernel.step.taylor_simd import lesser, series_values
@@ -109,3 +110,12 @@ def passing_simd(floats, h):
     for k in range(ORDER, 0, -1):
         rate = rate * h + k * load(floats, row + k * LANES)
     return (load(floats, row + LANES) > 0.0) & ~(rate > 0.0)
+
+
+def rest_simd(floats):
+    """Where a contact sticks, of several."""
+    rests = load(floats, SIDE) != load(floats, SIDE)
+    for c in range(CONTACTS):
+        if STICKS[c] == 1:
+            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
+    return rests
