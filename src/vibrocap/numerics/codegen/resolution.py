@@ -140,7 +140,7 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def mirrored(equations: Equations) -> bool:
+def sides_alike(equations: Equations) -> bool:
     """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
     graph, nodes = equations.graph, system_sharpness(equations).nodes
     watching = (*equations.rates, *equations.switches)

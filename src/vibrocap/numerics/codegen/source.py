@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.resolution import lacunary, mirrored, resolution_source, system_sharpness
+from vibrocap.numerics.codegen.resolution import lacunary, resolution_source, sides_alike, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.codegen.straight_line import (
@@ -79,7 +79,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
-    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SIDES_ALIKE": sides_alike(equations)}
     constants["LACUNARY"] = lacunary(equations)
     constants["ROUGH"] = rough(equations, sharp.nodes)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
