@@ -1,7 +1,7 @@
 """A compiler for kernels: their text, in a small part of Python (`subset.py`), becomes machine code.
 
-The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
-that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM and
+The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`). From that tree
+LLVM's language is written (`lowering.py`, `code.py`; all lanes at once: `lanes.py`), made machine code by LLVM and
 called (`machine.py`), and kept on disk (`cache.py`); `compiled` does all of that. Nothing else of the package knows
 LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c/`).
 """
@@ -13,9 +13,8 @@ import threading
 from collections.abc import Iterable, Mapping, Sequence
 
 from vibrocap.numerics.compiler import cache
-from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
 from vibrocap.numerics.compiler.machine import Compiled, NoObject, Target, host, object_code
-from vibrocap.numerics.compiler.subset import LIBRARY, Refused
+from vibrocap.numerics.compiler.subset import FLOAT, FLOATS, INT, INTS, LIBRARY, Kind, Refused
 from vibrocap.progress import stage
 
 __all__ = [

@@ -4,7 +4,7 @@ import functools
 from typing import TYPE_CHECKING
 
 from vibrocap.numerics.compiler import lanes
-from vibrocap.numerics.compiler.kinds import (
+from vibrocap.numerics.compiler.subset import (
     BOOL,
     ELEMENTS,
     FLOAT,

@@ -4,10 +4,21 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.numerics.compiler.code import Code
-from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value, float_text
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
-from vibrocap.numerics.compiler.subset import parsed, uncollected
+from vibrocap.numerics.compiler.subset import (
+    BOOL,
+    ELEMENTS,
+    FLOATS,
+    INT,
+    INTS,
+    NOTHING,
+    Kind,
+    Value,
+    float_text,
+    parsed,
+    uncollected,
+)
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
 

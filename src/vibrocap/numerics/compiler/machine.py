@@ -37,7 +37,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 
-from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS, Kind
+from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, Kind
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
 # First line of a text that is to be made quickly, put together and by O1, or to be small; others take O2 as it is.
