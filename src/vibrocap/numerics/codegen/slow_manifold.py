@@ -96,7 +96,7 @@ def bounding_decays(
 
 def store_reach(writer: JetWriter) -> None:
     """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
-    if not isinstance(writer, SlowWriter) or not writer.corrects:
+    if not isinstance(writer, SlowWriter):
         return
     code = writer.code
     for slow, number in writer.slow.items():
@@ -122,11 +122,11 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
 
     A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
-    as exact as z_k. Lanes of several contacts make another sweep instead.
+    as exact as z_k.
     """
     index = writer.graph.node("state", state).index if value is None else value.index
     found = writer.coefficient(index, k)
-    if k == 0 or not isinstance(writer, SlowWriter) or not writer.corrects:
+    if k == 0 or not isinstance(writer, SlowWriter):
         return found
     for slow in writer.slow:
         push = writer.push(writer.rates[state], slow)
@@ -154,7 +154,6 @@ class SlowWriter(JetWriter):
         super().__init__(graph, rates, code, balance)
         self.slow, self.creeping = slow, creeping
         self.order = layout.order
-        self.corrects = layout.lanes == 1 or layout.contacts == 1  # what a first error does to all other states
         self.alone = layout.contacts == 1  # whatever is on a manifold is on all that are given of the one contact
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}

@@ -63,10 +63,10 @@ def settled_lanes(floats, h, longest):
             far = far | (slow & unlike(rate * longest >= PAYING))
             tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= OFF * allowed
             close = gap <= FAR_OFF * allowed
-            if LANES == 1 or not SEVERAL:  # all other states keep to the tolerance, too
-                bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m * LANES)
-                tight = tight & (change * h * load(floats, DRIFT + m * LANES) * ORDER <= SETTLED * bound)
-                on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
+            # all other states keep to the tolerance, too
+            bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m * LANES)
+            tight = tight & (change * h * load(floats, DRIFT + m * LANES) * ORDER <= SETTLED * bound)
+            on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
             settled = settled & (unlike(slow) | tight)
             near = near & (unlike(slow) | on)
             late = load(floats, SWEEPS + m * LANES)
