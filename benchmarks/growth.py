@@ -54,19 +54,19 @@ def series_seconds(law: str, masses: np.ndarray) -> tuple[float, int]:
     """(seconds of one call of the generated series, on a thread; lanes of a call)."""
     recorded, parameters, initial = problem(law, masses)
     layout, text = ensemble_source(recorded, ensemble_order(budget(law).tolerance), 8)
-    text += "\n\ndef advance_ensemble(real, whole, tape, calls):\n    for _ in range(calls):\n        jet(real)\n"
+    text += "\n\ndef advance_ensemble(floats, ints, trace, calls):\n    for _ in range(calls):\n        jet(floats)\n"
     series = link.compiled_kernel(text)
-    real, whole = layout.allocated()
+    floats, ints = layout.allocated()
     lanes, place = layout.lanes, layout.places
-    real[place["PARAMETER"] :][: layout.parameters * lanes] = parameters[:lanes].T.ravel()
-    real[place["STATE"] :][: layout.states * lanes] = initial[:lanes].T.ravel()
-    real[place["SIDE"] :][:lanes] = 1.0
-    tape = np.zeros(1)
-    series(real, whole, tape, 1)
+    floats[place["PARAMETER"] :][: layout.parameters * lanes] = parameters[:lanes].T.ravel()
+    floats[place["STATE"] :][: layout.states * lanes] = initial[:lanes].T.ravel()
+    floats[place["SIDE"] :][:lanes] = 1.0
+    trace = np.zeros(1)
+    series(floats, ints, trace, 1)
     times = []
     for _ in range(15):
         started = time.perf_counter()
-        series(real, whole, tape, CALLS)
+        series(floats, ints, trace, CALLS)
         times.append(time.perf_counter() - started)
     return float(np.median(times)) / CALLS, lanes
 

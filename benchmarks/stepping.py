@@ -23,7 +23,7 @@ from vibrocap.exchange.c_library import export_c
 from vibrocap.exchange.fmu.binaries import compiler
 from vibrocap.exchange.stepped_case import Input
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.api import recorded_run
 
 ROUNDS, MOTION_ROUNDS = 200, 100

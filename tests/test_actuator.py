@@ -9,7 +9,7 @@ import vibrocap as vc
 from independent import moment, until_switch
 from thinned import exhaustive_but
 from vibrocap.cli.main import main
-from vibrocap.physics.actuator import ActuatedMachine
+from vibrocap.physics.closed_loop.actuator import ActuatedMachine
 
 ROUNDING = 1e-12
 LAG = 0.7

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 STILL = vc.Constant(force=0.0, duration=10.0)
 

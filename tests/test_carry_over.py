@@ -14,8 +14,8 @@ from vibrocap.cli.main import main
 from vibrocap.cli.options import Refusal
 from vibrocap.lab.bundle import contents
 from vibrocap.lab.presets import Preset
-from vibrocap.physics.carry_over import carried_names
 from vibrocap.physics.catalogue import drives, laws
+from vibrocap.physics.dimensions.carry_over import carried_names
 from vibrocap.physics.friction.law import Curve, NonNegative, parameter, parameters
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.studies.plan.variation import refusal, varied

@@ -10,11 +10,11 @@ import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.contracts.system_clauses import motion_of, moves, system_of
+from vibrocap.physics.bodies import Mechanism
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.machines.machine import Contact
-from vibrocap.physics.mechanism import Mechanism
 from vibrocap.physics.part_files import load_parts
 
 

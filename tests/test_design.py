@@ -77,6 +77,7 @@ def doubled(half, phase):
 OWN = {"half": (0.25, 1.5), "phase": (0.0, np.sqrt(2.0 * np.pi))}
 
 
+@pytest.mark.slow
 def test_variables_of_ones_own_are_other_words_for_the_same_designs(biharmonic):
     """Slopes by the chain rule: dV/d(half) = 2 dV/d(frequency), dV/d(phase) = 2 phase dV/d(second_phase)."""
     guess = {"drive.frequency": 0.92, "drive.second_phase": 2.25}
@@ -156,6 +157,7 @@ def test_designs_without_a_twin_of_a_system_that_has_one_keep_their_direction(bi
         assert vc.mean_velocity(settled, periods=1).value == pytest.approx(each.value, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_designs_at_a_bound_are_reached(biharmonic):
     """Over frequency and a friction that should be small, the best design is at a bound: the search evaluates it."""
     over = {"drive.frequency": (0.5, 3.0), "friction.coulomb_coefficient": (0.02, 0.09)}

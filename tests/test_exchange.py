@@ -23,8 +23,7 @@ from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.rates_library import export_rates
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.numerics.compiler import c_source, compiled
 from vibrocap.physics.events import BOUNDS

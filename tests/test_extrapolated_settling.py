@@ -256,6 +256,7 @@ def test_what_asks_for_the_transient_waits():
         vc.ensemble(EM, over, extrapolate="no", **asked)  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.slow  # its kernel
 def test_a_rotor_waits():
     """Its angle is a point on a circle, whose limit is not that of a straight line."""
     system = read("vibration-motor-travels")

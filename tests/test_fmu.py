@@ -25,7 +25,7 @@ from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.api import recorded_run
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed (extra `exchange`)")
@@ -509,7 +509,7 @@ class TestCompiled:
         slave.fmu.doStep(0.0, 1.0)
         with pytest.raises(Exception, match="DoStep"):
             slave.fmu.doStep(1.0, 20.0)
-        assert f"the motion cannot go on at {motion.end:.9g}: lift off" in slave.said[-1]
+        assert f"the motion cannot continue at {motion.end:.9g}: lift off" in slave.said[-1]
         assert slave.get("time")[0] == pytest.approx(motion.end, abs=1e-12)
         assert slave.fmu.getString([slave.references["status"]]) == ["lift off"]
         older = Slave(fmu("light", fmi="2.0")).begin()

@@ -118,6 +118,7 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         assert one["residual"] < 1e-7
 
 
+@pytest.mark.slow  # a page of its own
 @needs_node
 def test_a_sampled_loop_in_the_page_is_that_of_the_plain_kernel(node):
     """1 kHz for 20 periods, 40,000 corners, to the last bit; and another sample time, set in the page."""

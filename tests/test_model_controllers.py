@@ -152,6 +152,7 @@ def observed(law, share=1.0, **given):
 BRISTLES = vc.LuGre(100.0, 5.0, 0.4, 1.0, 1.5, 0.05)
 
 
+@pytest.mark.slow  # its kernel
 def test_with_true_beliefs_friction_is_gone():
     """The bristles that it believes in are those that act: e''' + 6 e'' + 3 e' + 4 e = 0, from the first instant on."""
     motion = vc.simulate(observed(BRISTLES), periods=2, initial=START, tolerance=1e-12)

@@ -151,7 +151,9 @@ def test_every_claim_is_expected():
     assert set(EXPECTED) == set(CLAIMS)
 
 
-SLOW = ("control-point-o1", "load-is-the-weight")  # need runs of their own, of a second or two each
+# These need runs of their own, of a second or two each, the points of the steady state those of two springs.
+POINTS = ("control-point-o1", "control-point-o2", "boundary-point-p1", "boundary-point-p2")
+SLOW = (*POINTS, "load-is-the-weight")
 
 
 @pytest.mark.parametrize("key", [pytest.param(key, marks=pytest.mark.slow) if key in SLOW else key for key in EXPECTED])
@@ -230,6 +232,7 @@ def test_transient_averages_vanish_elsewhere_than_printed(runs):
     assert np.max(np.abs(curves["first 40 periods"] - 2.5 * curves["first 100 periods"])) < 1e-6
 
 
+@pytest.mark.slow
 def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
     """The four points of the steady state at rho = 0.58; O1 and O2 as Newton shooting has them."""
     points = steady_points(runs, SOFT)
@@ -254,6 +257,7 @@ def test_no_spring_gives_the_four_printed_points(runs):
     assert math.isnan(steady_points(runs, 0.5).at["O1"])  # too soft: LM travels at every mass ratio
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("point", ["O1", "O2", "P1", "P2"])
 def test_there_is_no_such_point_in_the_steady_state_and_the_claim_shows_it(runs, point):
     steady = steady_points(runs, 4.0)
@@ -334,7 +338,7 @@ def test_numbers_in_the_errata_are_those_found(runs):
     assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
-SLOW_FIGURES = ("fig09", "load05", "load06", "load07", "load08", "load09")  # sweeps, and kernels of their own
+SLOW_FIGURES = ("fig09", *(f"load{number:02d}" for number in range(5, 12)))  # sweeps, and kernels of their own
 
 
 @pytest.mark.parametrize(

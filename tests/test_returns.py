@@ -64,6 +64,7 @@ def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
     assert "not known" in str(found)
 
 
+@pytest.mark.slow
 def test_an_orbit_whose_motion_is_not_certified_shows_no_stability():
     found = vc.orbit(two_blocks(0.2), initial=START, settle_periods=120)
     refused = dataclasses.replace(found, status=OrbitStatus.NOT_CERTIFIED)

@@ -17,8 +17,7 @@ from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.roles import (
+from vibrocap.physics.parameters import (
     COEFFICIENT,
     FORCE,
     LENGTH,
@@ -29,6 +28,7 @@ from vibrocap.physics.roles import (
     TIME,
     TORQUE,
     dimension_of_unit,
+    parameter_table,
 )
 
 WRAPPED = [wrappers()[wrapper](laws()["lugre"]) for wrapper in ("anisotropic", "backlash")]

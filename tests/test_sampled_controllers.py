@@ -118,6 +118,7 @@ def test_a_reference_in_motion_is_taken_at_the_samples():
     assert rest.state == pytest.approx(motion.state, abs=1e-11)
 
 
+@pytest.mark.slow  # its kernel
 def test_a_stepper_takes_a_reference_in_motion_at_the_samples():
     """Its table is written by the kernel, one sample after another; sines are rounded otherwise there."""
     system = servo(sample_time=0.05, drive=TRACKED, delay=0.013)

@@ -12,7 +12,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.recording.equations import equations
-from vibrocap.numerics.linker import known
+from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import motion
 
 CASE = """[machine]
@@ -60,7 +60,7 @@ def test_a_second_call_writes_no_kernel_and_imports_what_its_case_needs(tmp_path
 
 def key(system, order=12, literal=False):
     recorded = equations(system)
-    return known.kernel_key(recorded, motion.motion_layout(recorded, order), literal)
+    return link.kernel_key(recorded, motion.motion_layout(recorded, order), literal)
 
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitude=1.8))
@@ -87,7 +87,7 @@ def test_another_version_of_the_code_has_other_keys(what, monkeypatch):
 
         monkeypatch.setattr(compiler, "source_hash", lambda folder: "another")
     else:
-        monkeypatch.setattr(known, "_text_hash", lambda module: "another")
+        monkeypatch.setattr(link, "_text_hash", lambda module: "another")
     assert key(SYSTEM) != before
 
 

@@ -14,8 +14,8 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.resolution import system_sharpness
+from vibrocap.numerics.expressions.structure import gaps, rough
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 

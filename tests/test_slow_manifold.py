@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.expressions.slow_states import slow_bristles, slow_states
+from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.run.ensemble import (
@@ -36,7 +37,11 @@ SYSTEMS = {
     "jumps": (vc.System(BLOCKS, STIFF, vc.Square(1.2)), {}),
     "heavy": (vc.System(BLOCKS, HEAVY, vc.Harmonic(1.5)), {}),
 }
-SLOW = ("blocks", "worm", "beside Coulomb", "Dahl", "jumps", "heavy")
+TOLERANCES = [
+    ("thrown", [1e-8]),
+    ("thrown", [1e-6, 1e-10]),
+    *((name, [1e-6, 1e-9]) for name in SYSTEMS if name != "thrown"),
+]
 
 
 def start_of(system, given):
@@ -55,10 +60,8 @@ def runs(system, given, tolerance, amplitudes):
     return ensemble_run(equations(system), np.array(values), starts, budget, 1)
 
 
-@pytest.mark.parametrize(
-    "name", [name if name not in SLOW else pytest.param(name, marks=pytest.mark.slow) for name in SYSTEMS]
-)
-def test_ends_are_those_of_a_tight_motion(name):
+@pytest.mark.parametrize(("name", "tolerances"), slow_but([0], TOLERANCES))
+def test_ends_are_those_of_a_tight_motion(name, tolerances):
     """Within half a tolerance times what a shift of the start grows to, at any tolerance; it was 0.05 at most."""
     system, given = SYSTEMS[name]
     tight = vc.simulate(system, periods=PERIODS, initial=given, tolerance=1e-12)
@@ -68,7 +71,7 @@ def test_ends_are_those_of_a_tight_motion(name):
     )
     ends = [np.array([run.state[each] for each in system.state_names]) for run in (tight, shifted)]
     growth = max(1.0, np.max(np.abs(ends[1] - ends[0])) / 1e-7)
-    for tolerance in (1e-6, 1e-9) if name in SLOW else (1e-6, 1e-8, 1e-10):
+    for tolerance in tolerances:
         found = runs(system, given, tolerance, [system.drive.amplitude] * 3)
         assert set(found.status) == {DONE}
         assert np.max(np.abs(found.state - ends[0])) <= 0.5 * tolerance * growth

@@ -11,7 +11,7 @@ from stability_polynomials import DAMPED, damping, interval, longest_reach, smal
 from thinned import slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.expressions.graph import derivative, evaluate
-from vibrocap.numerics.expressions.slow_states import decay_rates
+from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.step.stabilised import POLYNOMIALS
 
 ORDERS = sorted(POLYNOMIALS)

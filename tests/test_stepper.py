@@ -31,7 +31,7 @@ from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_ord
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 GCC = shutil.which("gcc") or ""

@@ -10,8 +10,7 @@ import re
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.part import Part
+from vibrocap.physics.parameters import Part, parameter_table
 
 FIELD = re.compile(r"([a-z_]\w*(?:, [a-z_]\w*)*): (.+)")
 SPECIAL = re.compile(r"([\\*|_`])")

@@ -67,8 +67,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.measures.recorded.travel import MeanVelocity, displacement, drift, mean_velocity, winding
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.contact_modes import ContactModes, contact_modes
-    from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.start import Start
+    from vibrocap.motion.simulate import Start, simulate
     from vibrocap.motion.status import Status
     from vibrocap.motion.trajectory import Event, Phase, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
@@ -95,8 +94,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     )
     from vibrocap.orbits.equilibria.following import EquilibriumEnd
     from vibrocap.orbits.maps.itinerary import ModeChange
-    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
+    from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.controllers.computed_torque import (
         AngleComputedTorque,
         PositionComputedForce,

@@ -8,27 +8,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
-from vibrocap.case.changes import change
 from vibrocap.case.drive_file import with_columns
 from vibrocap.case.sections import (
     CHOICES,
     CHOICES_LEFT_OUT,
+    DIMENSIONLESS,
     OPTIONAL,
     SECTIONS,
+    as_given,
+    change,
+    check_word,
+    form_of,
     is_section,
     kind_key,
     kinds_of,
     of_further_contact,
+    without_units,
 )
 from vibrocap.case.text import as_text
-from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
 from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, undeclared
 from vibrocap.physics.drives.table import DriveTable
+from vibrocap.physics.names import state_names
 from vibrocap.physics.parameters import ParameterError, parameter_table
-from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Context, WithoutUnits
 from vibrocap.quantities.dimensional import in_si
@@ -131,7 +135,7 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML.
 
     changes: values by path that replace those of the text, such as {"machine.mass_ratio": 2.0, "initial.angle": 0.5};
-        another kind of part ("friction.law") keeps the parameters that both have, see `vibrocap.case.changes`
+        another kind of part ("friction.law") keeps the parameters that both have, see `vibrocap.case.sections`
     run: the same for settings of the section [run], by name
     """
     try:

@@ -1,12 +1,33 @@
-"""The sections of a case file, and the keys by which its parts are chosen."""
+"""The sections of a case: how their keys choose parts, which units they carry, and values by path put in their place.
 
+A case is in SI where a key carries a unit (`frequency_Hz = 5`) or where it says units = "SI"; then every quantity is. A
+case without units may have a section [scales] that says what its units are. Changes are values by path that are put
+into the sections before they are read, another kind of part among them.
+"""
+
+import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.physics.actuator import Actuator
+from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.physics.catalogue import controllers, drives, laws, machines
+from vibrocap.physics.closed_loop.actuator import Actuator
+from vibrocap.physics.dimensions.carry_over import carried_names, lacking
+from vibrocap.physics.dimensions.conversion import part_without_units, states_without_units, with_gravity
+from vibrocap.physics.dimensions.scales import Scales
+from vibrocap.physics.dimensions.units import (
+    Key,
+    effort_of,
+    one_way,
+    parameter_keys,
+    same_without_units,
+    state_keys,
+    state_units,
+    units_of,
+)
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.numbering import number_in
+from vibrocap.physics.names import number_in
+from vibrocap.physics.parameters import parameter_table
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
@@ -20,6 +41,11 @@ SECTIONS = (
     "initial",
     "run",
 )  # and [friction_2], ... for the laws of further contacts
+
+SI, DIMENSIONLESS = "SI", "dimensionless"
+WORDS = (SI, DIMENSIONLESS)
+Sections = Mapping[str, Mapping[str, Any]]
+Classes = Mapping[str, Any]  # of parts, by section
 
 
 def of_further_contact(section: object) -> bool:
@@ -79,3 +105,218 @@ def _choice(section: str) -> tuple[str, Any]:
 def _pattern(section: str) -> str:
     """The section after which one is made: [friction] of [friction_2]."""
     return "friction" if of_further_contact(section) else section
+
+
+@dataclasses.dataclass
+class Form:
+    """In which units a case is given.
+
+    said: what it says of its units, "" where nothing. keys: those that carry a unit, "machine.capsule_mass_kg".
+    """
+
+    classes: Mapping[str, Any]
+    said: str
+    keys: list[str]
+
+    @property
+    def si(self) -> bool:
+        """Whether the values are in SI."""
+        return self.said == SI or (not self.said and bool(self.keys))
+
+    @property
+    def scale_fields(self) -> list[str]:
+        """The keys that say what the units of the machine are."""
+        return _scale_fields(self.classes)
+
+    def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
+        """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
+        known = parameter_keys(self.classes[name], effort_of(name, self.classes))
+        found = {each: one_way(known, each) for each in parameters}
+        return {each: each if key is None or not self.si else key.key for each, key in found.items()}
+
+    def check(self, sections: Sections, complaints: Complaints) -> bool:
+        """Complaints about what does not go together; whether there are any."""
+        before = len(complaints)
+        if self.said == DIMENSIONLESS:
+            for key in self.keys:
+                complaints.add(key, 'has a unit in a case that says units = "dimensionless"')
+        if self.si and sections["scales"]:
+            where = "[machine] says what its units are"
+            complaints.add("scales", f"belongs to a case without units; in SI {where}: {', '.join(self.scale_fields)}")
+        return len(complaints) > before
+
+    def scales_of(self, sections: Sections) -> tuple[str, dict[str, Any]]:
+        """(section, values) of the scales."""
+        if not self.si:
+            return "scales", dict(sections["scales"])
+        return "machine", {name: x for name, x in sections["machine"].items() if name in self.scale_fields}
+
+
+def form_of(sections: Sections, classes: Mapping[str, Any], said: Any) -> Form:
+    """In which units a case is given; classes: of the parts, all of them."""
+    form = Form(classes, said if said in WORDS else "", [])
+    keys: dict[str, Any] = {name: parameter_keys(cls, effort_of(name, classes)) for name, cls in classes.items()}
+    keys["initial"] = state_keys(state_units(classes))
+    for name, known in keys.items():
+        own = form.scale_fields if name == "machine" else ()
+        form.keys += [f"{name}.{key}" for key in sections[name] if key in own or (key in known and known[key].has_unit)]
+    return form
+
+
+def without_units(
+    sections: Sections, form: Form, scales: Scales, complaints: Complaints
+) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[str, Any]]]:
+    """(the sections without units, under which key and with which value each field was given)."""
+    units = units_of(form.classes, scales)
+    plain, given = {}, {}
+    for name in (*form.classes, "initial"):
+        aside = {kind_key(name), *(form.scale_fields if name == "machine" else ())}
+        values = {key: value for key, value in sections[name].items() if key not in aside}
+        bare = form.said == SI
+        if name == "environment":
+            values = with_gravity(values, form.classes["machine"])
+        if name == "initial":
+            found = states_without_units(values, units, bare=bare)
+        else:
+            found = part_without_units(form.classes[name], values, units.of_part(name), bare=bare)
+        complaints += [each.about(f"{name}.{each.field}") for each in found.complaints]  # type: ignore[attr-defined]
+        plain[name] = {key: sections[name][key] for key in (kind_key(name),) if key} | found.values
+        given |= {f"{name}.{own}": (f"{name}.{key}", values[key]) for own, key in found.keys.items()}
+    return plain, given
+
+
+def as_given(complaint: str, given: Mapping[str, tuple[str, Any]], plain: Mapping[str, Mapping[str, Any]]) -> str:
+    """A complaint about a value without units, about what was given."""
+    if not isinstance(complaint, Complaint) or complaint.field not in given:
+        return complaint
+    key, value = given[complaint.field]
+    section, _, name = complaint.field.partition(".")
+    text, got, _ = complaint.text.rpartition(f", got {shown(plain[section][name])}")
+    return Complaint(key, f"{text}, got {shown(value)}" if got else complaint.text)
+
+
+def check_word(said: Any, complaints: Complaints) -> None:
+    """A complaint about units = ... that are none."""
+    if said is not None and said not in WORDS:
+        complaints.add("units", f'should be "SI" or "dimensionless", got {shown(said)}')
+
+
+def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
+    """Put values by path into the sections of a case; what parts of other kinds lack then in SI.
+
+    A part of another kind keeps the parameters that both kinds have (`dimensions.carry_over`), a start only states that
+    there still are. A further contact that is spoken of has a law of its own from then on, as yet that of
+    the first. What a change gives replaces the same quantity in another unit.
+    """
+    for section in dict.fromkeys(path.partition(".")[0] for path in changes):
+        if of_further_contact(section) and section not in data and isinstance(data.get("friction"), dict):
+            data[section] = dict(data["friction"])
+    kinds = {path.partition(".")[0]: kind for path, kind in changes.items() if is_kind(path)}
+    other = [name for name, kind in kinds.items() if _differs(data, name, kind)]
+    si = _in_si(data)
+    before = chosen_classes(data)
+    for section in other:
+        data.setdefault(section, {})
+        data[section] = {**data[section], kind_key(section): kinds[section]}
+    after = chosen_classes(data)
+    for section in other:
+        kept = _kept(data[section], section, before, after, si)
+        data[section] = {kind_key(section): kinds[section]} | kept
+    if other:
+        _keep_states(data, before, after)
+    for path, value in changes.items():
+        _put(data, path, value, after, changes)
+    complaints = Complaints()
+    if si and "machine" in after:
+        for section in other:
+            if section in after:
+                found = lacking(after[section], effort_of(section, after), _said(data[section], section, after))
+                complaints += [each.about(f"{section}.{each.field}") for each in found]
+    return complaints
+
+
+def _differs(data: Mapping[str, Any], section: str, kind: Any) -> bool:
+    given = data.get(section, {})
+    return isinstance(given, dict) and given.get(kind_key(section)) != kind
+
+
+def _in_si(data: Mapping[str, Any]) -> bool:
+    """Whether a case is in SI, as far as it can be told."""
+    classes = chosen_classes(data)
+    sections = {name: given if isinstance(given := data.get(name), dict) else {} for name in (*classes, "initial")}
+    return set(CHOICES) <= set(classes) and form_of(sections, classes, data.get("units")).si
+
+
+def _kept(given: Mapping[str, Any], section: str, before: Classes, after: Classes, si: bool) -> dict[str, Any]:
+    """What a section keeps as its part becomes another, by the keys of that one."""
+    if not {section, "machine"} <= set(before) or not {section, "machine"} <= set(after):
+        return {}
+    keys = parameter_keys(after[section], effort_of(section, after))
+    said = _said(given, section, before)
+    defaults = {info.name: info.default for info in parameter_table(before[section])}
+    found = {}
+    for name, old in carried_names(before[section], after[section]).items():
+        first = one_way(keys, name)
+        if old in said:
+            key, way = said[old]
+            same = [each.key for each in keys.values() if each.name == name and way and each.unit == way.unit]
+            if way is None:
+                same = [name if first is None or not si else first.stem]
+            found |= dict.fromkeys(same[:1], given[key])
+        elif not si or first is None or same_without_units(keys, name):
+            found |= {} if defaults[old] is None else {name: defaults[old]}
+        elif defaults[old] == 0.0:
+            found[first.key] = 0.0
+    if section == "machine":  # what its units are
+        found |= {name: given[name] for name in _scale_fields(after) if name in given}
+    return found
+
+
+def _said(given: Mapping[str, Any], section: str, classes: Classes) -> dict[str, tuple[str, Key | None]]:
+    """The parameters of a part that its section gives: the key, and the way in SI where it says its unit."""
+    keys = parameter_keys(classes[section], effort_of(section, classes))
+    names = {info.name for info in parameter_table(classes[section])}
+    stems = {each.stem: each.name for each in keys.values()}
+    found: dict[str, tuple[str, Key | None]] = {}
+    for key in given:
+        way = keys.get(key)
+        if way is not None and way.has_unit:
+            found[way.name] = key, way
+        elif key in names or key in stems:
+            found[key if key in names else stems[key]] = key, None
+    return found
+
+
+def _scale_fields(classes: Classes) -> list[str]:
+    return [info.name for info in parameter_table(classes["machine"].si_scales)]
+
+
+def _keep_states(data: dict[str, Any], before: Classes, after: Classes) -> None:
+    """Leave out of the start what the old parts have and the new ones have not."""
+    start = data.get("initial")
+    if isinstance(start, dict) and set(CHOICES) <= set(before) and set(CHOICES) <= set(after):
+        there = [{name: part for name, part in each.items() if name in data} for each in (before, after)]
+        old, new = map(state_units, there)
+        lost = {*old}.difference(new)
+        lost |= {key for key, each in state_keys(old).items() if each.name in lost}
+        data["initial"] = {key: x for key, x in start.items() if key not in lost}
+
+
+def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes: Mapping[str, Any]) -> None:
+    """A value in its section, in place of the same quantity under another key, such as frequency_Hz."""
+    section, _, key = path.partition(".")
+    given = data.setdefault(section, {})
+    if not isinstance(given, dict):  # is complained of
+        return
+    given[key] = value
+    if not set(CHOICES) <= set(classes) or not (is_part(section) or section == "initial"):
+        return
+    if section == "initial":
+        keys = state_keys(state_units(classes))
+    elif section in classes:
+        keys = parameter_keys(classes[section], effort_of(section, classes))
+    else:
+        return
+    for other, each in keys.items():
+        if key in keys and each.name == keys[key].name and other != key and f"{section}.{other}" not in changes:
+            given.pop(other, None)

@@ -4,8 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.case.sections import kind_key
-from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
+from vibrocap.case.sections import DIMENSIONLESS, SI, WORDS, kind_key
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import state_keys, units_of, written, written_in_si
 from vibrocap.physics.parameters import given_parameters, parameter_table

@@ -14,8 +14,8 @@ from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import IMPACT, Machine
-from vibrocap.physics.numbering import number_in
-from vibrocap.physics.part import Part
+from vibrocap.physics.names import number_in
+from vibrocap.physics.parameters import Part
 from vibrocap.physics.system import PARTS, System
 from vibrocap.results import Result
 

@@ -69,9 +69,9 @@ int @name@_set_tolerance(@name@ *c, double tolerance); /* 1e-14 to 1e-2; the ord
 /* The motion begins, at time 0. */
 int @name@_begin(@name@ *c);
 @input_declared@
-/* Go on by h > 0. */
+/* Advance by h > 0. */
 int @name@_step(@name@ *c, double h);
-/* Go on by h > 0 at most, to the first event that changes anything. A graze does not, and is only counted. Where an
+/* Advance by h > 0 at most, to the first event that changes anything. A graze does not, and is only counted. Where an
    input that was set now changes a side at once, that is an event now: the time has not gone on then. */
 int @name@_step_to_event(@name@ *c, double h);
 
@@ -289,7 +289,7 @@ static void head(void) {
   printf("\\n");
 }
 
-/* Go on by h, with a line for every event. */
+/* Advance by h, with a line for every event. */
 static int go_on(@name@ *c, double h) {
   double end = @name@_time(c) + h;
   int status = @NAME@_AT_EVENT;

@@ -15,11 +15,11 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, is_positive, shown
 from vibrocap.case.case import Case
 from vibrocap.files import write_text
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
+from vibrocap.physics.bodies import Body, Mechanism
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.mechanism import Body, Mechanism
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
 STEPS = 500  # in the shortest time of the machine; the error at the end falls in proportion to the step

@@ -201,7 +201,7 @@ static int decide(double time) {
   return status;
 }
 
-/* Go on until a time; the status. */
+/* Advance to a time; the status. */
 static int go_on(double *time, double end) {
   double from[@NAME@_STATES];
   int events = 0;

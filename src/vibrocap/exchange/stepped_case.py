@@ -15,13 +15,12 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.case.case import Case
 from vibrocap.motion.held_input import INPUT_NAMES, with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.simulate import STATUSES, event_kinds
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
 from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_kernel
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.units import over_seconds
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import bounds
 from vibrocap.physics.system import System
 
@@ -86,7 +85,7 @@ class SteppedCase:
 
     @functools.cached_property
     def system(self) -> System:
-        """That of the case, with the input in the place of the drive where it is one."""
+        """That of the case, with the input in place of the drive where it is one."""
         return self.case.system if self.input is None else with_held_input(self.case.system)
 
     @functools.cached_property

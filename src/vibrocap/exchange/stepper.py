@@ -19,14 +19,14 @@ from vibrocap.motion.held_input import INPUT_NAMES
 from vibrocap.motion.simulate import STATUSES
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import StepperMemory
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByKey, Context, Declared
 from vibrocap.quantities.dimensional import said
 
 
 class MotionEnded(RuntimeError):
-    """A motion that cannot go on, as its load has lifted off for example: `time` says when, `status` why.
+    """A motion that cannot continue, as its load has lifted off for example: `time` says when, `status` why.
 
     unit: of the time, "1" for none
     """
@@ -54,7 +54,7 @@ class Instant:
 
     states: by name; observables: friction, energy and what else can be asked of a motion, by name
     sides: of each contact, +1 or -1 where it slides, 0 at rest; events: how often each kind occurred
-    status: None while the motion goes on
+    status: None while the motion continues
     """
 
     time: float
@@ -114,7 +114,7 @@ def stepper(
 ) -> "Annotated[Stepper | InputStepper | StepperArray, SameInSI()]":
     """The motion of a case or a system, at its start, to be moved on by any lengths of time.
 
-    input: "drive", if it is set at each step, `.step(value, length)`; None: the case's own goes on, `.step(length)`
+    input: "drive", if it is set at each step, `.step(value, length)`; None: the case's own continues, `.step(length)`
     initial: initial states by name, as of `simulate`; tolerance: error per step (1e-14 to 1e-2); both by default those
         of the case, or of `simulate`
     parameters: values by path that replace those of the system, such as {"machine.mass_ratio": 2.0}
@@ -237,7 +237,7 @@ class SteppedMotion:
 
     @property
     def status(self) -> Status | None:
-        """Why the motion has ended; None while it goes on."""
+        """Why the motion has ended; None while it continues."""
         return self._status() if self._ints[self._ended] else None
 
     def _status(self) -> Status:
@@ -260,7 +260,7 @@ class SteppedMotion:
         found = zip(self._names, self.states, strict=False)
         states = ", ".join(f"{name} {said(value, self.unit_of(name), 5)}" for name, value in found)
         now = said(self.time, self.unit_of("time"))
-        return f"<{type(self).__name__}: t = {now}; {states}; {self.status or 'goes on'}>"
+        return f"<{type(self).__name__}: t = {now}; {states}; {self.status or 'continues'}>"
 
     # --- units --------------------------------------------------------------------------------------------------------
 
@@ -303,11 +303,11 @@ class Stepper(SteppedMotion):
     """
 
     def step(self, length: float) -> None:
-        """Go on by a length of time > 0. Raises MotionEnded where the motion cannot: it stands where it ended then."""
+        """Advance by a length of time > 0. Raises MotionEnded where it cannot: it stands where it ended then."""
         self._go_on(length)
 
     def step_to_event(self, length: float) -> bool:
-        """Go on by at most a length of time, to the first event that changes anything; whether there was one.
+        """Advance by at most a length of time, to the first event that changes anything; whether there was one.
 
         A graze changes nothing and is only counted. Events at one instant count as one here. Raises MotionEnded.
         """
@@ -336,13 +336,13 @@ class InputStepper(SteppedMotion):
         self._ints[self._new_input] = 1
 
     def step(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> None:
-        """Set the drive and go on by a length of time > 0. Raises MotionEnded where the motion cannot go on."""
+        """Set the drive and advance by a length of time > 0. Raises MotionEnded where the motion cannot continue."""
         _check_length(length)  # before the drive is set
         self._set(value, slope, curvature)
         self._go_on(length)
 
     def step_to_event(self, value: float, length: float, slope: float = 0.0, curvature: float = 0.0) -> bool:
-        """Set the drive and go on by at most a length of time, to the first event; whether there was one.
+        """Set the drive and advance by at most a length of time, to the first event; whether there was one.
 
         Where the drive jumps and a side changes at once, that is an event: no time has passed then.
         """

@@ -17,8 +17,8 @@ from vibrocap.numerics.api import StepperMemory
 class StepperArray:
     """Many motions of one case, apart from one another; arrays of their numbers go in and come out.
 
-    Each has the bits that it has alone (`Stepper`). One that cannot go on stays where it ended: `ended` says which they
-    are, and `statuses` why.
+    Each has the bits that it has alone (`Stepper`). One that cannot continue stays where it ended: `ended` says which
+    they are, and `statuses` why.
     """
 
     def __init__(self, stepped: SteppedCase, count: int, columns: Mapping[str, Any]):
@@ -153,7 +153,7 @@ class StepperArray:
 
     @property
     def statuses(self) -> list[Status | None]:
-        """Why each motion has ended; None of one that goes on."""
+        """Why each motion has ended; None of one that continues."""
         return [STATUSES[code] if code else None for code in self._ints[:, self._places["ENDED"]].tolist()]
 
     def __len__(self) -> int:

@@ -38,7 +38,7 @@ class TravelEnvironment(gymnasium.Env):
     length: time h between two decisions; limit: largest drive; effort_cost: what u^2 costs per unit of time
     steps: decisions after which an episode is cut off (`truncated`)
     spread: by name of a state, how far from its initial value an episode may begin, uniformly to both sides
-    Where the motion cannot go on, as its load has lifted off, the episode is over (`terminated`), and info["status"]
+    Where the motion cannot continue, as its load has lifted off, the episode is over (`terminated`), and info["status"]
     says why. info holds time, position, sides and counts of events at any rate.
     """
 
@@ -90,7 +90,7 @@ class TravelEnvironment(gymnasium.Env):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """(observation, info) at the start of an episode.
 
-        options: {"initial": {...}} gives initial states by name in the place of those of the case
+        options: {"initial": {...}} gives initial states by name in place of those of the case
         """
         super().reset(seed=seed)
         given = dict(self.case.initial) | dict((options or {}).get("initial", {}))

@@ -17,8 +17,8 @@ from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
 from vibrocap.numerics.api import browser_module, series_order
-from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.dimensions.carry_over import carried, carried_names
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import OPTIONAL, System

@@ -4,12 +4,11 @@ import math
 import typing
 from typing import Any
 
-from vibrocap.physics.carry_over import needed
 from vibrocap.physics.catalogue import laws, wrappers
+from vibrocap.physics.dimensions.carry_over import needed
 from vibrocap.physics.dimensions.scales import EFFORTS
 from vibrocap.physics.dimensions.units import parameter_keys, unit_name
-from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.roles import Dimension
+from vibrocap.physics.parameters import Dimension, ParameterInfo, parameter_table
 
 # Roles whose parameters are moved by factors, and how far either way from the default.
 FACTORS = {

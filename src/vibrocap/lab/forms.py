@@ -15,8 +15,7 @@ from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, QUANTITIES, state_units
 from vibrocap.physics.drives.drive import ROUNDING
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.roles import dimension_of_unit
+from vibrocap.physics.parameters import dimension_of_unit, parameter_table
 from vibrocap.physics.system import System
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
@@ -146,7 +145,7 @@ def _places(kernel: BrowserKernel) -> dict[str, Any]:
     constants = layout.constants()
     sizes = {name: getattr(layout, name) for name in ("rows", "order")}
     sizes |= {name: getattr(layout, f"{name}_size") for name in ("piece", "event", "run", "result")}
-    sizes |= {"marks": layout.marks, "whole": layout.whole_size, "real": layout.real_size}
+    sizes |= {"marks": layout.marks, "ints": layout.whole_size, "floats": layout.real_size}
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
 
 

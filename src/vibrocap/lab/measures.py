@@ -14,7 +14,7 @@ from vibrocap.measures.measure import Measure, Reduction, Standard, own_integran
 from vibrocap.measures.recorded.response import MIRROR_SHARE
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
-from vibrocap.physics.roles import dimension_of_unit
+from vibrocap.physics.parameters import dimension_of_unit
 from vibrocap.physics.system import System
 
 ASKED = codes.ASK_SYMMETRY | codes.ASK_MODES  # of a motion on show: what the readouts say

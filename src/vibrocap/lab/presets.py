@@ -7,7 +7,7 @@ from typing import Any
 
 from vibrocap.case.case import Case, read_case
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table

@@ -25,8 +25,7 @@ from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.run_evidence import certified
-from vibrocap.motion.simulate import STATUSES, check_run, initial_state
-from vibrocap.motion.start import check_room
+from vibrocap.motion.simulate import STATUSES, check_room, check_run, initial_state
 from vibrocap.motion.status import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate

@@ -18,7 +18,7 @@ from vibrocap.physics.events import IMPACT
 from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number, shown
-from vibrocap.motion.start import initial_state
+from vibrocap.motion.simulate import initial_state
 from vibrocap.physics.machines.machine import Contact
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Acceleration, ByName, Force, Speed, Time
 from vibrocap.quantities.dimensional import Dimensional

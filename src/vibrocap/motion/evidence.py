@@ -13,7 +13,7 @@ from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks

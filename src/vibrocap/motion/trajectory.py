@@ -13,7 +13,7 @@ from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries
-from vibrocap.physics.numbering import name_and_number, numbered
+from vibrocap.physics.names import name_and_number, numbered
 from vibrocap.quantities.declared import (
     AlongNames,
     ByName,

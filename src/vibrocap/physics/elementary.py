@@ -3,12 +3,17 @@
 The equations of a law, a machine or a drive are written once, as scalar code on `+ - * /` and the functions below.
 Called with floats they compute; called with an object that has a method of the same name (a recorded expression, a
 SymPy wrapper) they record. That is how one source serves plain Python, compiled code, series, derivatives and proofs.
+
+Behind them stand the few functions that several kinds of parts share: the bristles of a contact, as friction laws and
+observers of friction know them, and a limit of a value, reached in front and behind, which never branches on a value.
 """
 
 import math
+from typing import Any
 
 # Where |x|**a with a non-integer exponent is rounded off, so that it has a Taylor series at rest too; see `power`.
 POWER_ROUNDING = 1e-10
+HELD_AFTER = (1.0, 0.0, -1.0)  # what `held` is after each of the guards of a limit
 
 
 def sin(x):
@@ -63,3 +68,28 @@ def power(x, exponent):
             product = product * x
         return product
     return exp(0.5 * exponent * log(x * x + POWER_ROUNDING**2))
+
+
+def stribeck_curve(speed, least, most, velocity, exponent):
+    """least + (most - least) exp(-|speed/velocity|^exponent), for a speed >= 0."""
+    return least + (most - least) * exp(-power(speed / velocity, exponent))
+
+
+def bristle_slip(speed, bristle, stiffness, level):
+    """Velocity at which bristles of this deflection slip, |v| xi/g with g = level/stiffness; speed: |v|."""
+    return stiffness * speed * bristle / level
+
+
+def limited(held, value, limit) -> Any:
+    """A value behind a limit: `held` is +1 or -1 where the limit holds, 0 where it does not."""
+    return (1.0 - held * held) * value + held * limit
+
+
+def limit_guards(held, value, asked, limit) -> tuple:
+    """Guards of a limit: it is reached in front, left, reached behind; asked: what has to come back."""
+    at, free = held * held, 1.0 - held * held
+    return (
+        at + free * (limit - value) / limit,
+        free + (held * asked - at * limit) / limit,
+        at + free * (limit + value) / limit,
+    )

@@ -9,8 +9,7 @@ from pydantic import BeforeValidator
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.parameters import NonNegative, Number, parameter, parameters
-from vibrocap.physics.part import Part
+from vibrocap.physics.parameters import NonNegative, Number, Part, parameter, parameters
 
 
 def _checked_inclination(given: Any) -> Any:

@@ -7,7 +7,7 @@ from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingConta
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.events import AMBIGUOUS, BOUNDS
 from vibrocap.physics.machines.machine import Contact, Imposed
-from vibrocap.physics.states import laws_by_state
+from vibrocap.physics.names import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 

@@ -1,21 +1,155 @@
-"""Records of parameters: frozen, checked when they are made, each field with its symbol, its meaning and its role.
+"""Parts of a system, a machine, a law or a drive: frozen records of parameters, checked when they are made.
 
-A part of a system (a machine, a law, a drive) is such a record. Wrong values and unknown names are refused with a
-ParameterError (a ValueError) that names every bad field, what was given and what would be right.
+Wrong values and unknown names are refused with a ParameterError (a ValueError) that names every bad field, what was
+given and what would be right. A part may be given in SI, its parameters with their units.
+
+A parameter declares beside its value its symbol, its meaning and what it does in its part, `parameter(0.15, "eta_c",
+"friction coefficient at high speed", "level")`: its role, one of `ROLES`, hence its dimension. Fits know from it where
+to start and what to look for, conversions to SI by which scales to multiply. A parameter that has none of these roles
+declares its unit, `unit="N s/m"`, or nothing: then it is fitted from the value that the law starts with, and cannot be
+converted.
 """
 
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable
-from typing import Annotated, Any, TypeVar, dataclass_transform
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform
 
 from pydantic import ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.arguments import Complaint, shown, suggestion
-from vibrocap.physics.roles import Dimension, dimension_of_role, dimension_of_unit
+
+
+@dataclasses.dataclass(frozen=True)
+class Dimension:
+    """Exponents of the kinds of quantity that make up a parameter.
+
+    coefficient: a force over the normal load, which is a force itself where the load is not known. effort: what a drive
+    exerts, a force or a torque, as the machine takes it (`Machine.effort`).
+    """
+
+    coefficient: float = 0.0
+    force: float = 0.0
+    length: float = 0.0
+    time: float = 0.0
+    effort: float = 0.0
+
+    def __mul__(self, other: "Dimension") -> "Dimension":
+        return Dimension(*(a + b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __truediv__(self, other: "Dimension") -> "Dimension":
+        return Dimension(*(a - b for a, b in zip(self.exponents, other.exponents, strict=True)))
+
+    def __pow__(self, exponent: float) -> "Dimension":
+        return Dimension(*(exponent * a for a in self.exponents))
+
+    @property
+    def exponents(self) -> tuple[float, float, float, float, float]:
+        """Of coefficient, force, length, time and effort."""
+        return self.coefficient, self.force, self.length, self.time, self.effort
+
+    def resolved(self, effort: "Dimension", known_load: bool = True) -> "Dimension":
+        """The dimension in force, length and time alone: with what a drive exerts, and with or without a known load."""
+        force = self.force + (0.0 if known_load else self.coefficient)
+        return Dimension(force=force, length=self.length, time=self.time) * effort**self.effort
+
+    def unit(self, known_load: bool = True) -> str:
+        """The SI unit in N, m and s, "1" for a number; what a drive exerts counts as a force."""
+        own = self.resolved(FORCE, known_load)
+        powers = {"N": own.force, "m": own.length, "s": own.time}
+        above = [unit + ("" if e == 1 else f"^{e:g}") for unit, e in powers.items() if e > 0]
+        below = [unit + ("" if e == -1 else f"^{-e:g}") for unit, e in powers.items() if e < 0]
+        return (" ".join(above) or "1") + ("/" + " ".join(below) if below else "")
+
+
+NUMBER = Dimension()
+COEFFICIENT, EFFORT = Dimension(coefficient=1.0), Dimension(effort=1.0)
+FORCE, LENGTH, TIME = Dimension(force=1.0), Dimension(length=1.0), Dimension(time=1.0)
+TORQUE, SPEED, MASS = FORCE * LENGTH, LENGTH / TIME, FORCE * TIME**2 / LENGTH
+
+# Every role with its dimension.
+ROLES = {
+    # of friction laws
+    "level": COEFFICIENT,  # friction coefficient at high speed, or the only one
+    "static level": COEFFICIENT,  # friction coefficient at rest, not below the level
+    "Stribeck velocity": SPEED,  # speed over which friction drops
+    "fading velocity": SPEED,  # speed over which the damping of the contact fades
+    "decay rate": NUMBER / SPEED,  # rate of that drop over speed
+    "exponent": NUMBER,  # sharpness of a knee or a drop
+    "viscous damping": FORCE / SPEED,
+    "stiffness": FORCE / LENGTH,  # of the contact, or of a spring along the line of travel
+    "bristle damping": FORCE / SPEED,
+    "fraction": NUMBER,  # between 0 and 1
+    "share": NUMBER,  # one of several shares of a whole, which are less than it together
+    "softening": NUMBER,  # of the contact as it yields; below zero it hardens
+    "attraction rate": COEFFICIENT / TIME,  # at which a force follows its level
+    "direct effect": COEFFICIENT,  # of the speed on friction, at once
+    "evolution effect": COEFFICIENT,  # of the speed on friction, as the contact is renewed
+    "distance": LENGTH,  # of sliding, over which the contact is renewed
+    "gap": LENGTH,  # play in which no force acts
+    "back ratio": NUMBER,  # level in sliding back, over that in sliding forward
+    "smoothing velocity": SPEED,  # speed over which friction changes its sign
+    "reference velocity": SPEED,  # a convention: at which other parameters are given
+    "cutoff velocity": SPEED,  # speed below which a law ceases to hold
+    "convention": NUMBER,  # a number that is chosen, not measured
+    # of machines
+    "mass": MASS,
+    "load": FORCE,
+    "speed": SPEED,
+    "torsional stiffness": TORQUE,
+    "torsional damping": TORQUE * TIME,
+    # of environments
+    "quadratic damping": MASS / LENGTH,  # a force over the square of a speed
+    # of controllers
+    "position gain": EFFORT / LENGTH,  # also of the integral of a speed
+    "position integral gain": EFFORT / (LENGTH * TIME),
+    "position rate gain": EFFORT / SPEED,
+    "position anti-windup": LENGTH / EFFORT,
+    "velocity anti-windup": SPEED / EFFORT,
+    "angle rate gain": EFFORT * TIME,
+    "angle anti-windup": NUMBER / EFFORT,
+    # of drives
+    "effort": EFFORT,  # force or torque; of a reference, what it is
+    "effort rate": EFFORT / TIME,
+    "effort acceleration": EFFORT / TIME**2,
+    "frequency": NUMBER / TIME,  # angular
+    "phase": NUMBER,  # an angle in radians
+    "duration": TIME,
+}
+
+_UNITS = {"1": NUMBER, "rad": NUMBER, "N": FORCE, "m": LENGTH, "s": TIME, "kg": MASS, "J": TORQUE, "W": TORQUE / TIME}
+
+
+@functools.cache
+def dimension_of_role(role: str) -> Dimension:
+    """The dimension of a role. Raises ValueError with the nearest name for a role that there is not."""
+    if role not in ROLES:
+        raise ValueError(f"role: there is no role {role!r}; {suggestion(role, ROLES)}")
+    return ROLES[role]
+
+
+@functools.cache
+def dimension_of_unit(unit: str) -> Dimension:
+    """The dimension of a unit such as "N s/m" or "1/s": products, one division, powers as in "s^2".
+
+    Raises ValueError for what is none.
+    """
+    above, *below = unit.split("/")
+    found = NUMBER
+    for text, sign in ((above, 1.0), *((part, -1.0) for part in below)):
+        for factor in text.split():
+            match = re.fullmatch(r"(\w+?)(?:\^(-?\d+(?:\.\d+)?))?", factor)
+            if match is None or match[1] not in _UNITS:
+                raise ValueError(f"unit: {factor!r} in {unit!r} is none of {', '.join(_UNITS)}, nor a power of one")
+            found = found * _UNITS[match[1]] ** (sign * float(match[2] or 1))
+    if len(below) > 1 or not all(part.strip() for part in (above, *below)):
+        raise ValueError(f'unit: should be as "N s/m" or "1/s", with one "/" at most, got {unit!r}')
+    return found
+
 
 Record = TypeVar("Record")
 
@@ -27,8 +161,8 @@ NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "", in_si: str = "") -> Any:
     """A field with its default, its symbol in the literature, what it means and what it does.
 
-    role: one of `vibrocap.physics.roles.ROLES` ("level", "stiffness", "frequency"...), from which fits know where to
-    start and conversions to SI its dimension. unit: in place of a role that there is not, the SI unit ("N s/m").
+    role: one of `ROLES` ("level", "stiffness", "frequency"...), from which fits know where to start and conversions to
+    SI its dimension. unit: in place of a role that there is not, the SI unit ("N s/m").
     in_si: what it means in SI, where the meaning speaks of a ratio: a "mass" in place of a "mass over another".
     Raises ValueError: a role or a unit that there is not, or both given.
     """
@@ -170,3 +304,67 @@ def _complaint(problem: Any, known: list[str]) -> Complaint:
             "float_type": "should be a number",
         }.get(kind, problem["msg"].replace("Input should", "should"))
     return Complaint(field, f"{wanted}, got {shown(problem['input'])}")
+
+
+@dataclasses.dataclass(frozen=True)
+class PartInSI:
+    """A part whose parameters are given in SI; `System` makes the part of it, by the scales of its machine.
+
+    part: its class. values: by keys that carry their unit, such as "bristle_stiffness_N_per_m".
+    """
+
+    part: type
+    values: Mapping[str, Any]
+
+
+class Part:
+    """What every machine, law and drive offers besides its physics.
+
+    source: where it was published: works separated by semicolons, each by its key in the bibliography of the package
+        (`vibrocap/citations/bibliography.bib`) or in words; "vibrocap" where it was made here
+    wrappers, wrapped: of the class of a wrapped part, the wrappers from the inside out, and the plain part in them
+    """
+
+    source: ClassVar[str] = ""
+    wrappers: ClassVar[tuple[Callable, ...]] = ()
+    wrapped: ClassVar[Any] = None
+
+    @classmethod
+    def in_si(cls, **values: Any) -> Any:
+        """This part with its parameters in SI, each with its unit in its name: `Harmonic.in_si(frequency_Hz=5, ...)`.
+
+        The keys are those of a case file in SI; `System` takes it, if its other parts are in SI too.
+        """
+        return PartInSI(cls, values)
+
+
+def wrapped_class(wrapper: Callable, cls: Any, part: Any) -> Any:
+    """Finish the class of a wrapped law or drive: its name, its documentation, its fields, and how it is pickled.
+
+    wrapper: the function that makes it   cls: the class, whose base is the part   part: the class that is wrapped
+    """
+    cls.__name__ = cls.__qualname__ = f"{wrapper.__name__.title()}{part.__name__}"
+    cls.__doc__ = f"{part.__name__}, {wrapper.__name__}: see `{wrapper.__module__}`.\n\n    {part.__doc__}"
+    cls.name = f"{wrapper.__name__}-{part.name}"
+    cls.wrappers, cls.wrapped = (*part.wrappers, wrapper), part.wrapped or part
+    cls.__reduce__ = _pickled
+    return parameters(cls)
+
+
+def inner_part(part: Any, outer: Any) -> Any:
+    """The part inside a wrapped one, with its parameters; what the wrapper says anew it does not see."""
+    inner = object.__new__(part)
+    vars(inner).update(vars(outer))
+    return inner
+
+
+def _pickled(part: Any) -> tuple:
+    """How to make a wrapped part again; its class can be found in no module."""
+    values = {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    return _unpickled, (part.wrapped, part.wrappers, values)
+
+
+def _unpickled(part: Any, wrappers: tuple[Callable, ...], values: Mapping[str, Any]) -> Any:
+    for wrapper in wrappers:
+        part = wrapper(part)
+    return part(**values)

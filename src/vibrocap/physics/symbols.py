@@ -9,8 +9,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrappers
+from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.dimensions.scales import EFFORTS, FreeScales
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
 from vibrocap.physics.dimensions.units import QUANTITIES as QUANTITY_UNITS

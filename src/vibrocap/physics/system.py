@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
-from vibrocap.physics.actuator import ActuatedMachine, Actuator
+from vibrocap.physics.closed_loop.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
 from vibrocap.physics.closed_loop.measuring import check_controller
 from vibrocap.physics.closed_loop.sampling import SampledReference, check_samples
@@ -18,10 +18,8 @@ from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
-from vibrocap.physics.numbering import number_in, numbered
-from vibrocap.physics.parameters import ParameterError, parameter_table
-from vibrocap.physics.part import PartInSI
-from vibrocap.physics.states import laws_by_state, laws_of, state_names
+from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
+from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
 
 PARTS = ("machine", "friction", "drive")  # of every system

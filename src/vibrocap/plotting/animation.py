@@ -22,7 +22,7 @@ from matplotlib.transforms import Affine2D, Transform
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.plotting.contact_panels import contacts_of
 from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.look.labels import scale

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.plotting.look.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.look.labels import LABELS, with_unit
 from vibrocap.plotting.look.style import legend_above

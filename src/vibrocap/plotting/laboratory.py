@@ -1,4 +1,4 @@
-"""Pictures of what a friction law does: its canonical tests, its card, and what smoothing its contact costs."""
+"""Pictures of what a friction law does: its canonical tests, its test sheet, and what smoothing its contact costs."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.numbering import number_in, numbered
+from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
 from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.look.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit

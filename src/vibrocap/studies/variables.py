@@ -11,7 +11,7 @@ from vibrocap.measures.gathered import ALWAYS
 from vibrocap.measures.of_measure import measure_unit
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
-from vibrocap.physics.actuator import Actuator
+from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
 from vibrocap.physics.dimensions.units import Key
 from vibrocap.physics.environment import Environment

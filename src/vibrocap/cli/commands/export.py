@@ -41,7 +41,7 @@ def export(
     to
         what to write: C sources (c), the same without an integrator (rates), an FMU (fmu), a MuJoCo model (mjcf)
     input
-        what the caller sets from step to step: drive; by default nothing, and the case's own drive goes on
+        what the caller sets from step to step: drive; by default nothing, and the case's own drive continues
     out
         folder of the C sources, made where it is missing; of an FMU FILE.fmu, of a MuJoCo model FILE.xml
     name

@@ -24,7 +24,7 @@ from vibrocap.io.json_text import in_both, json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.numbering import name_and_number, numbered
+from vibrocap.physics.names import name_and_number, numbered
 from vibrocap.physics.parameters import described, given_parameters, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import computed, units_of

@@ -8,8 +8,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
-from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT
-from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
+from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.command_examples import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
@@ -101,9 +100,9 @@ def _given(text: str, out: Path | None, said: str) -> int:
 
 def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run; si: in SI."""
-    from vibrocap.physics.actuator import Actuator
+    from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.environment import Environment
-    from vibrocap.physics.states import state_names
+    from vibrocap.physics.names import state_names
 
     classes = {section: catalogue()[chosen[section]] for section, (_, catalogue) in CHOICES.items()}
     form = _InSI(classes) if si else _Plain()

@@ -218,7 +218,7 @@ class ClosedDesigns:
     def slopes(self) -> dict[str, tuple[float | None, float | None]]:
         """d(measure)/d(variable) below and above the best design; None where nothing closes or a bound is reached.
 
-        Exact where the measure has gradients and the mode sequence goes on; beyond a change of it the slope there is
+        Exact where the measure has gradients and the mode sequence continues; beyond a change of it the slope there is
         extrapolated to the design, with the error of the square of the step.
         """
         best, space = self.best, self.problem.space

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 from vibrocap import __version__
 from vibrocap.case.case import Case
 from vibrocap.exchange.fmu.variables import REAL, SIDES, TEXT, Variable
-from vibrocap.physics.roles import dimension_of_unit
+from vibrocap.physics.parameters import dimension_of_unit
 
 CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")

@@ -149,7 +149,7 @@ def counts(kinds: Iterable[str], before: int) -> list[Variable]:
 
 
 STATUS = Variable(
-    Port("status"), "how the motion goes on or why it ended", "0", TEXT, causality="local", variability="discrete"
+    Port("status"), "that the motion continues, or why it ended", "0", TEXT, causality="local", variability="discrete"
 )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.physics.roles import Dimension
+from vibrocap.physics.parameters import Dimension
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,15 +1,14 @@
 """What a fit expects of a parameter by its role: its likely size, its range and what would determine it.
 
-A parameter declares its role with its value (`vibrocap.physics.roles`). One without a role, or with one that no fit
-knows, is fitted from the value that the law starts with.
+A parameter declares its role with its value (`vibrocap.physics.parameters`). One without a role, or with one that no
+fit knows, is fitted from the value that the law starts with.
 """
 
 import dataclasses
 import math
 from typing import Any
 
-from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.roles import NUMBER, ROLES, Dimension
+from vibrocap.physics.parameters import NUMBER, ROLES, Dimension, ParameterInfo, parameter_table
 
 
 @dataclasses.dataclass(frozen=True)

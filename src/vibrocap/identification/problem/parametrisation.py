@@ -13,8 +13,7 @@ from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import ParameterError, parameter_table
-from vibrocap.physics.roles import COEFFICIENT
+from vibrocap.physics.parameters import COEFFICIENT, ParameterError, parameter_table
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 

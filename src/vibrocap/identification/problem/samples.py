@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.records.checks import integral
+
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
 FEWEST_SAMPLES = 8
 COLUMNS = ("time", "velocity", "force", "acceleration", "load", "place")
@@ -40,8 +42,7 @@ class Samples:
     @property
     def displacement(self) -> np.ndarray:
         """Displacement from the first sample, the integral of the velocity (trapezoids)."""
-        steps = 0.5 * (self.velocity[1:] + self.velocity[:-1]) * np.diff(self.time)
-        return np.concatenate(([0.0], np.cumsum(steps)))
+        return integral(self.time, self.velocity)
 
     def thinned(self, every: int) -> "Samples":
         """Means of blocks of `every` samples."""

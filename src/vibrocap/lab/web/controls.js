@@ -15,7 +15,7 @@ function symbolHtml(symbol) {
   return `${GREEK[found[1]] ?? escaped(found[1])}${index ? `<sub>${escaped(index)}</sub>` : ""}`;
 }
 
-// What a parameter means, with signs in the place of their names.
+// What a parameter means, with signs in place of their names.
 const meaningHtml = (text) => escaped(text).replace(/\b[a-z]+/g, (word) => GREEK[word] ?? word).replace(/\^2/g, "²").replace(/_(\w)/g, "<sub>$1</sub>");
 
 // Units of what is shown: none, or SI by the scales of the model.

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 
 from vibrocap.measures.recorded.windows import window_times
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.numbering import name_and_number
+from vibrocap.physics.names import name_and_number
 from vibrocap.quantities.declared import Context, Declared, Number, Time
 from vibrocap.quantities.dimensional import Dimensional
 

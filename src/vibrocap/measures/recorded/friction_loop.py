@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vibrocap.measures.recorded.stretch import Stretch, contact_place, stretches
+from vibrocap.measures.recorded.stretch import Stretch, bisected, contact_place, stretches
 from vibrocap.measures.recorded.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.quantities.declared import (
@@ -26,7 +26,6 @@ from vibrocap.quantities.declared import (
 from vibrocap.quantities.dimensional import Dimensional
 
 SPEEDS = 256  # at which the branches are compared
-INVERSIONS = 60  # bisections: a speed is inverted to rounding
 LoopArea = Annotated[float, In("N m/s")]  # oint R dv
 MINORITY = 0.05  # of the integral of |difference|: with more than this of either sign the branches are mixed
 
@@ -88,14 +87,8 @@ class Excursion:
             inside = (speeds >= ends.min()) & (speeds <= ends.max())
             wanted = speeds[inside]
             low, high = np.full(len(wanted), start), np.full(len(wanted), end)
-            for _ in range(INVERSIONS):
-                middle = 0.5 * (low + high)
-                early = (side * stretch.velocity(middle) < wanted) == accelerating
-                before = low, high
-                low, high = np.where(early, middle, low), np.where(early, high, middle)
-                if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
-                    break
-            total[inside] += side * stretch.friction(0.5 * (low + high))
+            times = bisected(low, high, lambda t, wanted=wanted: (side * stretch.velocity(t) < wanted) == accelerating)
+            total[inside] += side * stretch.friction(times)
             passes[inside] += 1.0
         return np.divide(total, passes, out=np.full_like(speeds, np.nan), where=passes > 0)
 

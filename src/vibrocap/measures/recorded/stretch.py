@@ -10,6 +10,7 @@ from vibrocap.motion.trajectory import Trajectory
 
 GAUSS_POINTS = 16  # per piece; a piece is one step of a Taylor series, which 16 points integrate to rounding
 SCAN = 16  # intervals per piece in which sign changes are looked for
+HALVINGS = 64  # of an interval at most: to rounding
 DIFFERENCE = 2e-3  # of a piece: step of the difference quotient; (2e-3)^4 and 1e-16/2e-3 are both small
 
 
@@ -53,21 +54,16 @@ class Stretch:
 
     def acceleration(self, t: np.ndarray) -> np.ndarray:
         """Its rate: the derivative of the polynomial of the state that moves with it."""
-        piece = self._piece_at(t)
-        motion = self.motion
+        piece, motion = self._piece_at(t), self.motion
         row = motion.state_names.index(motion.system.machine.contact_states[0])
-        coefficients, s = motion.series[piece][:, row], t - motion.piece_start[piece]
-        result = np.zeros_like(s)
-        for k in range(coefficients.shape[1] - 1, 0, -1):
-            result = result * s + k * coefficients[:, k]
-        return result
+        return motion.piece_slopes(piece, t - motion.piece_start[piece])[row]
 
     def friction(self, t: np.ndarray) -> np.ndarray:
         """Friction force R."""
         return self._observed("friction", t, self._piece_at(t))
 
     def friction_rate(self, t: np.ndarray) -> np.ndarray:
-        """dR/dt, by a difference quotient of fourth order on the piece's own series, which goes on beyond its ends."""
+        """dR/dt, by a difference quotient of fourth order on the piece's series, which continues beyond its ends."""
         piece = self._piece_at(t)
         h = DIFFERENCE * self.motion.piece_length[piece]
         ahead, back, ahead2, back2 = (self._observed("friction", t + k * h, piece) for k in (1, -1, 2, -2))
@@ -88,14 +84,7 @@ class Stretch:
         times, signs = times[signs != 0.0], signs[signs != 0.0]
         change = np.flatnonzero(signs[1:] != signs[:-1])
         low, high, below = times[change], times[change + 1], signs[change]
-        for _ in range(64):
-            middle = 0.5 * (low + high)
-            same = np.sign(function(middle)) == below
-            before = low, high
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-            if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
-                break
-        return 0.5 * (low + high)
+        return bisected(low, high, lambda middle: np.sign(function(middle)) == below)
 
     def nodes(self, cuts: np.ndarray | None = None) -> Nodes:
         """Gauss points on every piece; at `cuts`, times at which an integrand changes its form, pieces are cut."""
@@ -117,6 +106,18 @@ class Stretch:
         sides = (np.full(len(t), float(self.side)), *self.motion.sides(piece)[1:])
         drive = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
         return self.motion.observe((name,), t, self._states(t, piece), sides, drive)[0]
+
+
+def bisected(low: np.ndarray, high: np.ndarray, early: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """The places [n] between low and high up to which `early` holds, by bisection to rounding."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        lower = early(middle)
+        before = low, high
+        low, high = np.where(lower, middle, low), np.where(lower, high, middle)
+        if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
+            break
+    return 0.5 * (low + high)
 
 
 def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:

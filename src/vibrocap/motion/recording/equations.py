@@ -1,4 +1,9 @@
-"""A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
+"""A system's equations, recorded: from scalar physics to the graph that the numerics compile.
+
+The equations of a system whose drive has corners are recorded with the coefficients of one segment as numbers, behind
+the parameters of the system: (period of the drive, start of the segment, coefficients in powers of time). Which numbers
+these are, at any time and for any parameters, the recorded corners tell.
+"""
 
 import copy
 import functools
@@ -7,25 +12,27 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.motion.recording.contact_equations import (
-    contact_equations,
-    decision_rows,
-    imposed_shifts,
-    states_at_contacts,
-)
-from vibrocap.motion.recording.corners import recorded_corners, segment_paths
-from vibrocap.motion.recording.section import turning_states
-from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.corners import Corners
-from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.numerics.expressions.equations import (
+    Balance,
+    ContactEquations,
+    DecisionRows,
+    Equations,
+    NormalBalance,
+    rate_of,
+)
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
+from vibrocap.physics.closed_loop.sampling import SampledReference
+from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import between_states, numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
+
+SEGMENT_PATHS = ("segment.period", "segment.start", "segment.coefficient_")
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -227,12 +234,30 @@ def put_on_segment(system: System, recorded: System, graph: Graph, place: int) -
     object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
 
 
+def segment_paths(drive: Piecewise) -> tuple[str, ...]:
+    """Names of the numbers of the present segment in the parameter vector."""
+    period, start, coefficient = SEGMENT_PATHS
+    return (period, start, *(f"{coefficient}{k}" for k in range(drive.degree + 1)))
+
+
 def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
-    """The corners of the drive, recorded in a graph of their own: a table may have very many."""
+    """The corners of the drive, recorded in a graph of their own, as a table may have very many; None of none."""
     graph = Graph()
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
     recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
-    return recorded_corners(recorded.timed_drive, graph, len(paths))
+    drive = recorded.timed_drive
+    if not isinstance(drive, Piecewise):
+        return None
+    sampled = isinstance(drive, SampledReference)
+    segments = drive.segments(graph.node("time")) if sampled else drive.segments()
+    return Corners(
+        place=len(paths),
+        coefficients=drive.degree + 1,
+        period=graph.expression(drive.period),
+        lengths=tuple(graph.expression(segment.length) for segment in segments),
+        shapes=tuple(tuple(map(graph.expression, segment.coefficients)) for segment in segments),
+        parts=graph.expression(drive.parts if sampled else 1.0),
+    )
 
 
 def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
@@ -291,3 +316,69 @@ def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
         value = symbols.get(f"{part}.{info.name}", getattr(record, info.name))
         object.__setattr__(copy, info.name, value)
     return copy
+
+
+def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[ContactEquations, ...]:
+    """The recorded contacts."""
+    found, states = [], system.state_names
+    for i, (each, law, name) in enumerate(zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)):
+        internal = (states.index(numbered(own, i + 1)) for own in law.internal if own not in law.switched)
+        found.append(
+            ContactEquations(
+                velocity=expression(each.contact.velocity),
+                state=states.index(name),
+                kind=system.contact_kinds[i],
+                hold=None if each.hold is None else expression(each.hold),
+                limit=None if each.limit is None else expression(each.limit),
+                internal=tuple(internal),
+                after_reversal=tuple(map(expression, flow.after_reversal[i])),
+            )
+        )
+    return tuple(found)
+
+
+def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
+    def tuples(values: Any) -> tuple[Expression, ...]:
+        return tuple(map(expression, values))
+
+    given, contacts, bounds = flow.rows, [each.contact for each in flow.contacts], []
+    assert given is not None
+    for each in contacts:
+        both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
+        bounds.append(None if both is None else tuples(both))
+    return DecisionRows(
+        b=tuples(given.b),
+        response=tuple(map(tuples, given.A)),
+        loads=tuples(given.n),
+        load_response=tuple(map(tuples, given.C)),
+        forces=tuples(each.force for each in contacts),
+        pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
+        bounds=tuple(bounds),
+    )
+
+
+def turning_states(system: System) -> tuple[tuple[int, float], ...]:
+    """(place in the state vector, period) of each coordinate that turns."""
+    return tuple((system.state_names.index(name), period) for name, period in system.turns.items())
+
+
+def states_at_contacts(system: System) -> tuple[int, ...]:
+    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
+    own = (*list(dict.fromkeys(system.machine.contact_states))[1:], *system.state_names[len(system.machine.states) :])
+    aside = (*system.switched, *between_states(system.parts))
+    return tuple(system.state_names.index(name) for name in own if name not in aside)
+
+
+def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
+    """At imposed distances, the velocity of each contact where the state that all share vanishes."""
+    machine = system.machine
+    if not machine.imposes_distances:
+        return ()
+    own = list(mechanical)
+    own[machine.states.index(machine.contact_states[0])] = 0.0
+    time = graph.node("time")
+    found = tuple(graph.expression(each.velocity) for each in placed.contacts(time, tuple(own), 0.0))
+    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
+        what = f"should be functions of time, but for the state {machine.contact_states[0]} that is added to each"
+        raise ValueError(f"the {machine.name}: at imposed distances the velocities of its contacts {what}")
+    return found

@@ -6,7 +6,7 @@ from typing import Any
 
 from vibrocap.motion.recording.equations import equations, put_on_segment, with_symbols
 from vibrocap.numerics.expressions.graph import Expression, Graph
-from vibrocap.physics.scene import Shape
+from vibrocap.physics.bodies import Shape
 from vibrocap.physics.system import System
 
 FAR = 1e300  # a bound that is none

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from vibrocap.motion.recording.equations import turning_states
 from vibrocap.physics.system import System
 
 
@@ -26,11 +27,6 @@ def section_states(system: System, states: np.ndarray, scales: np.ndarray) -> np
         found[..., kept.index(i)] = radius / scales[i] * np.cos(angle)
         ordinates.append(radius / scales[i] * np.sin(angle))
     return np.concatenate([found, np.stack(ordinates, axis=-1)], axis=-1) if ordinates else found
-
-
-def turning_states(system: System) -> tuple[tuple[int, float], ...]:
-    """(place in the state vector, period) of each coordinate that turns."""
-    return tuple((system.state_names.index(name), period) for name, period in system.turns.items())
 
 
 def whole_turns(system: System, gained: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Writes the series of the contact's acceleration from the balance of momentum, see `expressions/balance.py`.
+"""Writes the series of the contact's acceleration from the balance of momentum, see `Balance`.
 
 It leaves few products where the solved equations have many.
 """
@@ -6,7 +6,7 @@ It leaves few products where the solved equations have many.
 from typing import Any
 
 from vibrocap.numerics.codegen.straight_line import ZERO, Formula, Term, combined, literal, total
-from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.equations import Balance
 from vibrocap.numerics.expressions.graph import Expression, sensitivity
 
 

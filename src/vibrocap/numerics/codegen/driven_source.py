@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.codegen.resolution import SharpArgument
-from vibrocap.numerics.codegen.scalar_source import LEAVES, ScalarWriter, chosen_source, function_source
+from vibrocap.numerics.codegen.straight_line import LEAVES, ScalarWriter, chosen_source, function_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
 SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304

@@ -20,7 +20,7 @@ from vibrocap.numerics.codegen.driven_source import (
     switch_source,
     thawed,
 )
-from vibrocap.numerics.codegen.scalar_source import function_source
+from vibrocap.numerics.codegen.straight_line import function_source
 from vibrocap.numerics.expressions.graph import derivative
 from vibrocap.numerics.kernel.step.implicit import COUPLING, GAMMA, NODES, STAGE_WEIGHTS, STAGES, TIME_WEIGHTS
 

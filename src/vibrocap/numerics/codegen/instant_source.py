@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 
-from vibrocap.numerics.codegen.scalar_source import ScalarWriter, chosen_source, function_source
+from vibrocap.numerics.codegen.straight_line import ScalarWriter, chosen_source, function_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative
 

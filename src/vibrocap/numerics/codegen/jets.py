@@ -12,9 +12,9 @@ from collections.abc import Iterable
 
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
-from vibrocap.numerics.expressions.balance import Balance
-from vibrocap.numerics.expressions.forms import Forms
+from vibrocap.numerics.expressions.equations import Balance
 from vibrocap.numerics.expressions.graph import Expression, Graph, operands_of, reachable
+from vibrocap.numerics.expressions.structure import Forms
 
 SUMS = ("add", "sub", "neg")
 ONE, TWO = literal(1.0), literal(2.0)

@@ -5,11 +5,11 @@ exp[-(v/v_s)^2] are below rounding, and the series passes a dip of the speed wit
 every *sharp* node of the graph, a function that is no polynomial of the contact velocity or of an internal state of the
 law, it is asked over the whole step:
 
-    unseen      G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
-    seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
-    gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
+    negligible  G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
+    resolved    G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
+    smooth      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
-From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): a node of it is not seen by the last terms there, and
+From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there, and
 what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
 where the contact leaves stick, see `resolved.faint`. A power that has no series at rest shows in the last terms: those
 of what it is rounded off to.
@@ -17,14 +17,15 @@ of what it is rounded off to.
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
 yet (a level that a stuck element will reach). All values over the step are enclosures by interval arithmetic, from
-those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. That of G may be far too large, which is safe for "unseen" only:
-for "seen" G is at most BEYOND times as large as at the start. Where a node is none of the three, the step is too long.
+those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. That of G may be far too large, which is safe for "negligible"
+only: for "resolved" G is at most BEYOND times as large as at the start. Where a node is none of the three, the step is
+too long.
 
 theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
 change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
 that as long as f >= 1e-3 tolerance. The terms of algebraic functions and logarithms fall like a power of the ratio of
-step and distance to the singularity: they need a size of 10 tolerances. A logarithm is never taken as seen: in a power,
-exp(a log x), the terms of both all but cancel, so that the last ones tell nothing.
+step and distance to the singularity: they need a size of 10 tolerances. A logarithm never counts as resolved: in a
+power, exp(a log x), the terms of both all but cancel, so that the last ones tell nothing.
 """
 
 import dataclasses
@@ -34,15 +35,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.numerics.codegen.at_rest import Speed, gaps
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
+from vibrocap.numerics.expressions.structure import Speed, gaps
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
-BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is seen
+BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is resolved
 VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
 
 
@@ -139,7 +140,7 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def mirrored(equations: Equations) -> bool:
+def sides_alike(equations: Equations) -> bool:
     """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
     graph, nodes = equations.graph, system_sharpness(equations).nodes
     watching = (*equations.rates, *equations.switches)
@@ -157,8 +158,8 @@ def mirrored(equations: Equations) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
-def sparse(equations: Equations) -> bool:
-    """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
+def lacunary(equations: Equations) -> bool:
+    """Whether the series of some sharp function from rest may be lacunary, or the function is a logarithm.
 
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
     four vanish.
@@ -259,18 +260,18 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
             continue
         least = most = weight(slopes, step)
         if contact in reachable(graph, felt):
-            # A bound that is much too large is safe where it says what is unseen, and not where it says what shows.
+            # A bound that is much too large is safe for what is negligible, and not for what is resolved.
             at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
             least = text.smaller(most, text.larger(*at_ends))
-        varies, size, gentle = _node(graph, node, text, step, start)
+        varies, size, smooth = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
-        either += [f"({gentle})"] if gentle else []
+        either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        unseen = text.name(f"{share} <= tolerance")
-        text.lines.append(f"worst = {text.chosen(f'{shown} | {unseen}', 'worst', 'worst + 1.0')}")
+        negligible = text.name(f"{share} <= tolerance")
+        text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
             first, second, third = (text.entry(f"{speed.row} + {k} * LANES") for k in range(3))
@@ -320,7 +321,7 @@ def _missed(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclo
 
 
 def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures) -> tuple[str, str, str]:
-    """(by how much a sharp node varies over the step, its size at the start, condition under which it is gentle)."""
+    """(by how much a sharp node varies over the step, its size at the start, condition under which it is smooth)."""
     op, *operands = graph.nodes[node]
     least, most = step.of(node)
     varies = text.name(f"{most} - {least}")
@@ -336,13 +337,13 @@ def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosu
         far = text.size((first_low, first_high))
         return varies, text.name(f"{width} / (1.0 + {far} * {far})"), f"{width} <= 1.0"
     nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
-    gentle = f"{width} <= {nearest}"
+    smooth = f"{width} <= {nearest}"
     if op == "log":
         return varies, "0.0", f"{width} <= 2.0 * {nearest}"
     if op == "sqrt":
-        return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), gentle
+        return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), smooth
     numerator = text.size(step.of(operands[0]))
     inverse_low, inverse_high = step.inverse(operands[1])
     far = text.size((first_low, first_high))
     varies = text.name(f"{numerator} * ({inverse_high} - {inverse_low})")
-    return varies, text.name(f"{numerator} * {width} / ({far} * {far} + 1e-300)"), gentle
+    return varies, text.name(f"{numerator} * {width} / ({far} * {far} + 1e-300)"), smooth

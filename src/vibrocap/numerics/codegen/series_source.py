@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from vibrocap.numerics.codegen.guard_polynomial import guard_source
-from vibrocap.numerics.codegen.scalar_source import indented
+from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
     pair,
@@ -11,13 +11,13 @@ from vibrocap.numerics.codegen.slow_manifold import (
     settled_coefficient,
     store_reach,
 )
-from vibrocap.numerics.codegen.straight_line import ALL, CHOSEN, ONE, ZERO, Code, Formula, literal
-from vibrocap.numerics.codegen.true_load import LoadSeries
+from vibrocap.numerics.codegen.straight_line import ALL, CHOSEN, ONE, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.slow_states import decay_rates
+from vibrocap.numerics.expressions.structure import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
+TAIL = 4.0  # times the last term: with those that follow it, if each is at most three quarters of the one before
 NO_MANIFOLD = ["def slow_jet(floats, lane):", '    """There is none."""']
 
 
@@ -61,7 +61,7 @@ def _series(
 ) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
     order, simd = layout.order, loop == "simd"
-    # A graphics card has functions of its own, and runs the ensemble one by one.
+    # A GPU has functions of its own, and runs the ensemble one by one.
     lanes = ALL if equations.several or not slow else CHOSEN
     code = Code(lanes if simd else ONE, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code, slow)
@@ -122,3 +122,29 @@ def limits_are_constant(equations: Equations) -> bool:
     """Whether no contact's limit ever changes along a motion."""
     limits = [each.limit for each in equations.contacts if each.limit is not None]
     return bool(limits) and all(equations.graph.is_constant_in_time(limit.index) for limit in limits)
+
+
+class LoadSeries:
+    """The series of the true load: where it may go within a step.
+
+    Where the load is a constant and the second derivative of a height h, its coefficient k is (k + 1) (k + 2) h_(k+2),
+    which is there. Elsewhere it is written from the load itself.
+    """
+
+    def __init__(self, load: Expression, height: tuple[Expression, float] | None, writer: JetWriter, order: int):
+        self.load, self.height, self.writer, self.last = load, height, writer, order - 2
+
+    def at_order(self, k: int) -> list[tuple[int, Formula]]:
+        """(number, value) of the coefficients that are known with the coefficients k of the states."""
+        numbers = {0: [], 1: [], 2: [0]}.get(k, [k - 2])
+        return [(number, self._term(number)) for number in numbers]
+
+    def _term(self, k: int) -> Formula:
+        """The coefficient k; of the last one a bound of itself and of all that follow."""
+        factor = TAIL if k == self.last else 1.0
+        if k == 0:
+            return self.writer.coefficient(self.load.index, 0)
+        if self.height is None:
+            return self.writer.coefficient(self.load.index, k) * literal(factor)
+        height, sign = self.height
+        return self.writer.coefficient(height.index, k + 2) * literal(sign * factor * (k + 1) * (k + 2))

@@ -4,9 +4,10 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.at_rest import gaps, place_of_returns, rough
-from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.codegen.scalar_source import (
+from vibrocap.numerics.codegen.resolution import lacunary, resolution_source, sides_alike, system_sharpness
+from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
+from vibrocap.numerics.codegen.slow_manifold import slow_constants
+from vibrocap.numerics.codegen.straight_line import (
     ScalarWriter,
     chosen_source,
     function_source,
@@ -14,11 +15,9 @@ from vibrocap.numerics.codegen.scalar_source import (
     returned_source,
     stored_source,
 )
-from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
-from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.expressions.slow_states import record_slopes
+from vibrocap.numerics.expressions.structure import gaps, place_of_returns, record_slopes, rough
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
@@ -80,8 +79,8 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
-    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["LACUNARY"] = sparse(equations)
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SIDES_ALIKE": sides_alike(equations)}
+    constants["LACUNARY"] = lacunary(equations)
     constants["ROUGH"] = rough(equations, sharp.nodes)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:

@@ -1,9 +1,9 @@
 """A compiler for kernels: their text, in a small part of Python (`subset.py`), becomes machine code.
 
-The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
-that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM
-(`machine.py`), kept on disk (`cache.py`) and called (`library.py`); `compiled` does all of that. Nothing else of the
-package knows LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c_text.py`).
+The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`). From that tree
+LLVM's language is written (`lowering.py`, `code.py`; all lanes at once: `lanes.py`), made machine code by LLVM and
+called (`machine.py`), and kept on disk (`cache.py`); `compiled` does all of that. Nothing else of the package knows
+LLVM. Other targets: GPUs (`gpu.py`), browsers (`webassembly.py`) and C (`c/`).
 """
 
 import functools
@@ -13,10 +13,8 @@ import threading
 from collections.abc import Iterable, Mapping, Sequence
 
 from vibrocap.numerics.compiler import cache
-from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
-from vibrocap.numerics.compiler.library import Compiled, NoObject
-from vibrocap.numerics.compiler.machine import Target, host, object_code
-from vibrocap.numerics.compiler.subset import LIBRARY, Refused
+from vibrocap.numerics.compiler.machine import Compiled, NoObject, Target, host, object_code
+from vibrocap.numerics.compiler.subset import FLOAT, FLOATS, INT, INTS, LIBRARY, Kind, Refused
 from vibrocap.progress import stage
 
 __all__ = [
@@ -90,14 +88,14 @@ def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tupl
 
 
 def c_source(text: str, entries: Sequence[str], prefix: str) -> str:
-    """A kernel of one motion as C99 that computes as `literal_ir` does, to the last bit; see `c_text.py`.
+    """A kernel of one motion as C99 that computes as `literal_ir` does, to the last bit; see `c/text.py`.
 
     prefix: a C identifier with which every name begins, those of the entries too: `PREFIX_ENTRY`. All are static
     Raises Refused where the text is no kernel of one motion.
     """
-    from vibrocap.numerics.compiler import c_text
+    from vibrocap.numerics.compiler.c.text import c_text
 
-    return c_text.c_text(text, entries, prefix)
+    return c_text(text, entries, prefix)
 
 
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:

@@ -4,10 +4,9 @@ Code for compute capability 7.0 runs on all GPUs since.
 """
 
 from vibrocap.numerics.compiler.foreign import foreign_code
-from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.machine import Target
-from vibrocap.numerics.compiler.subset import LIBRARY
+from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, LIBRARY
 
 GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"

@@ -8,7 +8,7 @@ what a lane gets does not depend on its neighbours.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.kinds import (
+from vibrocap.numerics.compiler.subset import (
     INT,
     NOTHING,
     Value,

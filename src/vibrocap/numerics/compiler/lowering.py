@@ -3,11 +3,22 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.numerics.compiler.expressions import LLVMExpressions
-from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value, float_text
+from vibrocap.numerics.compiler.code import Code
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
-from vibrocap.numerics.compiler.subset import parsed, uncollected
+from vibrocap.numerics.compiler.subset import (
+    BOOL,
+    ELEMENTS,
+    FLOATS,
+    INT,
+    INTS,
+    NOTHING,
+    Kind,
+    Value,
+    float_text,
+    parsed,
+    uncollected,
+)
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
 
@@ -111,7 +122,7 @@ def _argument(kind: Kind) -> str:
     return "ptr noalias nocapture" if kind in ELEMENTS else kind.llvm
 
 
-class LLVMFunction(LLVMExpressions):
+class LLVMFunction(Code):
     """Writes the statements of a function."""
 
     def written(self) -> str:

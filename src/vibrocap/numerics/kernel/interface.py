@@ -179,12 +179,12 @@ def look_at_load(floats, ints, lane, h) -> None:
 # Where a law is asked: at the state of the series, but for laws that may be stiff.
 
 
-def fitting_point(floats, ints, lane, s, point) -> None:
+def consistent_state(floats, ints, lane, s, point) -> None:
     """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
 
 
 def fit_to_slopes(floats, lane, s, point) -> float:
-    """Move that state to the one that fits to the slopes; how far that was over natural sizes, 0.0 where it stays."""
+    """Move that state to the one consistent with the slopes; how far over natural sizes, 0.0 where it stays."""
     return 0.0
 
 

@@ -7,7 +7,7 @@ from vibrocap.numerics.codegen.source import Integrands, generated_source, insta
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.slow_states import slow_states
+from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import shown_motion_recipe

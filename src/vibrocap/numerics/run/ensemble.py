@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.numerics.codegen.source import Integrands, evidence_source, generated_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.slow_states import slow_bristles, slow_states
+from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries

@@ -10,14 +10,21 @@ import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.slow_states import slow_states
+from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.kernel.stepper.take_step import NO_SPEED_AT_START, NOT_TOLD
-from vibrocap.numerics.linker.known import kernel_key, known_kernel, note_kernel
-from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.link import (
+    Linked,
+    compiled_kernel,
+    kernel_key,
+    known_kernel,
+    linked_source,
+    note_kernel,
+    plain_kernel,
+)
 from vibrocap.numerics.linker.recipes import motion_recipe
 from vibrocap.numerics.run.results import PieceSeries
 from vibrocap.resources import check_kept, check_memory

@@ -11,7 +11,7 @@ from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import c_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.expressions.slow_states import slow_states
+from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel

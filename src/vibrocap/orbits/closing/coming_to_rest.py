@@ -13,7 +13,7 @@ EXCESS = 1e-12  # of what a contact can hold, that it may hold more than it rubs
 
 
 def comes_to_rest(motion: Trajectory) -> bool:
-    """Whether a motion goes on to rest by smaller and smaller stops, of which none is the last.
+    """Whether a motion continues to rest by smaller and smaller stops, of which none is the last.
 
     So ends a linear loop with integral action around a contact that holds no more than it rubs: each slide is the one
     before on a smaller scale, turned round, so that stops shrink by one share, while the time that the integral needs

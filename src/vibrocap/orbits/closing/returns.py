@@ -11,7 +11,7 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.events import CONTACT, IMPACT
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Context, Declared
 

@@ -9,8 +9,7 @@ import numpy as np
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.of_measure import OneOfMeasure, SlopeOfMeasure
 from vibrocap.motion.recording.section import brought_back, section_states
-from vibrocap.motion.simulate import period_marks, simulate
-from vibrocap.motion.start import within_room
+from vibrocap.motion.simulate import period_marks, simulate, within_room
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Stroboscope
 from vibrocap.orbits.closing.periodic_solution import CERTIFIED, named_states, state_vector

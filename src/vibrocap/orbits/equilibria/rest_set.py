@@ -8,7 +8,7 @@ import numpy as np
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.orbits.equilibria.search import SteadyState
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 SLOWEST = 1e-12  # speed over the natural one at which a law without a limit at rest is asked for its force
 STRAIGHT = 1e-9  # of the size of a function by which it may leave a straight line

@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
-from vibrocap.motion.recording.equations import equations
-from vibrocap.motion.recording.section import turning_states, whole_turns, winding
+from vibrocap.motion.recording.equations import equations, turning_states
+from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_sequence, same_cycle

@@ -1,4 +1,4 @@
-"""A machine under a controller: what is measured, when it is sampled, and inverse dynamics.
+"""What stands between drive and machine: an actuator, and a controller that measures, samples and knows the dynamics.
 
 Given: a machine and a controller. Given back: the machine of the closed loop.
 """

@@ -9,7 +9,7 @@ from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, state_units
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.states import laws_of
+from vibrocap.physics.names import laws_of
 
 SAMPLE = 0.3  # every state, where it is tried what a command does
 CANCELLED = 1e-12  # response of a contact to its own friction, below which that is gone

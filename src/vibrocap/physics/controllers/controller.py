@@ -4,10 +4,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
-from vibrocap.physics.elementary import cos, exp, sin, sqrt
-from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
-from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part
+from vibrocap.physics.elementary import HELD_AFTER, cos, exp, limit_guards, limited, sin, sqrt
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
 
 __all__ = [
     "AccelerationController",

@@ -2,7 +2,6 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.bristles import bristle_slip, stribeck_curve
 from vibrocap.physics.controllers.controller import (
     CURVATURE,
     INTEGRAL,
@@ -16,6 +15,7 @@ from vibrocap.physics.controllers.controller import (
     parameter,
     parameters,
 )
+from vibrocap.physics.elementary import bristle_slip, stribeck_curve
 
 BRISTLE = "observed_bristle"
 

@@ -20,8 +20,7 @@ from vibrocap.physics.dimensions.units import (
     state_units,
     undeclared,
 )
-from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
-from vibrocap.physics.part import PartInSI
+from vibrocap.physics.parameters import ParameterError, ParameterInfo, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context, Declared
 
 

@@ -4,8 +4,7 @@ A machine declares in `si_scales` which record of scales it has: the pendulum ca
 its pendulum, the oscillator in whatever units its parameters have.
 """
 
-from vibrocap.physics.parameters import Positive, parameter, parameters
-from vibrocap.physics.roles import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension
+from vibrocap.physics.parameters import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension, Positive, parameter, parameters
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}

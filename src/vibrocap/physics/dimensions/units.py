@@ -14,9 +14,16 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.dimensions.scales import EFFORTS, Scales
-from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
-from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
-from vibrocap.physics.states import OUTPUT, laws_of, state_names
+from vibrocap.physics.names import OUTPUT, laws_of, state_names
+from vibrocap.physics.parameters import (
+    MASS,
+    NUMBER,
+    Dimension,
+    ParameterInfo,
+    dimension_of_unit,
+    given_parameters,
+    parameter_table,
+)
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
 ROLE_UNITS: dict[str, dict[str, float]] = {

@@ -11,8 +11,16 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part, inner_part, wrapped_class
+from vibrocap.physics.parameters import (
+    NonNegative,
+    Number,
+    Part,
+    Positive,
+    inner_part,
+    parameter,
+    parameters,
+    wrapped_class,
+)
 
 __all__ = [
     "Drive",

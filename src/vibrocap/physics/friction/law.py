@@ -13,10 +13,17 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from vibrocap.physics.bristles import stribeck_curve
-from vibrocap.physics.elementary import exp, log, power, sqrt
-from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part, inner_part, wrapped_class
+from vibrocap.physics.elementary import exp, log, power, sqrt, stribeck_curve
+from vibrocap.physics.parameters import (
+    NonNegative,
+    Number,
+    Part,
+    Positive,
+    inner_part,
+    parameter,
+    parameters,
+    wrapped_class,
+)
 
 __all__ = [
     "AtLeastOne",

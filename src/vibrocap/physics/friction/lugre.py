@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.bristles import bristle_slip
+from vibrocap.physics.elementary import bristle_slip
 from vibrocap.physics.friction.law import (
     Exponent,
     Law,

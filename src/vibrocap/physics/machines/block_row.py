@@ -10,7 +10,7 @@ from pydantic import model_validator
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive, Shape
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 WALL = 2.0  # height from which the wall springs hang in pictures
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 
 class Crawler(Row):

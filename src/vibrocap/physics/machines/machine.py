@@ -7,13 +7,11 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
+from vibrocap.physics.bodies import Body, Link, Mechanism, Shape, block
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.mechanism import Body, Link, Mechanism
-from vibrocap.physics.numbering import numbered
-from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
-from vibrocap.physics.part import Part
-from vibrocap.physics.scene import Shape, block
+from vibrocap.physics.names import numbered
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
 
 __all__ = [
     "IMPACT",
@@ -317,7 +315,7 @@ class Imposed(Machine):
 class ImposedDisplacement(Imposed):
     """A body with an inner mass whose displacement z along the line is imposed; the ground acts on nothing else.
 
-    The state is the position and p, the velocity of the common centre of mass, which goes on where z' jumps:
+    The state is the position and p, the velocity of the common centre of mass, which continues where z' jumps:
 
         X' = p - mu z',     (lambda + 1) p' = -R,     mu = 1/(lambda + 1)
 

@@ -4,9 +4,9 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
+from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
 from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.scene import capsule_with_pendulum
 
 
 @parameters

@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
+from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.elementary import atan, sqrt
 from vibrocap.physics.machines.machine import (
     ImposedDisplacement,
@@ -14,7 +15,6 @@ from vibrocap.physics.machines.machine import (
     parameters,
     sin,
 )
-from vibrocap.physics.scene import capsule_with_pendulum
 
 MOTIONS = ("angle", "displacement")
 

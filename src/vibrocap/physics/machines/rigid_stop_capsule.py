@@ -22,7 +22,7 @@ class RigidStopCapsule(TwoMassCapsule):
 
     Dry friction is finite, so that its impulse at that instant is zero. Rebounds of a mass that is pushed against the
     wall follow one another ever faster, without end in a finite time (Zeno). Where the next one would be slower than
-    1e-7 natural speeds, and rise by rounding only, it is left out: the masses go on together, with the momentum
+    1e-7 natural speeds, and rise by rounding only, it is left out: the masses continue together, with the momentum
     that they have (z' = 0), until the wall would have to pull:
 
         together   (lambda + 1) X'' = [drive] - R,     until  drive - F - X'' = 0

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
 WORDS = (

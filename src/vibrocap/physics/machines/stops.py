@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.scene import Shape
+from vibrocap.physics.bodies import Shape
 
 
 def _optional(wanted: str, high: float) -> BeforeValidator:

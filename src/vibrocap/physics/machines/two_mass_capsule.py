@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
+from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
 from vibrocap.physics.machines.machine import (
     Body,
@@ -16,7 +17,6 @@ from vibrocap.physics.machines.machine import (
     parameter,
     parameters,
 )
-from vibrocap.physics.scene import capsule_with_mass
 
 ACTUATIONS = ("internal", "external")
 

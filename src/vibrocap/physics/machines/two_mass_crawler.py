@@ -2,9 +2,9 @@
 
 from typing import ClassVar
 
+from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
 from vibrocap.physics.machines.machine import ImposedDisplacement, Positive, parameter, parameters
-from vibrocap.physics.scene import capsule_with_mass
 
 
 @parameters
@@ -12,7 +12,7 @@ class TwoMassCrawler(ImposedDisplacement):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
-    common centre of mass, which goes on where the relative velocity z' jumps; the body moves with
+    common centre of mass, which continues where the relative velocity z' jumps; the body moves with
 
         X' = p - mu z',     (lambda + 1) p' = -R,     mu = m/(M + m) = 1/(lambda + 1)
 

@@ -6,14 +6,14 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.machines.machine import Contact, Imposed, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.names import numbered
 
 
 class Worm(Row, Imposed):
     """Bodies 1, 2, ... in a row on the ground, each with a contact of its own; the drive z(t) imposes their distances.
 
     Body 1 is the rearmost. Gap i is a_i z(t) wider than at z = 0, whatever force that takes. One coordinate is left
-    free, p, the velocity of the common centre of mass, which goes on where z' jumps; friction R_i acts on body i:
+    free, p, the velocity of the common centre of mass, which continues where z' jumps; friction R_i acts on body i:
 
         x_i' = p + u_i z',    u_i = a_1 + ... + a_(i-1) - (mean over the masses),    M p' = -(R_1 + ... + R_n)
 

@@ -10,9 +10,8 @@ from vibrocap.physics.dimensions.conversion import path_in_si
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.numbering import name_and_number
-from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.names import name_and_number
+from vibrocap.physics.parameters import NUMBER, parameter_table
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
 

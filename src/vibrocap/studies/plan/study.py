@@ -113,7 +113,7 @@ class Study:
     case: the system on which the plan's values are put, where its runs start, and how they are run
     plan: the runs
     measures: names of what is measured, or measures of one's own
-    window, settle, device, extrapolate: how, as `ensemble` takes them; a card gives other bits than a processor
+    window, settle, device, extrapolate: how, as `ensemble` takes them; a GPU gives other bits than a processor
     code: with what the results are made, by name, see `code_version`; as it is here unless given
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.

@@ -9,16 +9,14 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError, case_from_dict
-from vibrocap.case.sections import is_kind, is_part, kind_key, kind_paths, kinds_of
-from vibrocap.case.units import as_given
-from vibrocap.physics.carry_over import carried, lacking
+from vibrocap.case.sections import as_given, is_kind, is_part, kind_key, kind_paths, kinds_of
+from vibrocap.physics.dimensions.carry_over import carried, lacking
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.numbering import number_in
+from vibrocap.physics.names import number_in, state_names
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 
 ALL = "vary what all kinds have, do a study for each, or give a list of cases"
@@ -59,8 +57,8 @@ def values_chosen(system: System, kinds: Mapping[str, Any]) -> dict[str, dict[st
 def varied(system: System, values: Mapping[str, Any]) -> System:
     """The system with other kinds and parameters; values of initial states are passed over.
 
-    A part of another kind keeps the parameters that both kinds have (`vibrocap.physics.carry_over`). What else it has
-    is given by values, or by its defaults, which in SI are none.
+    A part of another kind keeps the parameters that both kinds have (`vibrocap.physics.dimensions.carry_over`).
+    What else it has is given by values, or by its defaults, which in SI are none.
     Raises ValueError for a value that a part, or the system, refuses, CaseError for one that is missing in SI.
     """
     parts = kinds_chosen(system, values)

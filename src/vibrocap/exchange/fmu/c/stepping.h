@@ -74,7 +74,7 @@ static void refresh(instance *c) {
       d->counts[CONTACTS + count_of_kind[k]] += STEPPER(event_count)(&d->own.motion, k, contact);
 }
 
-/* Go on from a time by a length, at most to the first event where that is asked; `event`: whether there was one. */
+/* Advance from a time by a length, at most to the first event where that is asked; `event`: whether there was one. */
 static int go_on(instance *c, double from, double length, int to_event, int *event) {
   data *d = &c->now;
   double now = time_now(d) * TIME_FACTOR, until, rest;
@@ -94,7 +94,7 @@ static int go_on(instance *c, double from, double length, int to_event, int *eve
     *event = 1;
   }
   if (d->status)
-    return say(c, DISCARD, "the motion cannot go on at %.9g: %s", time_now(d) * TIME_FACTOR, status_text(d->status));
+    return say(c, DISCARD, "the motion cannot continue at %.9g: %s", time_now(d) * TIME_FACTOR, status_text(d->status));
   return DONE;
 }
 

@@ -26,17 +26,17 @@ class Dense {
   looking(work) {
     const { motion, form } = this, { sizes, at } = form.motion, table = motion.drive ? motion.drive.table : [];
     const start = sizes.piece + this.seen;
-    return form.engine.within(sizes, start + table.length, (real, whole, tape, ...places) => {
-      tape.set(table, start);
-      whole[at.TABLE_START] = BigInt(start);
-      whole[at.SEGMENT_COUNT] = BigInt(form.segments(motion.parameters));
-      real.set(motion.parameters, at.PARAMETER);
-      real.set(motion.scales, at.SCALE);
-      real[at.PERIOD] = motion.period;
+    return form.engine.within(sizes, start + table.length, (floats, ints, trace, ...places) => {
+      trace.set(table, start);
+      ints[at.TABLE_START] = BigInt(start);
+      ints[at.SEGMENT_COUNT] = BigInt(form.segments(motion.parameters));
+      floats.set(motion.parameters, at.PARAMETER);
+      floats.set(motion.scales, at.SCALE);
+      floats[at.PERIOD] = motion.period;
       const [a, b, c] = places, { take_piece, look_at } = form.kernel;
-      const seen = tape.subarray(this.size, start);
+      const seen = trace.subarray(this.size, start);
       this.take = (i) => {
-        tape.set(motion.pieces.subarray(i * this.size, (i + 1) * this.size));
+        trace.set(motion.pieces.subarray(i * this.size, (i + 1) * this.size));
         take_piece(a, b, c, 0);
       };
       // States, observables and coordinates of the scene at a share of the way through the piece that was taken.

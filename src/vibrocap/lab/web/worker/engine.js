@@ -1,8 +1,8 @@
 // The engine: kernels at work. It fills their memory as `numerics/run/motion.py` and `ensemble.py` do, and reads what
 // they leave; no equation stands here. Runs in a worker, and in Node for tests.
 
-const RUNNING = 0, TAPE_FULL = 2, DONE = 1;
-const ROUNDS = 20000; // steps between two looks at the tape
+const RUNNING = 0, TRACE_FULL = 2, DONE = 1;
+const ROUNDS = 20000; // steps between two looks at the trace
 const EVENT_ROOM = 2000, PIECE_ROOM = 20000;
 const NOT_TOLD = 9; // a side that is none: the sides at the start are no events
 
@@ -13,16 +13,16 @@ class Engine {
     this.top = 65536;
   }
 
-  // What is done with (real, whole, tape) of so many numbers; the first two are 0, and so is the tape but for what
+  // What is done with (floats, ints, trace) of so many numbers; the first two are 0, and so is the trace but for what
   // earlier runs left where `keep` says it may.
-  within({ real, whole }, tape, work, kept = 0) {
+  within({ floats, ints }, trace, work, kept = 0) {
     const { memory } = this.kernel, start = this.top;
-    this.top += 8 * (real + whole + tape);
+    this.top += 8 * (floats + ints + trace);
     const missing = this.top + (1 << 20) - memory.buffer.byteLength; // room for small ones within, as a larger memory is another
     if (missing > 0) memory.grow(Math.ceil(missing / 65536));
     const arrays = [
-      new Float64Array(memory.buffer, start, real).fill(0), new BigInt64Array(memory.buffer, start + 8 * real, whole).fill(0n),
-      new Float64Array(memory.buffer, start + 8 * (real + whole), tape),
+      new Float64Array(memory.buffer, start, floats).fill(0), new BigInt64Array(memory.buffer, start + 8 * floats, ints).fill(0n),
+      new Float64Array(memory.buffer, start + 8 * (floats + ints), trace),
     ];
     if (!kept) arrays[2].fill(0);
     try { return work(...arrays, ...arrays.map((array) => array.byteOffset)); } finally { this.top = start; }
@@ -46,10 +46,10 @@ class Form {
     const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
     const end = n + 1 + this.rests.length; // of the velocities
     const segments = this.segments(parameters), start = first + end + 1; // of the table
-    return this.engine.within(sizes, start + (corners ? segments * (corners.coefficients + 1) : 0), (real, whole, all, ...places) => { // bounds of `room` first
-      const tape = all.subarray(first);
-      real.set(initial, at.STATE);
-      real.set(parameters, at.PARAMETER);
+    return this.engine.within(sizes, start + (corners ? segments * (corners.coefficients + 1) : 0), (floats, ints, all, ...places) => { // bounds of `room` first
+      const trace = all.subarray(first);
+      floats.set(initial, at.STATE);
+      floats.set(parameters, at.PARAMETER);
       const begin = () => this.kernel.begin(...places, 0);
       begin();
       this.room.forEach((name, i) => {
@@ -57,12 +57,12 @@ class Form {
         const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
         if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
       });
-      whole[at.SEGMENT_COUNT] = BigInt(segments);
-      this.kernel.write_table(...places, tape[n], start);
-      const drive = corners && firstSegment(corners, all.slice(start), tape[n]);
-      if (drive) { real.set(drive.present, at.PARAMETER + corners.place); begin(); }
+      ints[at.SEGMENT_COUNT] = BigInt(segments);
+      this.kernel.write_table(...places, trace[n], start);
+      const drive = corners && firstSegment(corners, all.slice(start), trace[n]);
+      if (drive) { floats.set(drive.present, at.PARAMETER + corners.place); begin(); }
       return {
-        scales: tape.slice(0, n), period: tape[n], velocities: tape.slice(n + 1, end), holdRate: tape[end], drive,
+        scales: trace.slice(0, n), period: trace[n], velocities: trace.slice(n + 1, end), holdRate: trace[end], drive,
         parameters: drive ? [...parameters, ...drive.present] : parameters,
       };
     });
@@ -116,32 +116,32 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
   const pieceRoom = Math.floor(Math.min(PIECE_ROOM, 250 * periods + 200));
   const eventStart = (wholePeriods + 1) * rows, pieceStart = eventStart + EVENT_ROOM * sizes.event;
   const tableStart = pieceStart + pieceRoom * sizes.piece;
-  return form.engine.within(sizes, tableStart + (drive ? drive.table.length : 0), (real, whole, tape, ...places) => {
-    const put = (values) => Object.entries(values).forEach(([name, value]) => { whole[at[name]] = BigInt(value); });
-    const got = (name) => Number(whole[at[name]]);
-    real.set(initial, at.STATE);
-    real.set(begun.parameters, at.PARAMETER);
-    real.set(begun.scales, at.SCALE);
-    real[at.REFUTED_SPEED] = real[at.FAR_SPEED] = Infinity;
-    real[at.PERIOD] = period;
-    real[at.HOLD_RATE] = begun.holdRate;
-    real[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
-    real[at.TOLERANCE] = tolerance;
+  return form.engine.within(sizes, tableStart + (drive ? drive.table.length : 0), (floats, ints, trace, ...places) => {
+    const put = (values) => Object.entries(values).forEach(([name, value]) => { ints[at[name]] = BigInt(value); });
+    const got = (name) => Number(ints[at[name]]);
+    floats.set(initial, at.STATE);
+    floats.set(begun.parameters, at.PARAMETER);
+    floats.set(begun.scales, at.SCALE);
+    floats[at.REFUTED_SPEED] = floats[at.FAR_SPEED] = Infinity;
+    floats[at.PERIOD] = period;
+    floats[at.HOLD_RATE] = begun.holdRate;
+    floats[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
+    floats[at.TOLERANCE] = tolerance;
     put({
       WHOLE_PERIODS: wholePeriods, EVENT_LIMIT: limits.events, STEP_LIMIT: limits.steps, TABLE: tableStart,
       RECORDED_EVENT_START: eventStart, RECORDED_EVENT_LIMIT: EVENT_ROOM, PIECE_START: pieceStart, PIECE_LIMIT: pieceRoom,
     });
     form.rests.forEach((rests, i) => { // the side of each contact; the kernel decides whether one rests
       const side = Math.sign(begun.velocities[i]);
-      real[at.SIDE_TOLD + i] = NOT_TOLD;
-      real[at.SIDE + i] = side || (rests ? 0 : 1);
-      if (!side) whole[(rests ? at.TO_DECIDE : at.ZEROS) + i] = 1n;
+      floats[at.SIDE_TOLD + i] = NOT_TOLD;
+      floats[at.SIDE + i] = side || (rests ? 0 : 1);
+      if (!side) ints[(rests ? at.TO_DECIDE : at.ZEROS) + i] = 1n;
     });
-    tape.set(initial, 0);
+    trace.set(initial, 0);
     if (drive) {
-      tape.set(drive.table, tableStart);
+      trace.set(drive.table, tableStart);
       put({ SEGMENT: drive.number, SEGMENT_COUNT: form.segments(parameters) });
-      real[at.UNTIL] = drive.until;
+      floats[at.UNTIL] = drive.until;
     }
     const pieces = [], events = [];
     let status = RUNNING, kept = 0;
@@ -150,19 +150,19 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
       status = got("STATUS");
       if (status !== RUNNING) {
         const pieceEnd = pieceStart + got("PIECES") * sizes.piece;
-        pieces.push(tape.slice(pieceStart, pieceEnd));
-        events.push(tape.slice(eventStart, eventStart + got("RECORDED_EVENTS") * sizes.event));
+        pieces.push(trace.slice(pieceStart, pieceEnd));
+        events.push(trace.slice(eventStart, eventStart + got("RECORDED_EVENTS") * sizes.event));
         kept += got("PIECES");
         put({ PIECES: 0, RECORDED_EVENTS: 0 });
       }
-      if (status === TAPE_FULL) put({ STATUS: status = kept < limits.pieces ? RUNNING : 7 });
+      if (status === TRACE_FULL) put({ STATUS: status = kept < limits.pieces ? RUNNING : 7 });
     }
     return {
       status, period, rows,
       pieces: joined(pieces), events: joined(events),
-      sections: tape.slice(0, (got("PERIOD_COUNT") + 1) * rows),
-      final: real.slice(at.STATE, at.STATE + rows),
-      residual: real[at.CONTACT_RESIDUAL],
+      sections: trace.slice(0, (got("PERIOD_COUNT") + 1) * rows),
+      final: floats.slice(at.STATE, at.STATE + rows),
+      residual: floats[at.CONTACT_RESIDUAL],
       steps: [got("TAYLOR_STEPS"), got("IMPLICIT_STEPS")],
       scales: begun.scales, parameters: Float64Array.from(begun.parameters), drive, form,
     };
@@ -184,28 +184,28 @@ function joined(parts) {
 function ensembleRun(form, runs, budget, each) {
   const { at, sizes } = form.ensemble, n = form.states.length, { corners } = form, tableStart = sizes.run + sizes.result;
   const numbers = corners ? Math.max(...runs.map((run) => form.segments(run.parameters))) * (corners.coefficients + 1) : 0;
-  form.engine.within(sizes, tableStart + numbers, (real, whole, tape, ...places) => {
+  form.engine.within(sizes, tableStart + numbers, (floats, ints, trace, ...places) => {
     runs.forEach((run, number) => {
       let begun;
       try { begun = form.beginning(run.parameters, run.initial); } catch { each(number, null); return; }
-      tape.set(run.initial, 0);
-      tape.set(begun.parameters, n);
-      tape.set(begun.scales, n + begun.parameters.length);
-      if (begun.drive) tape.set(begun.drive.table, tableStart);
+      trace.set(run.initial, 0);
+      trace.set(begun.parameters, n);
+      trace.set(begun.scales, n + begun.parameters.length);
+      if (begun.drive) trace.set(begun.drive.table, tableStart);
       const sides = sizes.run - form.rests.length;
-      tape[sides - 2] = 0; // time: it begins with the drive
-      tape[sides - 1] = begun.period;
-      tape.set(begun.velocities.map(Math.sign), sides);
+      trace[sides - 2] = 0; // time: it begins with the drive
+      trace[sides - 1] = begun.period;
+      trace.set(begun.velocities.map(Math.sign), sides);
       const wholes = {
         TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: form.segments(run.parameters), STATUS: DONE, RUN: -1,
         EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,
         ASKED: budget.asked ?? form.ensemble.asked, RESULT_START: sizes.run, NEXT_RUN: 0, LAST_RUN: 1, MORE: 0,
       };
-      Object.entries(wholes).forEach(([name, value]) => { whole[at[name]] = BigInt(value); });
-      real[at.TOLERANCE] = budget.tolerance;
-      real[at.THRESHOLD] = budget.threshold;
+      Object.entries(wholes).forEach(([name, value]) => { ints[at[name]] = BigInt(value); });
+      floats[at.TOLERANCE] = budget.tolerance;
+      floats[at.THRESHOLD] = budget.threshold;
       while (form.kernel.advance_ensemble(...places, 500)) { /* goes on */ }
-      each(number, tape.subarray(sizes.run), begun, real);
+      each(number, trace.subarray(sizes.run), begun, floats);
     });
   });
 }
@@ -242,11 +242,11 @@ function modeSequenceOf(places, count, perPlace) {
 
 // Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state). They are kept
 // until the run has settled, not over the window in which it is measured then.
-function lastMarks(form, real, result, begun, state, count) {
+function lastMarks(form, floats, result, begun, state, count) {
   const { at, sizes, head } = form.ensemble, n = form.states.length;
   const done = result[head.response_period] > 0 ? result[head.window_start] : result[head.periods], found = [];
   for (let k = Math.max(0, done - count + 1); k <= done; k++) {
-    found.push(real[at.MARKS + (k % sizes.marks) * n + state] * begun.scales[state]);
+    found.push(floats[at.MARKS + (k % sizes.marks) * n + state] * begun.scales[state]);
   }
   return found;
 }

@@ -54,12 +54,12 @@ const answers = {
 
   strip({ form, runs, budget, state, marks }) {
     const record = show.forms[form], found = [];
-    ensembleRun(record, runs, { ...budget, asked: 0 }, (_, result, begun, real) => {
+    ensembleRun(record, runs, { ...budget, asked: 0 }, (_, result, begun, floats) => {
       if (!result) { found.push(null); return; }
       const response = result[record.ensemble.head.response_period];
       found.push({
         status: result[record.ensemble.head.status], response,
-        marks: lastMarks(record, real, result, begun, state, response > 0 ? response : marks),
+        marks: lastMarks(record, floats, result, begun, state, response > 0 ? response : marks),
       });
     });
     return { found };

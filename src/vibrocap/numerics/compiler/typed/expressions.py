@@ -5,7 +5,7 @@ import functools
 import operator
 from collections.abc import Callable
 
-from vibrocap.numerics.compiler.kinds import (
+from vibrocap.numerics.compiler.subset import (
     BOOL,
     ELEMENTS,
     FLOAT,

@@ -3,7 +3,7 @@
 import ast
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.kinds import ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, choices, numbers
+from vibrocap.numerics.compiler.subset import ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, choices, numbers
 from vibrocap.numerics.compiler.typed.nodes import Binary, Compared, Magnitude, Primitive, Typed, Unary
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from vibrocap.numerics.compiler.kinds import (
+from vibrocap.numerics.compiler.subset import (
     BOOL,
     ELEMENTS,
     FLOATS,
@@ -18,10 +18,11 @@ from vibrocap.numerics.compiler.kinds import (
     NOTHING,
     SCALARS,
     TABLE,
+    Kernel,
     Kind,
     joined,
+    names_assigned,
 )
-from vibrocap.numerics.compiler.subset import Kernel, names_assigned
 from vibrocap.numerics.compiler.typed.expressions import Expressions
 from vibrocap.numerics.compiler.typed.nodes import (
     Argument,

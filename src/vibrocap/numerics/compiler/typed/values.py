@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, Kind, joined, tuple_of
+from vibrocap.numerics.compiler.subset import BOOL, ELEMENTS, FLOAT, INT, Kind, joined, tuple_of
 from vibrocap.numerics.compiler.typed.nodes import (
     Argument,
     Chosen,

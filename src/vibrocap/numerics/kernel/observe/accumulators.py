@@ -19,7 +19,7 @@ from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import fitting_point
+from vibrocap.numerics.kernel.interface import consistent_state
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
     may_turn,
@@ -61,14 +61,14 @@ def gather_functions(floats, ints, lane, h):
 def look(floats, ints, lane, s, out):
     """Values of the functions at time s of the piece, written to floats[out:out + INTEGRANDS].
 
-    On an implicit step they are asked at the state that fits to its slopes, see `stiff_point.py`.
+    On an implicit step they are asked at the state consistent with its slopes, see `stiff_point.py`.
 
     The acceleration of the contact is the slope of its velocity as computed, so that R dv has no area where R depends
     on v alone.
     """
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    fitting_point(floats, ints, lane, s, INSTANT)
+    consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane, out)
     row = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
     floats[out + FRICTION + 2] *= polynomial_slope(floats, row, LANES, ORDER, s)

@@ -5,7 +5,7 @@ largest, by the functions of the equations themselves and not by the series that
 even distances, as its dense output is less exact than its end:
 
     defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
-                     distance to the state that fits to the slopes, which is less (`stiff_point.py`)
+                     distance to the state consistent with the slopes, which is less (`stiff_point.py`)
     share of a hold  |R - middle|/limit of a contact that sticks
     velocity         side v of a contact that slides, of the first over the terms of its series where these exceed 1
 

@@ -16,7 +16,7 @@ from vibrocap.numerics.kernel.generated.sizes import (
     WHOLE_COUNT,
     WHOLE_ROWS,
 )
-from vibrocap.numerics.kernel.interface import begin_drive, fitting_point
+from vibrocap.numerics.kernel.interface import begin_drive, consistent_state
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
 
@@ -67,14 +67,14 @@ def take_piece(floats, ints, trace, place):
 def look_at(floats, ints, trace, share, out):
     """Write states, then observables, at a share of the way through the piece in memory to the trace from `out` on.
 
-    What depends on the law's forces is asked at a state that fits to the slopes, see `stiff_point.py`.
+    What depends on the law's forces is asked at a state consistent with the slopes, see `stiff_point.py`.
     """
     s = share * floats[STEP]
     for i in range(STATES):
         state = series_value(floats, SERIES + i * (ORDER + 1), s)
         trace[out + i] = state
         floats[INSTANT + i] = state
-    fitting_point(floats, ints, 0, s, INSTANT)
+    consistent_state(floats, ints, 0, s, INSTANT)
     observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
     for i in range(OBSERVABLES):
         trace[out + STATES + i] = floats[SEEN + i]

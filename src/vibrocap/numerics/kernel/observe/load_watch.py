@@ -1,6 +1,6 @@
 """The true load of a contact whose friction takes it as constant: whether it falls below zero in the window.
 
-The series of the load (`codegen/true_load.py`) is a bound that clears nearly every step. On the others the load is
+The series of the load (`LoadSeries`) is a bound that clears nearly every step. On the others the load is
 asked as the measure of its least value asks it: at the points of the piece, and where a polynomial through them turns.
 """
 
@@ -10,7 +10,7 @@ from vibrocap.numerics.kernel.generated.equations import reaction
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import REACTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import fitting_point
+from vibrocap.numerics.kernel.interface import consistent_state
 from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
 from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -51,5 +51,5 @@ def reaction_at(floats, ints, lane, s):
     """The true load at time s of the piece."""
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    fitting_point(floats, ints, lane, s, INSTANT)
+    consistent_state(floats, ints, lane, s, INSTANT)
     return reaction(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane)

@@ -1,4 +1,4 @@
-"""Where the law is asked on an implicit step: at the state that fits to the slopes of the dense output.
+"""Where the law is asked on an implicit step: at the state consistent with the slopes of the dense output.
 
 The dense output follows the states to the tolerance, and its slopes are as exact, but friction may change by as much as
 the load within the error of a velocity. At the states y* that answer the slopes y' of the dense output, to its error
@@ -25,14 +25,14 @@ NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
 
 
-def fitting_point(floats, ints, lane, s, point):
+def consistent_state(floats, ints, lane, s, point):
     """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
     if ints[STIFF + lane] == 1:
         fit_to_slopes(floats, lane, s, point)
 
 
 def fit_to_slopes(floats, lane, s, point):
-    """Move that state to the one that fits to the slopes; how far that was over natural sizes, 0.0 where it stays."""
+    """Move that state to the one consistent with the slopes; how far over natural sizes, 0.0 where it stays."""
     time, inverse = floats[TIME + lane] + s, 1.0 / floats[STEP + lane]
     for i in range(STATES):
         floats[POINT + i] = floats[point + i]

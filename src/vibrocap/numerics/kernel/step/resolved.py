@@ -14,11 +14,11 @@ from vibrocap.numerics.kernel.generated.facts import (
     GAPS,
     KINKED,
     LACUNARY,
-    MIRRORED,
     ROUGH,
     SET_VALUED,
     SHARP,
     SHARP_INTERNAL,
+    SIDES_ALIKE,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     FAR_SPEED,
@@ -141,7 +141,7 @@ def hidden(floats, lane, h, lasting, least, most):
     side = floats[SIDE + lane]
     floats[SIDE + lane] = 1.0
     count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
-    if not MIRRORED:
+    if not SIDES_ALIKE:
         floats[SIDE + lane] = -1.0
         count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
     floats[SIDE + lane] = side

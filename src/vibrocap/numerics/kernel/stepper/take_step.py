@@ -47,7 +47,7 @@ from vibrocap.numerics.kernel.interface import (
     advance,
     begin_drive,
     come_in,
-    fitting_point,
+    consistent_state,
     set_out,
     show_instant,
     side_shown,
@@ -113,7 +113,7 @@ def look_at(floats, ints, trace, _):
     for i in range(STATES):
         trace[SHOWN + i] = floats[WORK + i]
     floats[STEP] = floats[PIECE_LENGTH]
-    fitting_point(floats, ints, 0, s, WORK)
+    consistent_state(floats, ints, 0, s, WORK)
     observables(floats, floats[TIME] + s, WORK, floats[SIDE], 0, WORK + STATES)
     for i in range(OBSERVABLES):
         trace[SHOWN + STATES + i] = floats[WORK + STATES + i]

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from vibrocap.physics.limits import HELD_AFTER, limit_guards, limited
-from vibrocap.physics.parameters import Positive, parameter, parameters
-from vibrocap.physics.part import Part
-from vibrocap.physics.states import CLIPPED, OUTPUT, SATURATED
+from vibrocap.physics.elementary import HELD_AFTER, limit_guards, limited
+from vibrocap.physics.names import CLIPPED, OUTPUT, SATURATED
+from vibrocap.physics.parameters import Part, Positive, parameter, parameters
 
 
 @parameters

@@ -3,13 +3,12 @@
 import functools
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.numerics.compiler.c_snippets import number_text
-from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind
-from vibrocap.numerics.compiler.subset import Refused
+from vibrocap.numerics.compiler.c.snippets import number_text
+from vibrocap.numerics.compiler.subset import BOOL, ELEMENTS, FLOAT, INT, NOTHING, Kind, Refused
 from vibrocap.numerics.compiler.typed import nodes
 
 if TYPE_CHECKING:
-    from vibrocap.numerics.compiler.c_text import Module
+    from vibrocap.numerics.compiler.c.text import Module
 
 SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "BitAnd": "&", "BitOr": "|", "BitXor": "^"}
 WRAPPED = {"Add": "add", "Sub": "sub", "Mult": "mul", "LShift": "shl", "RShift": "shr"}

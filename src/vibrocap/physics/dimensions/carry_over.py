@@ -11,8 +11,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaint
 from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, undeclared
-from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.parameters import NUMBER, ParameterInfo, parameter_table
 
 # Roles that say of what kind a quantity is rather than what it does: under another name it is another thing.
 BROAD = ("effort", "effort rate", "effort acceleration", "duration", "mass", "load", "speed")

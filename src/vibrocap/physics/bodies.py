@@ -1,0 +1,109 @@
+"""The bodies of a machine: as a mechanism, for programs of rigid bodies, and as a scene, for pages and films.
+
+The mechanism says in other words what the equations of the machine say: its bodies, on what they move and what joins
+them. `check_part` compares the energy and momentum of both, and the tests compare the accelerations with those of
+MuJoCo. The scene is what is drawn at a state, as plain data: shapes whose coordinates are numbers, or expressions of
+the state where it is recorded. Lengths are those of the equations; x is along the line of sliding, y upwards from the
+ground.
+"""
+
+import dataclasses
+from typing import Any, Literal
+
+from vibrocap.physics.elementary import cos, sin
+
+
+@dataclasses.dataclass(frozen=True)
+class Body:
+    """A body and the joint on which it moves.
+
+    name: that of its shape in the scene. mass: of all of it, at one point.
+    joint: "slide" (moves along the line) or "hinge" (turns about a hinge on its carrier, a mass at the distance 1 from
+        it; the angle from upright, positive backwards)
+    place, rate: of the joint, at the state that was asked for; relative to the carrier
+    carrier: name of the body on which it moves, which stands before it; "": the ground
+    stiffness, damping: of the spring, not stretched at place 0, and of the viscous damper at the joint
+    actuation: share of the drive that acts at the joint
+    contact: the number of the contact between body and ground, from 0; None: it does not rub
+    """
+
+    name: str
+    mass: Any
+    joint: Literal["slide", "hinge"] = "slide"
+    place: Any = 0.0
+    rate: Any = 0.0
+    carrier: str = ""
+    stiffness: Any = 0.0
+    damping: Any = 0.0
+    actuation: Any = 0.0
+    contact: int | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Link:
+    """A spring, a damper and a share of the drive between two sliding bodies; a positive drive pushes them apart.
+
+    The spring is not stretched where the places of both bodies are equal.
+    """
+
+    behind: str
+    ahead: str
+    stiffness: Any = 0.0
+    damping: Any = 0.0
+    actuation: Any = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Mechanism:
+    """Bodies, carriers before what they carry, and links between them."""
+
+    bodies: tuple[Body, ...]
+    links: tuple[Link, ...] = ()
+
+
+Kind = Literal["box", "disc", "rod", "spring", "hinge", "contact"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Shape:
+    """One shape of a scene.
+
+    kind: "box" (a body: centre, width and height), "disc" (a body: centre and diameter), "rod" and "spring" (from one
+        point to another), "hinge" (a point), "contact" (the point of a body at which friction acts, and its width)
+    name: what it is, in words
+    points: (x, y) of each point, one or two
+    size: (width, height); zero where it has none
+    """
+
+    kind: Kind
+    name: str
+    points: tuple[tuple[Any, Any], ...]
+    size: tuple[float, float] = (0.0, 0.0)
+
+
+def block(x: Any, name: str = "block") -> tuple[Shape, ...]:
+    """A block at x, on the ground: what is drawn of a machine that says nothing of its looks."""
+    return Shape("box", name, ((x, 0.25),), (1.0, 0.5)), Shape("contact", "contact", ((x, 0.0),), (0.9, 0.0))
+
+
+def capsule_with_mass(x: Any, mass: Any) -> tuple[Shape, ...]:
+    """A capsule at x with a mass in it, displacements as they are, from the middle."""
+    return (
+        Shape("box", "capsule", ((x, 0.4),), (1.8, 0.8)),
+        Shape("contact", "contact", ((x, 0.0),), (1.7, 0.0)),
+        Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+    )
+
+
+def capsule_with_pendulum(
+    x: Any, angle: Any, rod: str = "pendulum", bob: str = "bob", pivot: str = "pivot"
+) -> tuple[Shape, ...]:
+    """A capsule at x, its pivot on top, and the bob at (x - sin(angle), cos(angle)) from there, by these names."""
+    centre, end = (x, 0.5), (x - sin(angle), 0.5 + cos(angle))
+    return (
+        Shape("box", "capsule", ((x, 0.25),), (1.3, 0.5)),
+        Shape("contact", "contact", ((x, 0.0),), (1.2, 0.0)),
+        Shape("rod", rod, (centre, end)),
+        Shape("disc", bob, (end,), (0.3, 0.3)),
+        Shape("hinge", pivot, (centre,)),
+    )
