@@ -2,7 +2,7 @@
 
 import math
 
-from vibrocap.numerics.codegen.scalar_source import function_source
+from vibrocap.numerics.codegen.straight_line import function_source
 
 
 def guard_source(order: int, sticks: bool, limit_constant: bool, several: bool, branches: bool) -> str:
