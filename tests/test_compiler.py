@@ -466,7 +466,7 @@ def test_what_is_outside_the_language_is_refused_with_its_place(lines):
         ("import os\ndef advance(floats, ints, trace, rounds):\n    pass\n", "imports math, numpy as np"),
         ("def f():\n    pass\n\ndef f():\n    pass\n", "defined twice"),
         ("def f():\n    pass\n", "no function `advance`"),
-        (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "use where"),
+        (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "import `max` of lanes"),
         (ABREAST.replace("{width}", "4").replace("x + y", "chosen + y"), "write where"),
         (ABREAST.replace("{width}", "4").replace("chosen &", "chosen and"), "joined by &|join yes and no"),
         (ABREAST.replace("{width}", "4").replace("-x, abs", "-x, ~abs"), "lanes have"),

@@ -8,6 +8,7 @@ from vibrocap.numerics.compiler.kinds import (
     FLOAT,
     FLOATS,
     INT,
+    PLACES,
     Kind,
     Value,
     joined,
@@ -19,6 +20,8 @@ from vibrocap.numerics.compiler.typed.nodes import WRITERS, Function, Typed
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.lowering import Module
+
+ALIGNED = ", align 8"  # of all lanes, of which the first may stand anywhere
 
 
 class Code:
@@ -84,6 +87,8 @@ class Code:
             return self.packed(
                 self.tupled([self.as_kind(item, part) for item, part in zip(items, kind.items, strict=True)]),
             )
+        if value.kind == PLACES:
+            return value
         assert joined(value.kind, kind) == kind
         if kind.lanes:
             return self.spread(self.as_kind(value, FLOAT))
@@ -124,6 +129,10 @@ class Code:
                 ).text
             return Value(value.kind, text, value.constant, value.items)
         return value
+
+    def read(self, kind: Kind, pointer: str) -> Value:
+        """What stands at a pointer; of all lanes, side by side."""
+        return self.emit(kind, f"load {kind.llvm}, ptr {pointer}{ALIGNED if kind.lanes else ''}")
 
     def pointer(self, array: Value, place: Value) -> str:
         """Pointer to an entry of an array."""

@@ -51,8 +51,7 @@ class LLVMExpressions(Code):
         return self.items(self.value(node.base))[node.place]
 
     def _of_Entry(self, node: nodes.Entry) -> Value:
-        pointer = self.pointer(self.value(node.array), self.value(node.place))
-        return self.emit(node.kind, f"load {node.kind.llvm}, ptr {pointer}")
+        return self.read(node.kind, self.pointer(self.value(node.array), self.value(node.place)))
 
     def _of_TableEntry(self, node: nodes.TableEntry) -> Value:
         table, places = self.module.table(node.table), [self.value(place) for place in node.places]
@@ -196,7 +195,9 @@ class LLVMExpressions(Code):
         kind = joined(one.kind, other.kind) or FLOAT
         one, other = self.as_kind(one, kind), self.as_kind(other, kind)
         better = self._compared(op, other, one)
-        return self.emit(kind, f"select i1 {better.text}, {kind.llvm} {other.text}, {kind.llvm} {one.text}")
+        return self.emit(
+            kind, f"select {better.kind.llvm} {better.text}, {kind.llvm} {other.text}, {kind.llvm} {one.text}"
+        )
 
     def _of_Magnitude(self, node: nodes.Magnitude) -> Value:
         value = self.value(node.value)

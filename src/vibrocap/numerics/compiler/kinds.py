@@ -24,6 +24,7 @@ class Kind:
 FLOAT, INT, BOOL = Kind("float", "double"), Kind("int", "i64"), Kind("bool", "i1")
 FLOATS, INTS = Kind("array of floats", "ptr"), Kind("array of ints", "ptr")
 TABLE = Kind("constant table", "ptr")
+PLACES = Kind("places of all lanes", "i64")  # side by side: known by that of the first
 NOTHING = Kind("nothing", "void")
 SCALARS = (BOOL, INT, FLOAT)  # each fits into those behind it
 ELEMENTS = {FLOATS: FLOAT, INTS: INT}
@@ -45,6 +46,11 @@ def choices(lanes: int) -> Kind:
 def ints(lanes: int) -> Kind:
     """An int per lane: only on the way from memory and back."""
     return Kind("ints of all lanes", f"<{lanes} x i64>")
+
+
+def element(array: Kind, place: Kind, lanes: int) -> Kind:
+    """The kind of what stands at a place of an array, or at the places of all lanes."""
+    return numbers(lanes) if place is PLACES else ELEMENTS[array]
 
 
 @functools.cache

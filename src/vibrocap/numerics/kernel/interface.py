@@ -5,6 +5,9 @@ Modules of the kernel import these functions from here. Linking puts those of th
 what stands here is what happens: nothing, for the most part. What cannot be done without raises an error here.
 """
 
+from vibrocap.numerics.kernel.generated.lane import SCALE
+from vibrocap.numerics.kernel.generated.sizes import LANES
+
 # How far the next step goes, and by which method.
 
 
@@ -16,6 +19,14 @@ def next_series(floats, ints) -> None:
 def chosen_step(floats, ints, lane, remaining) -> float:
     """Length of the next step, no longer than `remaining`, with its series in memory."""
     raise NotImplementedError
+
+
+# What is remembered of the states.
+
+
+def inverse_scale(floats, i, lane):
+    """One over the natural size of state i, of a lane or of all."""
+    return 1.0 / floats[SCALE + i * LANES + lane]
 
 
 # What a motion alone keeps of a step for the next one.

@@ -7,8 +7,11 @@ is to be decided than that takes `one_step.step`, like a single motion; the othe
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
+    all_lanes,
     bits,
     load,
+    max,
+    min,
     square_root,
     store,
     where,
@@ -83,19 +86,11 @@ from vibrocap.numerics.kernel.loop.turning_simd import (
     passing_simd,
     still_simd,
 )
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
+from vibrocap.numerics.kernel.step.resolved import excursion
+from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
-from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
-from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
-from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
-from vibrocap.numerics.kernel.step.taylor_simd import (
-    greater,
-    least_of_cubic,
-    least_of_four,
-    lesser,
-    series_values,
-    taylor_steps,
-)
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, stabilised_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, least_of_four, series_value
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -121,10 +116,11 @@ def advance(floats, ints, trace, rounds):
 def step_simd(floats, ints, trace, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
     align_stack()
+    every = all_lanes()
     side = load(floats, SIDE)
     period = load(floats, PERIOD)
     remaining = load(floats, UNTIL) - load(floats, TIME)
-    longest, last, before, clear = taylor_steps(floats, side)
+    longest, last, before, clear = taylor_steps(floats)
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
@@ -145,8 +141,8 @@ def step_simd(floats, ints, trace, running):
             if SEVERAL and bits(moving & ~counts) != 0:
                 if SLOWED and bits(slow & ~counts) != 0:
                     reach = out_of_doubt(floats, c, slow & ~counts, reach)
-                    longest = where(slow, lesser(reach, longest), longest)
-                h = lesser(reach, remaining)
+                    longest = where(slow, min(longest, reach), longest)
+                h = min(remaining, reach)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
                 counts = counts | ~doubt_simd(floats, c, h)
             moving = moving & counts
@@ -160,10 +156,10 @@ def step_simd(floats, ints, trace, running):
         if SEVERAL:
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
-        longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
+        longest, damped = stabilised_step(floats, every, moving & ~gentle & ~turning, longest)
     if SLOWED and bits(slow) != 0:
         longest = before_turning(floats, side, start, slow, longest)
-    h = lesser(longest, remaining)
+    h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
         plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, TO_DECIDE + c * LANES, 0)
@@ -184,7 +180,7 @@ def step_simd(floats, ints, trace, running):
     event = plain & ~plain
     which = 0.0 * h  # number of the contact of the event; behind them those of the branches
     if SHARP and not (KINKED or SET_VALUED):
-        plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
+        plain = plain & resolved_simd(floats, side, start, excursion(floats, VELOCITY + every, h), h, plain)
     for c in range(CONTACTS):
         if STICKS[c] + KINKS[c] > 0:
             own = load(floats, SIDE + c * LANES)
@@ -240,7 +236,7 @@ def step_simd(floats, ints, trace, running):
                 h = where(found, h * root_simd(floats, leading, last, found), h)
                 event = event | found
                 which = where(found, 1.0 * (CONTACTS + i), which)
-    end = series_values(floats, VELOCITY, h)
+    end = series_value(floats, VELOCITY + every, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
@@ -263,10 +259,11 @@ def within_piece(floats, row, h):
     As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
     """
+    every = all_lanes()
     others = abs(load(floats, row + ORDER * LANES))
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
-    return least_of_cubic(floats, row, others, h) > 0.0
+    return least_of_cubic(floats, row + every, others, h) > 0.0
 
 
 def rest_simd(floats):
@@ -297,13 +294,13 @@ def hold_simd(floats, c, stuck, two, longest, h):
     if bits(stuck & held & ~sure) != 0:
         sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
+    threshold = max(1e-4 * limit, abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest)
     steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
 
 
 def least_of_guard(floats, c, push, h):
-    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
+    """A bound from below of limit + push * hold over the step, as `taylor.least_of_cubic`."""
     hold, limit = HOLD_OF[c], LIMIT_OF[c]
     others = 0.0 * h
     for k in range(ORDER - 1, 3, -1):
@@ -347,6 +344,7 @@ def root_simd(floats, first, last, wanted):
 def move_simd(floats, ints, trace, plain, h, end):
     """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
     pieces."""
+    every = all_lanes()
     store(floats, STEP, h)
     measured = plain & whole_above(ints, WINDOW_START, -1)
     measuring = bits(measured)
@@ -363,7 +361,7 @@ def move_simd(floats, ints, trace, plain, h, end):
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
-        following = end if row == VELOCITY else series_values(floats, row, h)
+        following = end if row == VELOCITY else series_value(floats, row + every, h)
         finite = finite & (abs(following) <= 1e300)
         store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
     time = load(floats, TIME)

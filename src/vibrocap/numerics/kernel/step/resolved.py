@@ -7,6 +7,7 @@ whose speed stays within one of these needs no look at the law.
 
 import math
 
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min, square_root
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import (
@@ -95,14 +96,14 @@ def faint(floats, lane, speed):
     least = FAINT * speed
     if ROUGH:
         scale = floats[SCALE + CONTACT_STATE * LANES + lane]
-        least = min(least, LEAVING * floats[TOLERANCE + lane] * math.sqrt(speed * scale))
+        least = min(least, LEAVING * floats[TOLERANCE + lane] * square_root(speed * scale))
     return least
 
 
 def known(floats, lane, least, most):
     """Whether nothing can hide within a step whose speed stays between these two."""
     far = floats[FAR_SPEED + lane]
-    return most <= floats[SAFE_SPEED + lane] or (least >= far and most <= FAR_RANGE * far)
+    return (most <= floats[SAFE_SPEED + lane]) | ((least >= far) & (most <= FAR_RANGE * far))
 
 
 def learn(floats, lane, h, least, most):

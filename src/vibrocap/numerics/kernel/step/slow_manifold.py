@@ -16,6 +16,7 @@ from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.taylor import unlike
 
 # Rate times length of an explicit step from which on the manifold is tried, and that of a step on it from which on it
 # pays: lanes take the same step in either case, and one of a motion alone costs some sweeps before it.
@@ -25,11 +26,6 @@ OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
 LONGEST_PAUSE = 64.0
-
-
-def unlike(choices):
-    """Where a choice is not made."""
-    return where(choices, 0.0, 1.0) > 0.0
 
 
 def slow_lanes(floats):
