@@ -104,7 +104,7 @@ class LLVMExpressions(Code):
             name = self.module.helper(DIVIDED[op, kind])
             return self.emit(kind, f"call {kind.llvm} {name}({kind.llvm} {left.text}, {kind.llvm} {right.text})")
         code = f"{ARITHMETIC[op]} i64" if kind == INT else f"f{ARITHMETIC[op]} contract double"
-        return self.emit(kind, f"{code} {left.text}, {right.text}")
+        return self.emit(node.kind, f"{code} {left.text}, {right.text}")
 
     def _of_FloatPower(self, node: nodes.FloatPower) -> Value:
         base, exponent = self.value(node.base), self.value(node.exponent)

@@ -40,7 +40,7 @@ def square_root(x):
 
 def exponent(x):
     """Exponent e of x = m 2^e with 1 <= m < 2."""
-    return float(((np.float64(x).view(np.int64) >> 52) & 2047) - 1023)
+    return ((np.float64(x).view(np.int64) >> 52) & 2047) - 1023.0
 
 
 def mantissa(x):

@@ -11,10 +11,12 @@ import functools
 
 import numpy as np
 
+from vibrocap.numerics.kernel.arithmetic import one_number
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 
 WIDTH = lane_count()
 floor, square_root = np.floor, np.sqrt
+exponent, mantissa, power_of_two = one_number.exponent, one_number.mantissa, one_number.power_of_two
 
 
 def all_lanes():
@@ -90,19 +92,3 @@ def take(ints, place, amount):
 def bits(choices):
     """As an integer, bit i for lane i."""
     return sum(1 << lane for lane, choice in enumerate(np.atleast_1d(choices)) if choice)
-
-
-def exponent(x):
-    """Exponent e of x = m 2^e with 1 <= m < 2, per lane."""
-    return np.frexp(x)[1] - 1.0
-
-
-def mantissa(x):
-    """m of x = m 2^e with 1 <= m < 2, per lane."""
-    return 2.0 * np.frexp(x)[0]
-
-
-def power_of_two(k):
-    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in machine code."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.ldexp(1.0, np.asarray(k).astype(int))
