@@ -26,6 +26,8 @@ from benchmarks import (
     ratios,
     settled_maps,
     stepping,
+    stiff,
+    three_bodies,
     two_threads,
 )
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
@@ -103,8 +105,10 @@ def main() -> None:
     """All tables, or those named on the command line; their names are those below."""
     tables = {
         "canonical": canonical,
+        "stiff": stiff,
         "sweeps": named_sweeps,
         "impacts": impacts,
+        "three": three_bodies,
         "threads": two_threads,
         "growth": growth,
         "gpu": gpu,

@@ -6,7 +6,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from vibrocap.motion.recording.equations import equations
-from vibrocap.numerics.codegen import source
+from vibrocap.numerics.codegen import series_source
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.elementary import cos
 from vibrocap.physics.machines.oscillator import Oscillator
@@ -57,10 +57,10 @@ def series(system, start, side, balanced):
     with pytest.MonkeyPatch.context() as patch:
         if not balanced:
 
-            def explicit(equations, layout, code):
+            def explicit(equations, layout, code, slow):
                 return JetWriter(equations.graph, list(equations.rates), code)
 
-            patch.setattr(source, "series_writer", explicit)
+            patch.setattr(series_source, "series_writer", explicit)
         kernel = kernel_of(system, 12)
     kernel.fill("SIDE", side)
     kernel.fill("TIME", 0.3)

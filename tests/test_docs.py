@@ -19,6 +19,7 @@ import re
 import shlex
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,8 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 FENCES = [fence for page in PAGES for fence in fences(page)]
 OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
-NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
+OF_PACKAGE = [fence for fence in FILES if fence.words[1].startswith("src/")]
+NEW_FILES = [fence for fence in OF_PACKAGE if "/physics/" in fence.words[1]]
 
 
 def slow_page(page: Path) -> list:
@@ -118,7 +120,7 @@ def workplace(tmp_path, monkeypatch):
     """A folder with the examples and the files of the pages at hand, as the current one."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     for fence in FILES:
-        if fence not in NEW_FILES:
+        if fence not in OF_PACKAGE:
             (tmp_path / fence.words[1]).write_text(fence.text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     before = catalogue.registered()
@@ -544,7 +546,40 @@ def test_new_parts_keep_their_contracts(tmp_path):
     assert int(passed.group(1)) >= 40  # of four parts: the clauses of each in one test, and of systems with them
 
 
-@pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in NEW_FILES])
+@pytest.fixture
+def new_command(monkeypatch):
+    """The command line with the new command, which stands in the tables that the page names."""
+    (fence,) = (fence for fence in OF_PACKAGE if fence not in NEW_FILES)
+    path = Path(fence.words[1])
+    module = types.ModuleType(f"vibrocap.cli.commands.{path.stem}")
+    exec(compile(fence.text, fence.words[1], "exec"), module.__dict__)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(cli.COMMANDS, path.stem, f"commands.{path.stem}")
+    monkeypatch.setitem(EXAMPLES, path.stem, (f"vibrocap {path.stem} examples/travels-by-stick-slip.toml",))
+    cli.app_of.cache_clear()
+    yield path.stem
+    cli.app_of.cache_clear()
+
+
+def test_a_new_command_is_found_explained_and_refuses(new_command, workplace, capsys):
+    case = ["examples/travels-by-stick-slip.toml"]
+    assert cli.main([new_command, *case, "--state", "angle", "--value", "0.5", "--json"]) == OK
+    found = json.loads(capsys.readouterr().out)["times"]
+    motion = vc.read_case(case[0]).simulate()
+    assert len(found) == 80  # there and back in each of the 40 periods
+    assert motion.at(found[::20], "angle") == pytest.approx(0.5, abs=1e-9)
+    assert cli.main([new_command, *case, "--state", "angel"]) == WRONG_INPUT
+    assert "--state: no state is called 'angel'; did you mean 'angle'?" in capsys.readouterr().err
+    assert cli.main([new_command, *case, "--state", "angle", "--value", "nan"]) == WRONG_INPUT
+    assert "--value: should be a finite number" in capsys.readouterr().err
+    with contextlib.suppress(SystemExit):
+        cli.main([new_command, "--help"])
+    said = capsys.readouterr().out
+    assert "a state of the system, such as angle" in said
+    assert f"vibrocap {new_command} examples/travels" in said
+
+
+@pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in OF_PACKAGE])
 def test_new_files_keep_the_style_of_the_house(fence):
     command = [sys.executable, "-m", "ruff"]
     options = ["--stdin-filename", str(ROOT / fence.words[1]), "-"]

@@ -198,6 +198,7 @@ PUBLIC = "\nvoid call(double *f, int64_t *i, double *t, int64_t n) { k_advance(f
 
 @needs_gcc
 def test_operators_give_the_bits_of_the_literal_kernel(tmp_path):
+    """Also where a function is called like a helper of the C text."""
     text = """import math
 
 import numpy as np
@@ -206,7 +207,7 @@ TABLE = np.array([[1.5, -2.5], [0.1, 3.0]])
 SCALE = (1.0, 2.0, 4.0)
 
 
-def pair(x, y):
+def bits(x, y):
     return x + y, (x * y, x > y)
 
 
@@ -215,7 +216,7 @@ def advance(floats, ints, trace, rounds):
     for a in range(9):
         for b in range(9):
             x, y, i, j = floats[a], floats[b], ints[a], ints[b]
-            s, (p, above) = pair(x, y)
+            s, (p, above) = bits(x, y)
             trace[n] = s - p / 3.0 + (1.0 if above else -0.25)
             trace[n + 1] = x // y if y != 0.0 else 0.0
             trace[n + 2] = x % y if y != 0.0 else 0.0

@@ -237,6 +237,14 @@ def test_what_cannot_be_recorded_is_said_with_what_to_write_instead(folder, caps
     assert ", in force: a recorded formula cannot hold a kink: write side * velocity for |velocity|" in found
 
 
+def test_a_number_for_each_channel_and_state_is_asked_for(folder, capsys):
+    Path("magnet.py").write_text(MAGNET.replace('"coil", "belt"', '"coil"'), encoding="utf-8")
+    Path("case.toml").write_text(HARVESTER, encoding="utf-8")
+    assert main(["simulate", "case.toml", "--parts", "magnet.py"]) == WRONG_INPUT
+    said = "harvester: powers: should be 2 numbers, one for each of channels (drive, coil), got 3"
+    assert said in capsys.readouterr().err
+
+
 # --- Python -----------------------------------------------------------------------------------------------------------
 def test_registering_makes_a_part_known_and_again_changes_nothing():
     @vc.register

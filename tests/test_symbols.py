@@ -50,7 +50,7 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
         for environment in (None, vc.Environment()):
             system = vc.System(made, law, vc.Harmonic(), environment=environment)
             names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
-    assert {name for _, name, _ in page_rows("What else")} == names
+    assert {name for _, name, _ in page_rows("Further quantities")} == names
     motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), periods=0.1)
     assert set(motion.names) <= names | states
     assert all(printed for printed, _, _ in page_rows(""))

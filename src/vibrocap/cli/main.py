@@ -257,10 +257,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(interruption) or "Interrupted.")
         return INTERRUPTED
     except Exception as error:  # a fault in a part of the user's own is theirs to mend; any other is ours
+        from vibrocap.numerics.expressions.refusals import RecordingError
         from vibrocap.physics.part_files import place_in_parts
 
-        if (place := place_in_parts(error)) is None:
+        place, text = place_in_parts(error), str(error)
+        if place is not None and not text.startswith(place):
+            text = f"{place}: {type(error).__name__}: {text}"
+        elif place is None and not isinstance(error, RecordingError):
             raise
-        text = str(error)
-        complain(text if text.startswith(place) else f"{place}: {type(error).__name__}: {text}")
+        complain(text)
     return WRONG_INPUT

@@ -215,7 +215,7 @@ def page() -> str:
     lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
     lines += ["## Actuator: `Actuator`", "", *_parameters(Actuator), ""]
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
-    lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
+    lines += ["## Further quantities of a motion", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]
     records = dict.fromkeys((*(machine.si_scales for machine in machines().values()), FreeScales))
     for record in (each for each in records if parameter_table(each)):

@@ -19,6 +19,7 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_o
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
@@ -97,6 +98,15 @@ class _Unhashed:
         return True
 
 
+def _check_count(system: System, function: str, given: Sequence, names: str, wanted: Sequence[str]) -> None:
+    """RecordingError where a function of the machine does not give a number for each of its states or channels."""
+    if len(given) != len(wanted):
+        more = len(given) - len(wanted)  # what law, environment and the like add is there in both
+        own = getattr(system.machine, names)
+        said = f"should be {len(own)} numbers, one for each of {names} ({', '.join(own)}), got {len(own) + more}"
+        raise RecordingError(f"{system.machine.name}: {function}: {said}")
+
+
 @functools.lru_cache(maxsize=64)
 def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     system = carrier.system
@@ -112,6 +122,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     sides = (graph.node("side"), *(graph.node("side", i) for i in range(1, len(system.machine.contact_states))))
     flow = recorded.flow(graph.node("time"), y, sides)
+    _check_count(system, "rates", flow.rates, "states", system.state_names)
+    _check_count(system, "powers", flow.powers, "channels", system.channels)
     placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()

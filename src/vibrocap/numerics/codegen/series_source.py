@@ -6,6 +6,7 @@ from vibrocap.numerics.codegen.guard_polynomial import guard_source
 from vibrocap.numerics.codegen.scalar_source import indented
 from vibrocap.numerics.codegen.slow_manifold import (
     bounding_decays,
+    pair,
     series_writer,
     settled_coefficient,
     store_reach,
@@ -31,6 +32,11 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
+    if pair(layout):
+        body = _series(equations, integrals, layout, loop, (0, 1))
+        found += ["def slow_jet_pair(floats, lane):", *indented(body), ""]
+        calls += ["    if floats[SLOW + lane] > 0.0 and floats[SLOW + LANES + lane] > 0.0:"]
+        calls += ["        slow_jet_pair(floats, lane)", "        return"]
     for number in range(len(layout.slow)):
         body = _series(equations, integrals, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]

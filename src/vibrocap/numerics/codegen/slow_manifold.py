@@ -9,7 +9,8 @@ series of its own, whose coefficients follow from those of r at the same order:
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
 All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-two functions: one for ordinary series, one for those on a manifold.
+a function for ordinary series, one for each manifold, and one for both of a contact that creeps: two states z then, and
+at each order two such equations with the Jacobian of both.
 """
 
 import functools
@@ -31,7 +32,13 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
         "MANIFOLDS": len(slow),
         "SLOW_CONTACT": tuple(contact for contact, _ in slow),
         "SLOW_STATE": tuple(state for _, state in slow),
+        "PAIR": pair(layout),
     }
+
+
+def pair(layout: Layout) -> bool:
+    """Whether the manifolds of a motion alone are two of one contact, which may be slaved together."""
+    return layout.lanes == 1 and len(layout.slow) == 2 and layout.slow[0][0] == layout.slow[1][0]
 
 
 def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
@@ -55,6 +62,20 @@ def bounding_decays(
     if not isinstance(writer, SlowWriter):
         return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
+    if writer.alone:
+        for number in set(range(len(layout.slow))) - set(writer.slow.values()):
+            writer.code.store(f"OWN_DECAY + {number} * LANES", ZERO)
+    if writer.alone and len(writer.slow) > 1:
+        (one, first), (two, second) = writer.slow.items()
+        (a, b), (c, d) = ([writer.slope(i, j) for j in (one, two)] for i in (one, two))
+        trace = writer.code.name("pair_trace", ZERO - (a + d))
+        # at most the rate of the slower of the two, or that at which their oscillation decays
+        own = Formula(f"min({((a * d - b * c) / trace).text}, 0.5 * {trace.text})")
+        place = contacts.index(layout.slow[first][0])
+        for number in (first, second):
+            writer.code.store(f"OWN_DECAY + {number} * LANES", writer.code.name("pair_decay", own))
+        found[place] = writer.code.name("bounding_pair", found[place] - trace)
+        return found
     for state, number in writer.slow.items():
         place = contacts.index(layout.slow[number][0])
         own, rest = found[place], ZERO
@@ -71,15 +92,17 @@ def store_reach(writer: JetWriter) -> None:
     if not isinstance(writer, SlowWriter) or not writer.alone:
         return
     for slow, number in writer.slow.items():
-        rate, lasting, passing = writer.rates[slow], [], []
+        lasting, passing = [], []
         for state, other in enumerate(writer.rates):
             slope = derivative(other, slow)
-            if state != slow and slope.value != 0.0:
-                given = slope - sensitivity(other, rate.index) * derivative(rate, slow)
+            if state not in writer.slow and slope.value != 0.0:
+                given = slope
+                for each in writer.slow:
+                    given = given - writer.push(other, each) * derivative(writer.rates[each], slow)
                 for values, value in ((lasting, given), (passing, slope)):
                     values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
         for name, values in (("DRIFT", lasting), ("KICK", passing)):
-            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values)
+            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values or ["0.0"])
             writer.code.store(f"{name} + {number} * LANES", Formula(largest))
 
 
@@ -93,13 +116,13 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     found = writer.coefficient(index, k)
     if k == 0 or not isinstance(writer, SlowWriter) or not writer.alone:
         return found
-    (slow,) = writer.slow
-    push = sensitivity(writer.rates[state], writer.rates[slow].index)
-    if slow == state or push.value == 0.0:
-        return found
-    own = writer.coefficient(writer.graph.node("state", slow).index, k)
-    change = own - writer.target(slow, k - 1) * literal(1.0 / k)
-    return found + writer.coefficient(push.index, 0) * change
+    for slow in writer.slow if state not in writer.slow else ():
+        push = writer.push(writer.rates[state], slow)
+        if push.value != 0.0:
+            own = writer.coefficient(writer.graph.node("state", slow).index, k)
+            change = own - writer.target(slow, k - 1) * literal(1.0 / k)
+            found = found + writer.coefficient(push.index, 0) * change
+    return found
 
 
 class SlowWriter(JetWriter):
@@ -115,17 +138,30 @@ class SlowWriter(JetWriter):
         order: int,
         alone: bool,
     ):
-        """slow: number of its manifold by state; alone: of a motion that is on its one manifold."""
+        """slow: number of its manifold by state; alone: of a motion, all of whose slow states depend on each other."""
         super().__init__(graph, rates, code, balance)
         self.slow, self.order, self.alone = slow, order, alone
         self.slow_rates = {rates[state].index: state for state in slow}
-        self._trials: dict[tuple[int, int], Trial] = {}
+        self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 
-    def trial(self, state: int, k: int) -> "Trial":
-        """Coefficients of order k without that of a slow state; of order 0 with the state as it stands."""
-        if (state, k) not in self._trials:
-            self._trials[state, k] = Trial(self, state, k)
-        return self._trials[state, k]
+    def trial(self, states: tuple[int, ...], k: int) -> "Trial":
+        """Coefficients of order k without those of slow states; of order 0 with these as they stand."""
+        if (states, k) not in self._trials:
+            self._trials[states, k] = Trial(self, states, k)
+        return self._trials[states, k]
+
+    def slope(self, state: int, other: int) -> Formula:
+        """Of the rate of a state, by another state, where the step starts."""
+        return self.coefficient(derivative(self.rates[state], other).index, 0)
+
+    def push(self, value: Expression, state: int) -> Expression:
+        """What a value changes by with the rate of a slow state, those of all others given."""
+        found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
+        for other in self.slow:
+            if other != state:
+                through = self.rates[other]
+                found = found - sensitivity(value, through.index) * sensitivity(through, rate)
+        return found
 
     def chosen(self, state: int, slow: Formula, other: Formula) -> Formula:
         """A value of the lanes on the manifold of a state, another of all others."""
@@ -159,12 +195,28 @@ class SlowWriter(JetWriter):
         ordinary = super()._state(state, k)
         if state not in self.slow:
             return ordinary
-        trial, rate = self.trial(state, k), self.rates[state]
-        at_start = self.trial(state, 0)
-        slope = at_start.coefficient(derivative(rate, state).index, 0)
-        inverse = self.code.name(f"relaxation{self.slow[state]}", literal(1.0) / slope)
-        found = (self.target(state, k) - trial.coefficient(rate.index, k)) * inverse
+        found = self.solution(state, k)
         return self.chosen(state, ordinary + found if k == 0 else found, ordinary)
+
+    def solution(self, state: int, k: int) -> Formula:
+        """Coefficient k of a slow state; of order 0 what Newton's method adds to it. A pair is solved for together."""
+        together = tuple(self.slow) if self.alone else (state,)
+        trial, at_start = self.trial(together, k), self.trial(together, 0)
+
+        def left(each: int) -> Formula:
+            return self.target(each, k) - trial.coefficient(self.rates[each].index, k)
+
+        def slope(each: int, other: int) -> Formula:
+            return at_start.coefficient(derivative(self.rates[each], other).index, 0)
+
+        number = self.slow[state]
+        if len(together) == 1:
+            return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / slope(state, state))
+        (other,) = (each for each in together if each != state)
+        determinant = slope(state, state) * slope(other, other) - slope(state, other) * slope(other, state)
+        inverse = self.code.name("relaxation_pair", literal(1.0) / determinant)
+        own, its = (self.code.name(f"left{self.slow[each]}_{k}", left(each)) for each in (state, other))
+        return (slope(other, other) * own - slope(state, other) * its) * inverse
 
     def _weighted(self, a: int, j: int) -> Formula:
         op, *operands = self.graph.nodes[a]
@@ -175,31 +227,31 @@ class SlowWriter(JetWriter):
 
 
 class Trial(JetWriter):
-    """The coefficients of one order as they would be without that of a slow state."""
+    """The coefficients of one order as they would be without those of slow states."""
 
-    def __init__(self, whole: SlowWriter, state: int, k: int):
+    def __init__(self, whole: SlowWriter, states: tuple[int, ...], k: int):
         super().__init__(whole.graph, whole.rates, whole.code)
-        self.whole, self.state, self.k = whole, state, k
+        self.whole, self.k, self.label = whole, k, "_".join(map(str, states))
         self.forms = whole.forms
-        self.own = whole.graph.node("state", state).index
+        self.own = {whole.graph.node("state", state).index: state for state in states}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on the state."""
+        """Whether a node depends on any of the states."""
         if index not in self._depends:
-            self._depends[index] = self.own in reachable(self.graph, [index])
+            self._depends[index] = not self.own.keys().isdisjoint(reachable(self.graph, [index]))
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
-        """That of the whole, unless it is of this order and depends on the state."""
+        """That of the whole, unless it is of this order and depends on the states."""
         if k < self.k or not self.depends(index):
             return self.whole.coefficient(index, k)
-        if index == self.own:
-            return self.code.entry(f"STATE + {self.state} * LANES") if k == 0 else ZERO
+        if index in self.own:
+            return self.code.entry(f"STATE + {self.own[index]} * LANES") if k == 0 else ZERO
         return super().coefficient(index, k)
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""
         return self.code.name(
-            f"{kind}t{self.state}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
+            f"{kind}t{self.label}_{self.k}_{self.whole.number(index)}{'' if k is None else f'_{k}'}", formula
         )

@@ -72,11 +72,11 @@ class Module:
             if "{rest}" in HELPERS[name] and not self.rest:
                 self.rest = self.written(Program(parsed(REST), 0).function("rest", (FLOAT, FLOAT), Refused))
                 self.needed["rest"] = self.bodies.pop()
-            body = HELPERS[name]
-            for other in (*HELPERS, "rest"):
-                body = body.replace(f"{{{other}}}", f"{self.prefix}_{other}")
+            body = HELPERS[name].replace("{rest}", self.rest)
+            for other in HELPERS:
+                body = body.replace(f"{{{other}}}", f"{self.prefix}_c_{other}")
             self.needed[name] = f"static {body}"
-        return f"{self.prefix}_{name}"
+        return f"{self.prefix}_c_{name}"  # a function of the kernel may have the same name
 
     def table(self, name: str, numbers: list[Any]) -> str:
         """The name of a constant array, put into the text."""

@@ -45,7 +45,7 @@ KINKS, BRANCHES = ("absolute", "fabs"), ("maximum", "minimum", "fmax", "fmin", "
 
 
 class RecordingError(TypeError):
-    """A formula that cannot be recorded: where it stands, and what to write instead."""
+    """A formula that cannot be recorded, or too few of them: where, and what to write instead."""
 
 
 class Recordable:

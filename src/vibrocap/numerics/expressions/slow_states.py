@@ -25,7 +25,7 @@ def slow_bristles(equations: Equations) -> tuple[tuple[int, int], ...]:
 
 
 def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
-    """(contact, state) of what may be slaved in a motion alone: its bristles, or the velocity of a contact that creeps.
+    """(contact, state) of what may be slaved in a motion alone: bristles, the velocity of a contact that creeps, both.
 
     () of a law without such bristles, and of several contacts: those take implicit steps.
     """

@@ -33,4 +33,5 @@ ROW_LIKE = (0,)  # of each of several contacts: the first one whose row of A is 
 SLOWED = False  # whether bristles of a contact may be on a slow manifold, see `step/slow_manifold.py`
 MANIFOLDS = 1  # number of slow manifolds
 SLOW_CONTACT = (0,)  # of each: number of its contact
-SLOW_STATE = (-1,)  # of each: the state that is slaved; -1: there is none
+PAIR = False  # whether they are those of two states of one contact of a motion alone, which may be slaved together
+SLOW_STATE: tuple[int, ...] = (-1,)  # of each: the state that is slaved; -1: there is none

@@ -156,7 +156,8 @@ def step_simd(floats, ints, trace, running):
         if SEVERAL:
             moving = moving & (gentle | ~rest_simd(floats))
             longest = where(turning, reach, longest)
-        longest, damped = stabilised_step(floats, every, moving & ~gentle & ~turning, longest)
+        wanted = moving & ~gentle & ~turning
+        longest, damped = stabilised_step(floats, every, wanted, longest, load(floats, TOLERANCE))
     if SLOWED and bits(slow) != 0:
         longest = before_turning(floats, side, start, slow, longest)
     h = min(remaining, longest)

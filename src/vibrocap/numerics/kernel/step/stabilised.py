@@ -73,13 +73,14 @@ def series_step(floats, ints, lane, remaining):
     if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
     speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
-    if KINKED and 0.1 * (speed + slope * longest) < floats[TOLERANCE + lane]:
-        return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
-    if not (stretch > PLAIN_REACH):
+    allowed = floats[TOLERANCE + lane]
+    if KINKED:  # close to rest the sign of the velocity counts, see `taylor_step`
+        allowed = min(allowed, 0.1 * (speed + slope * longest))
+    if not (stretch > PLAIN_REACH) or (SEVERAL and allowed < floats[TOLERANCE + lane]):
         return longest, False
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
         return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
-    longest, _ = stabilised_step(floats, lane, stretch > PLAIN_REACH, longest)
+    longest, _ = stabilised_step(floats, lane, True, longest, allowed)
     return longest, False
 
 
@@ -111,10 +112,12 @@ def one_rests(floats, lane):
     return rests
 
 
-def stabilised_step(floats, lane, wanted, longest):
+def stabilised_step(floats, lane, wanted, longest, allowed):
     """(step length, whether the series has been damped for it), of a lane or of all lanes of which the step is wanted.
 
     longest: that of the plain series; where it is beyond stability the series is damped for the step if it can.
+
+    allowed: of which the error that damping makes may be a SHARE
 
     The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
     rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
@@ -127,7 +130,7 @@ def stabilised_step(floats, lane, wanted, longest):
     for _ in range(LENGTHS):
         if bits(untried) == 0:
             break
-        found = untried & (damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane])
+        found = untried & (damping_error(floats, lane, h) <= SHARE * allowed)
         if BRANCHES < SWITCHES:
             found = found & clear_of_bounds(floats, lane, h)
         longest = where(found, h, longest)

@@ -1,0 +1,95 @@
+"""Three blocks in a row and a wall: how long a run of a sweep takes where contacts and a stop end its steps.
+
+The machine is written here, as none of the catalogue has three bodies and a stop. The same module runs with any version
+of the package that knows rows of blocks (PYTHONPATH=.../src), so versions can be compared.
+
+`python -m benchmarks three` prints medians of runs on one thread.
+"""
+
+import statistics
+import time
+from typing import ClassVar
+
+import numpy as np
+
+import vibrocap as vc
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
+
+BLOCKS = vc.ThreeBlockRow
+RUNS, PERIODS, ROUNDS = 512, 40, 5
+DRIVE = vc.Harmonic(amplitude=2.5, frequency=1.1)
+LAW = vc.Coulomb(coulomb_coefficient=0.4, static_coefficient=0.4)
+
+
+@parameters
+class BlocksAndWall(BLOCKS):
+    """A row of three blocks whose last one strikes a soft wall on the ground, as far ahead as the gap: a spring."""
+
+    gap: NonNegative = parameter(0.3, "delta", "way of the last block to the wall", "gap")
+    wall_stiffness: Positive = parameter(15.0, "kappa_w", "spring of the wall", "stiffness")
+
+    name: ClassVar[str] = "blocks-and-wall"
+    states: ClassVar = (*BLOCKS.states, "touching")
+    switched: ClassVar = ("touching",)
+    switch_events: ClassVar = ("impact", "stop_opened")
+    symmetry: ClassVar = (-1,) * 7
+
+    mechanism = Machine.mechanism  # a wall has no part there
+
+    @property
+    def symmetric(self) -> bool:
+        """Never: there is one wall."""
+        return False
+
+    def scales(self, time=1.0):
+        """Those of the blocks."""
+        return *super().scales(time), 1.0
+
+    def _gaps(self, y) -> tuple:
+        return super()._gaps(y[:6])
+
+    def _from_outside(self, y, drive) -> list:
+        """With the wall, on the last block."""
+        found = super()._from_outside(y[:6], drive)
+        return [*found[:2], found[2] - y[6] * self.wall_stiffness * (y[4] - self.gap)]
+
+    def rates(self, t, y, drive, frictions):
+        """Those of the blocks; the branch stays."""
+        return *super().rates(t, y, drive, frictions), 0.0
+
+    def switches(self, t, y, drive, frictions):
+        """Positive while the branch lasts: the wall is reached, it is left."""
+        ahead = (self.gap - y[4]) / (1.0 + self.gap)
+        return y[6] + (1.0 - y[6]) * ahead, 1.0 - y[6] - y[6] * ahead
+
+    def after_switch(self, which, t, y, drive, frictions):
+        """The wall is touched, or not; nothing jumps."""
+        return *y[:6], (1.0, 0.0)[which]
+
+    def energy(self, t, y):
+        """With that of the wall's spring."""
+        pressed = y[6] * (y[4] - self.gap)
+        return super().energy(t, y[:6]) + 0.5 * self.wall_stiffness * pressed * pressed
+
+
+def blocks() -> vc.System:
+    """The blocks on Coulomb friction."""
+    return vc.System(BlocksAndWall(), LAW, DRIVE)
+
+
+def main() -> None:
+    """Print the time of a run and period, and how often a run strikes the wall in a period."""
+    system, options = blocks(), {"periods": PERIODS, "window": PERIODS, "tolerance": 1e-6, "threads": 1}
+    varied = {"machine.coupling_stiffness": np.linspace(0.5, 3.0, RUNS)}
+    times = []
+    for _ in range(ROUNDS + 1):
+        before = time.process_time()
+        found = vc.ensemble(system, varied, measures=["impacts"], **options)
+        times.append(time.process_time() - before)
+    spent = statistics.median(times[1:]) / RUNS / PERIODS
+    print(f"\nThree blocks and a wall, {RUNS} couplings, {PERIODS} periods, one thread")
+    print(f"  {spent * 1e6:.2f} us a run and period; {np.mean(found['impacts']):.2f} impacts a period")
+
+
+if __name__ == "__main__":
+    main()
