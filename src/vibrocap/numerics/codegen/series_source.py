@@ -11,7 +11,7 @@ from vibrocap.numerics.codegen.slow_manifold import (
     settled_coefficient,
     store_reach,
 )
-from vibrocap.numerics.codegen.straight_line import ALL, ONE, ZERO, Code, Formula, literal
+from vibrocap.numerics.codegen.straight_line import ADDING, CALLING, ZERO, Code, Formula, literal
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
@@ -28,7 +28,7 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
-        return "\n".join(["def jet(floats):", "    align_stack()", *indented(body), "", guard])
+        return "\n".join(["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
@@ -48,9 +48,10 @@ def _series(
     equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
 ) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
-    order, simd = layout.order, loop == "simd"
+    order = layout.order
     # A graphics card has functions of its own, and runs the ensemble one by one.
-    code = Code(ALL if simd else ONE, polynomials=loop != "ensemble")
+    # All lanes share few registers, so that what is read is read late.
+    code = Code(CALLING + ADDING if loop == "simd" else 0, polynomials=loop != "ensemble")
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
     watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
@@ -91,8 +92,7 @@ def _series(
             first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)
             for i, other in enumerate(others):
-                larger = "where({0} > {1}, {0}, {1})" if simd else "max({0}, {1})"
-                decay = code.name(f"decay_{i}", Formula(larger.format(other.text, decay.text)))
+                decay = code.name(f"decay_{i}", Formula(f"max({other.text}, {decay.text})"))
             code.store("DECAY_RATE", decay)
             store_reach(writer)
         for i, guard in enumerate(equations.guards):

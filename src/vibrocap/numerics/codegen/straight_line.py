@@ -114,27 +114,15 @@ def combined(op: str, operands: Iterable[Iterable[Term]]) -> list[Term]:
     return [(sign * own, size) for sign, terms in zip(signs, operands, strict=True) for own, size in terms]
 
 
-@dataclasses.dataclass(frozen=True)
-class Lanes:
-    """How the code of one lane, or of all at once, is written: each name stands for a number, or for one of each."""
-
-    entry: str
-    store: str
-    reading: int  # cycles until an entry is there
-
-
-ONE = Lanes(entry="floats[{} + lane]", store="floats[{} + lane] = {}", reading=0)
-ALL = Lanes(entry="load(floats, {})", store="store(floats, {}, {})", reading=CALLING + ADDING)
-
-
 class Code:
-    """Lines of straight-line code.
+    """Lines of straight-line code of `lane`, one or all: each name stands for a number, or for one of each.
 
+    reading: cycles until an entry of the memory is there
     polynomials: with the elementary functions of `elementary_polynomials.py`, not of the library
     """
 
-    def __init__(self, lanes: Lanes = ONE, polynomials: bool = False):
-        self.lanes, self.polynomials = lanes, polynomials
+    def __init__(self, reading: int = 0, polynomials: bool = False):
+        self.reading, self.polynomials = reading, polynomials
         self.lines: list[str] = []
         self._kept: dict[str, Formula] = {}
 
@@ -149,11 +137,11 @@ class Code:
 
     def entry(self, place: str) -> Formula:
         """What stands at a place of the memory."""
-        return Formula(self.lanes.entry.format(place), self.lanes.reading)
+        return Formula(f"floats[{place} + lane]", self.reading)
 
     def store(self, place: str, value: Formula) -> None:
         """Write a value to memory."""
-        self.lines.append(self.lanes.store.format(place, value.text))
+        self.lines.append(f"floats[{place} + lane] = {value.text}")
 
     def function(self, op: str, x: Formula) -> Formula:
         """Value of an elementary function."""

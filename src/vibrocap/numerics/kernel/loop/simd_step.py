@@ -81,7 +81,6 @@ from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
     ahead_simd,
     before_turning,
-    doubt_simd,
     out_of_doubt,
     passing_simd,
     still_simd,
@@ -89,8 +88,8 @@ from vibrocap.numerics.kernel.loop.turning_simd import (
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
-from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, stabilised_step
-from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, least_of_four, series_value
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, one_rests, stabilised_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, least_of_four, series_value, sign_in_doubt
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -144,7 +143,7 @@ def step_simd(floats, ints, trace, running):
                     longest = where(slow, min(longest, reach), longest)
                 h = min(remaining, reach)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
-                counts = counts | ~doubt_simd(floats, c, h)
+                counts = counts | ~sign_in_doubt(floats, c, every, h)
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
@@ -154,7 +153,7 @@ def step_simd(floats, ints, trace, running):
             gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
-            moving = moving & (gentle | ~rest_simd(floats))
+            moving = moving & (gentle | ~one_rests(floats, every))
             longest = where(turning, reach, longest)
         wanted = moving & ~gentle & ~turning
         longest, damped = stabilised_step(floats, every, wanted, longest, load(floats, TOLERANCE))
@@ -265,15 +264,6 @@ def within_piece(floats, row, h):
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row + every, others, h) > 0.0
-
-
-def rest_simd(floats):
-    """Where a contact sticks, of several."""
-    rests = load(floats, SIDE) != load(floats, SIDE)
-    for c in range(CONTACTS):
-        if STICKS[c] == 1:
-            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
-    return rests
 
 
 def hold_simd(floats, c, stuck, two, longest, h):

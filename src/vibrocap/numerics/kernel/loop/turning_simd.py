@@ -15,9 +15,9 @@ from vibrocap.numerics.kernel.generated.facts import (
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import excursion, velocity_tail
+from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value
+from vibrocap.numerics.kernel.step.taylor import series_value, sign_in_doubt
 
 CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
 
@@ -33,22 +33,13 @@ def still_simd(floats, ints, c, h):
     return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
 
 
-def doubt_simd(floats, c, h):
-    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
-    every = all_lanes()
-    row = VELOCITY_OF[c]
-    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
-    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
-    return velocity_tail(floats, row + every, h) > 0.01 * first + none
-
-
 def out_of_doubt(floats, c, slow, h):
     """Step lengths within which the sign of a velocity is not in doubt, of lanes on a slow manifold; cut a few times.
 
     The long steps of the others make much of the rounding of one that is at rest to rounding.
     """
     for _ in range(CUTS):
-        doubtful = slow & doubt_simd(floats, c, h)
+        doubtful = slow & sign_in_doubt(floats, c, all_lanes(), h)
         if bits(doubtful) == 0:
             break
         h = where(doubtful, CUT * h, h)

@@ -106,9 +106,10 @@ def near_turning(floats, lane, h):
 
 def one_rests(floats, lane):
     """Whether a contact sticks, of several."""
-    rests = False
+    rests = floats[DECAY_RATE + lane] < 0.0
     for c in range(CONTACTS):
-        rests = rests or (STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0)
+        if STICKS[c] == 1:
+            rests = rests | (floats[SIDE + c * LANES + lane] == 0.0)
     return rests
 
 
