@@ -277,14 +277,17 @@ def test_a_plain_step_ends_the_decisions():
 
 
 def test_a_motion_below_the_tolerance_keeps_its_signs():
-    """Bristles under a drive too weak for the tolerance: as many steps as the run alone, and the same motion."""
+    """Bristles under a drive too weak for the tolerance: as many steps as the run alone, and the same motion.
+
+    Alone, steps near rest are damped too, each with an error of up to SHARE/10 = 0.3 % of the velocity.
+    """
     for amplitude in (1e-9, 1e-8, 1e-7, 1e-6):
         system = drawn("lugre", 0)[0].with_parameters({"drive.amplitude": amplitude})
         parameters, start = parameter_values(system), np.zeros((1, len(system.state_names)))
         results = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
         single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, *LIMITS, order=ORDER)
         assert results.head("taylor_steps") == len(single.pieces)
-        assert results.state[0] == pytest.approx(single.final, rel=0.0, abs=1e-12 * amplitude)
+        assert results.state[0] == pytest.approx(single.final, rel=0.0, abs=5e-3 * amplitude)
 
 
 def test_a_contact_that_comes_to_rest_as_the_period_ends():

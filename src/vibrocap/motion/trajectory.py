@@ -13,7 +13,7 @@ from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
 from vibrocap.motion.recording.equations import parameter_values, parameters_at
 from vibrocap.motion.status import Status
 from vibrocap.numerics.api import PieceSeries
-from vibrocap.physics.numbering import numbered
+from vibrocap.physics.numbering import name_and_number, numbered
 from vibrocap.quantities.declared import (
     AlongNames,
     ByName,
@@ -247,7 +247,7 @@ class Trajectory(Result):
         to the slopes of the polynomials, see `stiff_pieces.correction`.
         """
         result = np.empty((len(names), len(index)))
-        forces = [i for i, name in enumerate(names) if name not in STATE_FUNCTIONS]
+        forces = [i for i, name in enumerate(names) if name_and_number(name)[0] not in STATE_FUNCTIONS]
         for block in _blocks(len(index)):
             pieces, local = index[block], s[block]
             t, sides = self.piece_start[pieces] + local, self.sides(pieces)

@@ -32,6 +32,9 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
+    if equations.several and layout.slow:  # of which any may be on theirs, as lanes
+        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
+        return "\n".join([*found, "def slow_jet(floats, lane):", *indented(body), ""])
     if pair(layout):
         body = _series(equations, integrals, layout, loop, (0, 1))
         found += ["def slow_jet_pair(floats, lane):", *indented(body), ""]

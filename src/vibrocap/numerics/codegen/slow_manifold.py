@@ -9,8 +9,9 @@ series of its own, whose coefficients follow from those of r at the same order:
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
 All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-a function for ordinary series, one for each manifold, and one for both of a contact that creeps: two states z then, and
-at each order two such equations with the Jacobian of both.
+a function for ordinary series and others for those on a manifold: of several contacts one in which any may be on
+theirs, as lanes are; of one contact one for each manifold, and one for both where it creeps: two states z then, and at
+each order two such equations with the Jacobian of both.
 """
 
 import functools
@@ -38,7 +39,7 @@ def slow_constants(layout: Layout) -> dict[str, Any]:
 
 def pair(layout: Layout) -> bool:
     """Whether the manifolds of a motion alone are two of one contact, which may be slaved together."""
-    return layout.lanes == 1 and len(layout.slow) == 2 and layout.slow[0][0] == layout.slow[1][0]
+    return layout.lanes == layout.contacts == 1 and len(layout.slow) == 2
 
 
 def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequence[int]) -> JetWriter:
@@ -47,8 +48,9 @@ def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequen
     if not slow:
         return JetWriter(*given, equations.balance)
     states = {layout.slow[number][1]: number for number in slow}
-    creeps = any(each.state in states for each in equations.contacts)  # the balance gives no rate that is slaved
-    return SlowWriter(*given, None if creeps else equations.balance, states, layout.order, alone=layout.lanes == 1)
+    creeping = frozenset(each.state for each in equations.contacts if each.state in states)
+    balance = None if creeping else equations.balance  # which gives no rate that is slaved
+    return SlowWriter(*given, balance, states, creeping, layout)
 
 
 def bounding_decays(
@@ -74,30 +76,33 @@ def bounding_decays(
         place = contacts.index(layout.slow[first][0])
         for number in (first, second):
             writer.code.store(f"OWN_DECAY + {number} * LANES", writer.code.name("pair_decay", own))
-        found[place] = writer.code.name("bounding_pair", found[place] - trace)
+        found[place] = ZERO
         return found
     for state, number in writer.slow.items():
-        place = contacts.index(layout.slow[number][0])
-        own, rest = found[place], ZERO
-        if writer.alone:
+        contact = layout.slow[number][0]
+        creeps = state not in equations.contacts[contact].internal
+        places = range(len(found)) if creeps else [contacts.index(contact)]
+        own = found[places[0]]
+        if layout.lanes == 1:
             own = writer.coefficient((-derivative(equations.rates[state], state)).index, 0)
-            rest = found[place] - own
         writer.code.store(f"OWN_DECAY + {number} * LANES", own)
-        found[place] = writer.code.name(f"bounding_{number}", writer.chosen(state, rest, found[place]))
+        for place in places:
+            rest = ZERO if layout.lanes > 1 or writer.alone else found[place] - own
+            found[place] = writer.code.name(f"bounding_{number}_{place}", writer.chosen(state, rest, found[place]))
     return found
 
 
 def store_reach(writer: JetWriter) -> None:
     """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
-    if not isinstance(writer, SlowWriter) or not writer.alone:
+    if not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return
     for slow, number in writer.slow.items():
-        lasting, passing = [], []
+        lasting, passing, together = [], [], writer.together(slow)
         for state, other in enumerate(writer.rates):
             slope = derivative(other, slow)
-            if state not in writer.slow and slope.value != 0.0:
+            if state not in together and slope.value != 0.0:
                 given = slope
-                for each in writer.slow:
+                for each in together:
                     given = given - writer.push(other, each) * derivative(writer.rates[each], slow)
                 for values, value in ((lasting, given), (passing, slope)):
                     values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
@@ -114,13 +119,13 @@ def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression
     """
     index = writer.graph.node("state", state).index if value is None else value.index
     found = writer.coefficient(index, k)
-    if k == 0 or not isinstance(writer, SlowWriter) or not writer.alone:
+    if k == 0 or not isinstance(writer, SlowWriter) or writer.lanes > 1:
         return found
-    for slow in writer.slow if state not in writer.slow else ():
+    for slow in writer.slow:
         push = writer.push(writer.rates[state], slow)
-        if push.value != 0.0:
+        if state not in writer.together(slow) and push.value != 0.0:
             own = writer.coefficient(writer.graph.node("state", slow).index, k)
-            change = own - writer.target(slow, k - 1) * literal(1.0 / k)
+            change = writer.chosen(slow, own - writer.target(slow, k - 1) * literal(1.0 / k), ZERO)
             found = found + writer.coefficient(push.index, 0) * change
     return found
 
@@ -135,12 +140,14 @@ class SlowWriter(JetWriter):
         code: Code,
         balance: Any,
         slow: Mapping[int, int],
-        order: int,
-        alone: bool,
+        creeping: frozenset[int],
+        layout: Layout,
     ):
-        """slow: number of its manifold by state; alone: of a motion, all of whose slow states depend on each other."""
+        """slow: number of its manifold by state; creeping: those of them that are velocities."""
         super().__init__(graph, rates, code, balance)
-        self.slow, self.order, self.alone = slow, order, alone
+        self.slow, self.creeping = slow, creeping
+        self.order, self.lanes = layout.order, layout.lanes
+        self.alone = layout.lanes == layout.contacts == 1  # a motion is on all the manifolds of its one contact
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 
@@ -150,14 +157,18 @@ class SlowWriter(JetWriter):
             self._trials[states, k] = Trial(self, states, k)
         return self._trials[states, k]
 
+    def together(self, state: int) -> tuple[int, ...]:
+        """The slow states that are solved for with one: of one contact all, else it alone."""
+        return tuple(self.slow) if self.alone else (state,)
+
     def slope(self, state: int, other: int) -> Formula:
         """Of the rate of a state, by another state, where the step starts."""
         return self.coefficient(derivative(self.rates[state], other).index, 0)
 
     def push(self, value: Expression, state: int) -> Expression:
-        """What a value changes by with the rate of a slow state, those of all others given."""
+        """What a value changes by with the rate of a slow state, those of what is solved for with it given."""
         found, rate = sensitivity(value, self.rates[state].index), self.rates[state].index
-        for other in self.slow:
+        for other in self.together(state):
             if other != state:
                 through = self.rates[other]
                 found = found - sensitivity(value, through.index) * sensitivity(through, rate)
@@ -171,12 +182,15 @@ class SlowWriter(JetWriter):
         mask = self.code.name(f"slow_{number}", Formula(f"{self.code.entry(f'SLOW + {number} * LANES').text} > 0.0"))
         return Formula(f"where({mask.text}, {slow.text}, {other.text})", max(slow.known, other.known) + 4)
 
+    def guess(self, state: int, k: int) -> Formula:
+        """z^_k."""
+        return self.code.entry(f"GUESS + {self.slow[state] * (self.order + 1) + k} * LANES")
+
     def target(self, state: int, k: int) -> Formula:
         """(k + 1) z^_(k+1)."""
         if k >= self.order:
             return ZERO
-        place = self.slow[state] * (self.order + 1) + k + 1
-        guess = self.code.entry(f"GUESS + {place} * LANES")
+        guess = self.guess(state, k + 1)
         name = f"target{self.slow[state]}_{k}"
         return self.code.name(name, guess if k == 0 else guess * literal(k + 1.0))
 
@@ -200,7 +214,7 @@ class SlowWriter(JetWriter):
 
     def solution(self, state: int, k: int) -> Formula:
         """Coefficient k of a slow state; of order 0 what Newton's method adds to it. A pair is solved for together."""
-        together = tuple(self.slow) if self.alone else (state,)
+        together = self.together(state)
         trial, at_start = self.trial(together, k), self.trial(together, 0)
 
         def left(each: int) -> Formula:
@@ -211,7 +225,12 @@ class SlowWriter(JetWriter):
 
         number = self.slow[state]
         if len(together) == 1:
-            return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / slope(state, state))
+            own_slope = slope(state, state)
+            for each in at_start.others:
+                through = sensitivity(self.rates[state], self.rates[each].index) * derivative(self.rates[each], state)
+                if through.value != 0.0:
+                    own_slope = own_slope - self.chosen(each, at_start.coefficient(through.index, 0), ZERO)
+            return left(state) * self.code.name(f"relaxation{number}", literal(1.0) / own_slope)
         (other,) = (each for each in together if each != state)
         determinant = slope(state, state) * slope(other, other) - slope(state, other) * slope(other, state)
         inverse = self.code.name("relaxation_pair", literal(1.0) / determinant)
@@ -234,12 +253,16 @@ class Trial(JetWriter):
         self.whole, self.k, self.label = whole, k, "_".join(map(str, states))
         self.forms = whole.forms
         self.own = {whole.graph.node("state", state).index: state for state in states}
+        # A velocity that is slaved may depend on what else is: that is as the sweep before found it.
+        creeps = not whole.creeping.isdisjoint(states)
+        self.others = [other for other in whole.slow if other not in states] if creeps else []
+        self._given = {*self.own, *(whole.graph.node("state", other).index for other in self.others)}
         self._depends: dict[int, bool] = {}
 
     def depends(self, index: int) -> bool:
-        """Whether a node depends on any of the states."""
+        """Whether a node depends on any of the states, or on what else is slaved."""
         if index not in self._depends:
-            self._depends[index] = not self.own.keys().isdisjoint(reachable(self.graph, [index]))
+            self._depends[index] = not self._given.isdisjoint(reachable(self.graph, [index]))
         return self._depends[index]
 
     def coefficient(self, index: int, k: int) -> Formula:
@@ -249,6 +272,15 @@ class Trial(JetWriter):
         if index in self.own:
             return self.code.entry(f"STATE + {self.own[index]} * LANES") if k == 0 else ZERO
         return super().coefficient(index, k)
+
+    def _state(self, state: int, k: int) -> Formula:
+        ordinary = JetWriter._state(self.whole, state, k)
+        return ordinary if k == 0 else self.whole.chosen(state, self.whole.guess(state, k), ordinary)
+
+    def _formula(self, index: int, op: str, operands: list, k: int) -> Formula:
+        ordinary = super()._formula(index, op, operands, k)
+        state = self.whole.slow_rates.get(index)
+        return ordinary if state not in self.others else self.whole.chosen(state, self.whole.target(state, k), ordinary)
 
     def named(self, kind: str, formula: Formula, index: int, k: int | None = None) -> Formula:
         """A formula under a name of this trial."""

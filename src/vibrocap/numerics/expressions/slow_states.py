@@ -27,14 +27,17 @@ def slow_bristles(equations: Equations) -> tuple[tuple[int, int], ...]:
 def slow_states(equations: Equations) -> tuple[tuple[int, int], ...]:
     """(contact, state) of what may be slaved in a motion alone: bristles, the velocity of a contact that creeps, both.
 
-    () of a law without such bristles, and of several contacts: those take implicit steps.
+    () where a contact has a law with a force for every velocity, but no such bristles: those take implicit steps.
     """
-    bristles = slow_bristles(equations)
-    if equations.several or not bristles:
+    bristles, stiff = slow_bristles(equations), [i for i, each in enumerate(equations.contacts) if not each.sticks]
+    if stiff != [contact for contact, _ in bristles]:
         return ()
-    (contact,), velocity = equations.contacts, equations.contact_state
-    damped = contact.is_state and derivative(equations.rates[velocity], velocity).value is None
-    return (*bristles, (0, velocity)) if damped else bristles
+    found = dict[int, int]()  # contact by state
+    for contact, _ in bristles:
+        each = equations.contacts[contact]
+        if (each.is_state or equations.several) and derivative(equations.rates[each.state], each.state).value is None:
+            found.setdefault(each.state, contact)
+    return (*bristles, *((contact, state) for state, contact in found.items()))
 
 
 def decay_rates(equations: Equations) -> list[Expression]:

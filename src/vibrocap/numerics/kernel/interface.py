@@ -5,15 +5,11 @@ Modules of the kernel import these functions from here. Linking puts those of th
 what stands here is what happens: nothing, for the most part. What cannot be done without raises an error here.
 """
 
+from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.lane import SCALE
 from vibrocap.numerics.kernel.generated.sizes import LANES
 
 # How far the next step goes, and by which method.
-
-
-def next_series(floats, ints) -> None:
-    """Make the series of all lanes at their present states."""
-    raise NotImplementedError
 
 
 def chosen_step(floats, ints, lane, remaining) -> float:
@@ -29,7 +25,12 @@ def inverse_scale(floats, i, lane):
     return 1.0 / floats[SCALE + i * LANES + lane]
 
 
-# What a motion alone keeps of a step for the next one.
+# What series a step has, and what a motion alone keeps of a step for the next one.
+
+
+def next_series(floats, ints) -> None:
+    """Make the series of all lanes at their present states."""
+    jet(floats)
 
 
 def follow_step(floats, event, h) -> None:

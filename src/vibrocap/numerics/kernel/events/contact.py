@@ -10,18 +10,22 @@ open is decided here, contact by contact, as it is of one alone.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.generated.ensemble import OWN_DECAY, SLOW
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
+    MANIFOLDS,
     SET_VALUED,
     SEVERAL,
     SHARED,
+    SLOWED,
     STATE_OF,
     STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     CAME_FROM,
     CONTACT_RESIDUAL,
+    DECAY_RATE,
     EVENT_LIMIT,
     EVENTS,
     GAVE_WAY,
@@ -49,7 +53,7 @@ from vibrocap.numerics.kernel.interface import (
     turned,
 )
 from vibrocap.numerics.kernel.step.resolved import excursion
-from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
+from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
@@ -109,8 +113,12 @@ def side_holds(floats, ints, trace, lane, c):
 
 
 def beyond_rounding(floats, ints, lane, c):
-    """How many leading coefficients of a velocity, one of several, move it by rounding only over a step."""
+    """How many leading coefficients of a velocity, one of several, move it by rounding only over an explicit step."""
     h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
+    if SLOWED and LANES == 1:  # one on manifolds of others is longer
+        for m in range(MANIFOLDS):
+            rate = max(floats[DECAY_RATE], floats[OWN_DECAY + m] * floats[SLOW + m])
+            h = min(h, STABLE / rate) if rate > 0.0 else h
     least = SLIGHT * floats[SCALE + STATE_OF[c] * LANES + lane]
     zeros = 0
     power = 1.0

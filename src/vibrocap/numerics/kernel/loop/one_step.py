@@ -22,7 +22,7 @@ from vibrocap.numerics.kernel.codes import (
     UNDECIDED,
 )
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
-from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     EVENTS,
     GAVE_WAY,
@@ -108,7 +108,8 @@ def step(floats, ints, trace, lane):
         h *= 0.5
     longest = h
     event, c, h, touch = first_event(floats, ints, lane, h)
-    if SEVERAL and ints[STIFF + lane] == 1 and (event != 0 or touch >= 0.0):
+    # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
+    if SEVERAL and not (SLOWED and LANES == 1) and ints[STIFF + lane] == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):

@@ -3,16 +3,10 @@
 Tangents are followed by Taylor steps too: an implicit step would need second derivatives.
 """
 
-from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.lane import PATIENCE
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
 FOR_GOOD = 2**40  # steps
-
-
-def next_series(floats, ints):
-    """Make the series of all lanes."""
-    jet(floats)
 
 
 def chosen_step(floats, ints, lane, remaining):

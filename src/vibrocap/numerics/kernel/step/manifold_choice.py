@@ -1,22 +1,43 @@
 """Choice of the step of a motion alone whose bristles may be on a slow manifold: explicit, or of the manifold.
 
 See `slow_manifold.py`. A step on a manifold is implicit in what is slaved. It ends before its contact may turn, so that
-every event of that is found by explicit steps.
+every event of that is found by explicit steps. Events of other contacts are found in the series, as of any step.
 """
+
+import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
 from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, PAIR, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import (
+    FOLLOWS_LOAD,
+    KINKS,
+    MANIFOLDS,
+    PAIR,
+    SEVERAL,
+    SHARP,
+    SHARP_INTERNAL,
+    SLOW_CONTACT,
+    SLOW_STATE,
+    STATE_OF,
+)
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, PERIOD, SIDE, STATE, STIFF, TIME
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
-from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.slow_manifold import ENTERING, PAYING, follow_manifolds, settled_lanes, slow_lanes
+from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
+from vibrocap.numerics.kernel.step.slow_manifold import (
+    ENTERING,
+    LONGEST_PAUSE,
+    PAYING,
+    follow_manifolds,
+    settled_lanes,
+    slow_lanes,
+)
 from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, series_step
-from vibrocap.numerics.kernel.step.taylor import taylor_step
 
+WORTH = 20.0  # fastest of several rates times the length of a step: from there on it is worth some sweeps
+TOGETHER = 6.0  # ratio of rates up to which manifolds of several contacts are entered together
 LOOK = 8.0  # steps between two looks at the rates where one is refused: the Jacobian costs a tenth of a step
 SHARE_OF_PERIOD = 0.125  # longest step of a motion on its slow manifold, about: a pair that does not pay over it waits
 CUT = 0.6  # of a step within which a contact may turn, or which does not see all of the law
@@ -35,12 +56,15 @@ def next_series(floats, ints):
 
 def manifold_step(floats, ints):
     """Length of the step on the manifold of the series in memory; 0 where that is not a motion yet."""
-    longest = min(taylor_step(floats, ints, 0), floats[PERIOD])
+    longest = min(series_step(floats, ints, 0, math.inf)[0], floats[PERIOD])
     lasting = lasts(floats, longest)
     while not lasting and pays(floats, longest):
         longest *= CUT
         lasting = lasts(floats, longest)
+    if SEVERAL and leave_some(floats, longest):
+        return 0.0  # the others on their own
     settled, near, far = settled_lanes(floats, longest, longest)
+    far = far or fastest_decay(floats) * longest < WORTH
     if lasting and settled and near and not far and longest > 0.0:
         return longest
     pair = PAIR and floats[SLOW] > 0.0 and floats[SLOW + 1] > 0.0
@@ -52,8 +76,20 @@ def manifold_step(floats, ints):
 
 
 def lasts(floats, h):
-    """Whether a step of length h sees all of the law, and its contact cannot turn."""
-    return slide_lasts(floats, VELOCITY, floats[SIDE], h) and resolved(floats, 0, h)
+    """Whether a step of length h sees all of the law, and no contact on a manifold can turn."""
+    return slides_last(floats, h) and resolved_for_long(floats, h)
+
+
+def resolved_for_long(floats, h):
+    """Whether the series sees all that the law holds over a step of length h, which may be long.
+
+    A load that the motion makes has no bounds over ranges of speed: what is known of those says nothing then.
+    """
+    if not resolved(floats, 0, h):
+        return False
+    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or floats[SIDE] == 0.0:
+        return True
+    return seen(floats, 0, h, excursion(floats, VELOCITY, h))
 
 
 def pays(floats, h):
@@ -62,6 +98,20 @@ def pays(floats, h):
     for m in range(MANIFOLDS):
         enough = enough and (floats[SLOW + m] == 0.0 or floats[OWN_DECAY + m] * h >= PAYING)
     return enough
+
+
+def leave_some(floats, h):
+    """Whether a manifold is left that does not last a step of length h, or whose sweeps would not settle within it."""
+    left = False
+    for m in range(MANIFOLDS):
+        if floats[SLOW + m] > 0.0 and not (slide_lasts_on(floats, m, h) and floats[OWN_DECAY + m] * h >= PAYING):
+            left = True
+            pause = max(floats[PAUSE + m], 1.0)
+            floats[SLOW + m] = 0.0
+            floats[SWEEPS + m] = 0.0
+            floats[WAIT + m] = pause
+            floats[PAUSE + m] = min(2.0 * pause, LONGEST_PAUSE)
+    return left
 
 
 def chosen_step(floats, ints, lane, remaining):
@@ -78,13 +128,13 @@ def follow_step(floats, event, h):
     if slow_lanes(floats):
         follow_manifolds(floats, True, True, True, False, True, h)
     elif event == 0 and floats[DECAY_RATE] * h >= tried_from(floats):  # next to an event steps are explicit
-        ready = False
+        waiting = 0
         for m in range(MANIFOLDS):
             if floats[DECAY_RATE] * h >= ENTERING or m == 1:
                 floats[WAIT + m] -= 1.0
-                ready = ready or floats[WAIT + m] <= 0.0
-        if ready:
-            enter_manifold(floats, h)
+            waiting += 1 if floats[WAIT + m] > 0.0 else 0
+        if waiting == 0 or (not SEVERAL and waiting < MANIFOLDS):
+            enter_manifolds(floats, h)
 
 
 def tried_from(floats):
@@ -97,9 +147,10 @@ def tried_from(floats):
     return ENTERING
 
 
-def enter_manifold(floats, h):
-    """Let the next series be that of a manifold, where a decay towards it bounds the length h of steps.
+def enter_manifolds(floats, h):
+    """Let the next series be that of manifolds, where decays towards them bound the length h of steps.
 
+    Of several contacts the slower ones would bound the steps next: those whose rate is near the fastest enter with it.
     Of a contact that creeps velocity and bristle may be one damped oscillation, or decay nearly as fast as each other.
     Out of such a pair none is slaved alone, as the other still bounds the step; where that would not pay, both are.
     """
@@ -119,6 +170,15 @@ def enter_manifold(floats, h):
             return
         if floats[DECAY_RATE] * h < ENTERING:
             return
+    if SEVERAL:
+        fastest = 0.0
+        for m in range(MANIFOLDS):
+            fastest = max(fastest, -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)] * h)
+        least = fastest / TOGETHER if fastest >= ENTERING else ENTERING
+        for m in range(MANIFOLDS):
+            if -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)] * h >= least:
+                enter(floats, m)
+        return
     waits = False
     for m in range(MANIFOLDS):
         rate = -floats[JACOBIAN + SLOW_STATE[m] * (WIDTH + 1)]
@@ -138,6 +198,32 @@ def enter(floats, m):
     floats[SWEEPS + m] = 0.0
     for k in range(ORDER + 1):
         floats[GUESS + m * (ORDER + 1) + k] = 0.0
+
+
+def fastest_decay(floats):
+    """Largest rate of decay to a manifold that the motion is on."""
+    fastest = 0.0
+    for m in range(MANIFOLDS):
+        if floats[SLOW + m] > 0.0:
+            fastest = max(fastest, floats[OWN_DECAY + m])
+    return fastest
+
+
+def slides_last(floats, h):
+    """Whether no contact that is on a manifold may turn within a step of length h."""
+    last = True
+    for m in range(MANIFOLDS):
+        last = last and (floats[SLOW + m] == 0.0 or slide_lasts_on(floats, m, h))
+    return last
+
+
+def slide_lasts_on(floats, m, h):
+    """Whether no contact may turn whose bristles, or whose velocity, manifold m slaves."""
+    last = True
+    for c in range(CONTACTS):
+        if KINKS[c] == 1 and (c == SLOW_CONTACT[m] or STATE_OF[c] == SLOW_STATE[m]):
+            last = last and slide_lasts(floats, VELOCITY_OF[c], floats[SIDE + c * LANES], h)
+    return last
 
 
 def slide_lasts(floats, row, side, h):

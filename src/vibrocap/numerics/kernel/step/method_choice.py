@@ -5,7 +5,6 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_root
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
-from vibrocap.numerics.kernel.generated.equations import jet
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
     EXPLICIT_STEP,
@@ -45,11 +44,6 @@ EXPLICIT_STEPS = 8  # that are taken then, at least
 # In Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused. One lane makes it while the rest
 # waits, and its linear system grows with every contact.
 IMPLICIT_COST = 5.0 * (LANES * CONTACTS if SEVERAL and LANES > 1 else 1)
-
-
-def next_series(floats, ints):
-    """Make the series of all lanes."""
-    jet(floats)
 
 
 def chosen_step(floats, ints, lane, remaining):

@@ -74,6 +74,12 @@ def resolved(floats, lane, h):
         learn(floats, lane, h, abs(start) - change, abs(start) + change)
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
+    return seen(floats, lane, h, change)
+
+
+def seen(floats, lane, h, change):
+    """The same by the proof for this very step, over which the contact velocity changes by so much at most."""
+    start = floats[VELOCITY + lane]
     low, high = start - change, start + change
     if KINKED or SET_VALUED:  # the side lasts the step
         if floats[SIDE + lane] > 0.0:

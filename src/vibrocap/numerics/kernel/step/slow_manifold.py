@@ -13,19 +13,20 @@ be decided, or where
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOW_STATE
+from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import unlike
 
-# Rate times length of an explicit step from which on the manifold is tried, and that of a step on it from which on it
-# pays: lanes take the same step in either case, and one of a motion alone costs some sweeps before it.
-ENTERING, PAYING = (8.0, 20.0) if LANES > 1 else (10.0, 60.0)
+# Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which on it pays,
+# and the longest pause after failures, in steps. Lanes take the same step in either case, and one of a motion alone
+# costs some sweeps before it; of several contacts explicit steps are shorter, and one that creeps changes that often.
+ALONE = (4.0, 8.0, 16.0) if SEVERAL else (10.0, 60.0, 64.0)
+ENTERING, PAYING, LONGEST_PAUSE = (8.0, 20.0, 64.0) if LANES > 1 else ALONE
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
-LONGEST_PAUSE = 64.0
 
 
 def slow_lanes(floats):
