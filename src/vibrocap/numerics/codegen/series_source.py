@@ -28,7 +28,9 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
         body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
-        return "\n".join(["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), "", guard])
+        return "\n".join(
+            ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), "", guard]
+        )
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []

@@ -8,7 +8,7 @@ from vibrocap.numerics.kernel.generated.facts import GAPS, KINKED, LACUNARY, ROU
 from vibrocap.numerics.kernel.generated.lane import TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, faint, known, learn, velocity_tail
+from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, faint, known, learn
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
     holding_terms,
@@ -16,6 +16,7 @@ from vibrocap.numerics.kernel.step.taylor import (
     reach,
     rough_logarithm,
     series_length,
+    series_tail,
 )
 
 
@@ -66,9 +67,9 @@ def resolved_simd(floats, side, start, change, h, moving):
             fine = fine | asked_before(floats, resting, least, most)
     telling = moving | ~moving
     if LACUNARY:
-        tail = velocity_tail(floats, VELOCITY + every, h)
+        tail = series_tail(floats, VELOCITY + every, h)
         if ROUGH:  # as in `resolved.resolved`
-            tail = tail + where(resting, velocity_tail(floats, VELOCITY - 2 * LANES + every, h) / (h * h), 0.0)
+            tail = tail + where(resting, series_tail(floats, VELOCITY - 2 * LANES + every, h) / (h * h), 0.0)
         telling = ~moving | (side == 0.0) | ~(tail > faint(floats, every, most))
     if bits(~fine) == 0:
         return fine & telling

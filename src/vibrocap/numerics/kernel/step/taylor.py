@@ -58,8 +58,8 @@ def taylor_step(floats, ints, lane):
             row, scale = VELOCITY_OF[c] + lane, 1.0
             if SEVERAL:
                 scale = floats[SCALE + STATE_OF[c] * LANES + lane]
-            speed, slope, none = abs(floats[row]), abs(floats[row + LANES]), NO_SPEED * scale if SEVERAL else 0.0
-            while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, row, h, none):
+            speed, slope = abs(floats[row]), abs(floats[row + LANES])
+            while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, c, lane, h):
                 h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
         row = SWITCH + i * (ORDER + 1) * LANES + lane
@@ -201,14 +201,20 @@ def largest_term(floats, lane, k):
     return largest
 
 
-def sign_in_doubt(floats, row, h, least):
-    """Whether the last terms of a velocity's series, from `row` on, are not small against its first ones at time h.
-
-    least: a speed that is none
-    """
+def sign_in_doubt(floats, c, lane, h):
+    """Whether the last terms of a contact velocity are not small against its first ones at time h."""
+    row = VELOCITY_OF[c] + lane
     first = abs(floats[row]) + abs(floats[row + LANES]) * h + abs(floats[row + 2 * LANES]) * h * h
-    last = abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])
-    return last * h ** (ORDER - 1) > 0.01 * first + least
+    none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    return series_tail(floats, row, h) > 0.01 * first + none
+
+
+def series_tail(floats, row, h):
+    """Sum of the sizes of the last two terms at time h of the series whose first coefficient stands at floats[row]."""
+    power = h
+    for _ in range(ORDER - 2):
+        power = power * h
+    return (abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])) * power
 
 
 def unlike(choices):
