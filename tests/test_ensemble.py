@@ -25,9 +25,7 @@ ORDER, STEPS = 10, RESULT_HEAD.index("taylor_steps")
 BUDGET = Budget(periods=6, window=2, threshold=0.0, tolerance=1e-8, max_events_per_period=10_000, max_steps=10**6)
 LIMITS = BUDGET.periods, BUDGET.tolerance, BUDGET.max_events_per_period, BUDGET.max_steps
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
-# Tolerances between two methods: against runs at 1e-11 implicit steps of lanes end up to 9 off in these systems, single
-# motions on slow manifolds up to 3.1.
-METHODS = 9.0 + 3.1
+METHODS = 4.0  # tolerances between steps on slow manifolds in lanes and alone: of the 500 motions below at most 3.5
 
 
 def drawn(law: str, seed: int):
@@ -70,7 +68,7 @@ def alone(law: str, seed: int, shift: float = 0.0):
 
 
 def assert_lane_is_the_run_alone(law: str, seeds: range):
-    """Status, steps, final state and word.
+    """Status, final state and word.
 
     Lanes have polynomials of their own for sin, cos and exp, so rounding differs by an ulp here and there, some 1e-16 a
     step; its effect on the final state is measured: that of a shift of the start by 1e-13, a thousand ulps.
@@ -78,12 +76,11 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
     results, ones = together(law, seeds), np.ones(len(seeds))
     words = Gathered(drawn(law, 0)[0], results, ones, lambda: ones, 0.0).mode_sequences
     sensitive = 0
-    taken = results.head("taylor_steps")
-    for status, final, word, seed, steps in zip(results.status, results.state, words, seeds, taken, strict=True):
+    for status, final, word, seed in zip(results.status, results.state, words, seeds, strict=True):
         single, shifted = alone(law, seed), alone(law, seed, 1e-13)
         assert status == single.status == DONE
         allowed = 1e-12 + 10.0 * np.max(np.abs(single.final - shifted.final))
-        if law == "lugre" and steps != single.taylor_steps:  # alone on slow manifolds, where a lane is not
+        if law == "lugre":  # a lane and a motion alone do not enter slow manifolds at the same steps
             allowed += METHODS * BUDGET.tolerance
         assert np.max(np.abs(final - single.final)) <= allowed, (law, seed)
         assert allowed < 100 * BUDGET.tolerance, (law, seed)
@@ -355,7 +352,7 @@ def test_single_motions_and_runs_of_an_ensemble_end_alike(law, max_steps):
         motion = vc.simulate(system.with_parameters(parameters), initial=start, **settings)
         status = list(vc.Status)[found["status"][run]]
         ends[motion.run_status] += 1
-        if status is not motion.run_status:  # alone it went along slow manifolds, in fewer steps
+        if status is not motion.run_status:  # alone it went along slow manifolds earlier, in fewer steps
             assert (status, motion.run_status) == (vc.Status.TOO_MANY_STEPS, vc.Status.FINISHED)
             assert motion.certificate.implicit_steps > 0
         assert motion.certificate.ok

@@ -24,7 +24,9 @@ LANES, PERIODS = lane_count(), 3
 BRISTLES = vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.2)
 STIFF = vc.LuGre(2e3, 12.0, coulomb_coefficient=0.12, static_coefficient=0.18, stribeck_velocity=0.05)
 BLOCKS = vc.TwoBodyCrawler(mass_2=1.6, normal_load_2=1.4)
-# system, start: on the manifold from rest; off it, where nothing has relaxed; with another law; at corners; uneven
+HEAVY = vc.LuGre(3e4, 1500.0, coulomb_coefficient=0.12, static_coefficient=0.18, stribeck_velocity=0.05)
+# system, start: on the manifold from rest; off it, where nothing has relaxed; with another law; at corners; uneven;
+# with damping that makes much of the error of a bristle
 SYSTEMS = {
     "blocks": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {}),
     "thrown": (vc.System(BLOCKS, BRISTLES, vc.Harmonic(1.5)), {"velocity": 1.2, "velocity_2": -0.9, "bristle": 1e-3}),
@@ -32,8 +34,9 @@ SYSTEMS = {
     "beside Coulomb": (vc.System(BLOCKS, [STIFF, vc.Coulomb(0.1, 0.2)], vc.Triangle(1.2, 0.3)), {}),
     "Dahl": (vc.System(BLOCKS, [vc.anisotropic(vc.LuGre)(2e3, 12.0), vc.Dahl(2e3)], vc.Harmonic(1.5)), {}),
     "jumps": (vc.System(BLOCKS, STIFF, vc.Square(1.2)), {}),
+    "heavy": (vc.System(BLOCKS, HEAVY, vc.Harmonic(1.5)), {}),
 }
-SLOW = ("blocks", "worm", "beside Coulomb", "Dahl", "jumps")
+SLOW = ("blocks", "worm", "beside Coulomb", "Dahl", "jumps", "heavy")
 
 
 def start_of(system, given):
@@ -56,7 +59,7 @@ def runs(system, given, tolerance, amplitudes):
     "name", [name if name not in SLOW else pytest.param(name, marks=pytest.mark.slow) for name in SYSTEMS]
 )
 def test_ends_are_those_of_a_tight_motion(name):
-    """Within three tolerances times what a shift of the start grows to, at any tolerance; it was 0.3 at most."""
+    """Within half a tolerance times what a shift of the start grows to, at any tolerance; it was 0.05 at most."""
     system, given = SYSTEMS[name]
     tight = vc.simulate(system, periods=PERIODS, initial=given, tolerance=1e-12)
     pushed = system.machine.contact_states[0]
@@ -68,7 +71,7 @@ def test_ends_are_those_of_a_tight_motion(name):
     for tolerance in (1e-6, 1e-9) if name in SLOW else (1e-6, 1e-8, 1e-10):
         found = runs(system, given, tolerance, [system.drive.amplitude] * 3)
         assert set(found.status) == {DONE}
-        assert np.max(np.abs(found.state - ends[0])) <= 3.0 * tolerance * growth
+        assert np.max(np.abs(found.state - ends[0])) <= 0.5 * tolerance * growth
 
 
 @pytest.mark.slow  # its kernel

@@ -104,7 +104,8 @@ def ensemble(
     what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of a GPU agree with them to rounding. Raises ValueError, naming the field, before any work.
+    those of a GPU agree with them to rounding, with stiff bristles within the tolerance. Raises ValueError, naming the
+    field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures, system)

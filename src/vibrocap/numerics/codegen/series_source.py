@@ -18,19 +18,25 @@ from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.expressions.slow_states import decay_rates
 from vibrocap.numerics.kernel.memory_layout import Layout
 
+NO_MANIFOLD = ["def slow_jet(floats, lane):", '    """There is none."""']
+
 
 def jet_source(equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes.
 
-    `slow_jet`: the same of a motion alone, on a slow manifold
+    `slow_jet`: the same on a slow manifold, of a motion alone or of all lanes that are on one
     """
     if loop == "simd":
         sticks = any(each.sticks for each in equations.contacts)
         guard = guard_source(layout.order, sticks, limits_are_constant(equations), bool(equations.switches))
-        body = _series(equations, integrals, layout, loop, range(len(layout.slow)))
-        return "\n".join(
-            ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), "", guard]
-        )
+        slow = range(len(layout.slow))
+        body = _series(equations, integrals, layout, loop, slow if equations.several else ())
+        one = ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), ""]
+        other = NO_MANIFOLD
+        if layout.slow and not equations.several:
+            other = ["def slow_jet(floats, lane):", "    align_stack()", "    slow = floats[SLOW + lane] > 0.0"]
+            other += indented(_series(equations, integrals, layout, loop, slow))
+        return "\n".join([*one, *other, "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
     found = [*head, *indented(_series(equations, integrals, layout, loop, ()), 8), ""]
     calls = []
@@ -46,7 +52,7 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         body = _series(equations, integrals, layout, loop, (number,))
         found += [f"def slow_jet_{number}(floats, lane):", *indented(body), ""]
         calls += [f"    if floats[SLOW + {number} * LANES + lane] > 0.0:", f"        slow_jet_{number}(floats, lane)"]
-    return "\n".join([*found, "def slow_jet(floats, lane):", *(calls or ['    """There is no manifold."""']), ""])
+    return "\n".join([*found, *(["def slow_jet(floats, lane):", *calls] if calls else NO_MANIFOLD), ""])
 
 
 def _series(
@@ -56,7 +62,9 @@ def _series(
     order = layout.order
     # A graphics card has functions of its own, and runs the ensemble one by one.
     # All lanes share few registers, so that what is read is read late.
-    code = Code(CALLING + ADDING if loop == "simd" else 0, polynomials=loop != "ensemble")
+    simd = loop == "simd"
+    chosen = "slow" if simd and slow and not equations.several else ""
+    code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
     watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
@@ -97,7 +105,7 @@ def _series(
             first, *others = bounding_decays(equations, layout, writer, decay_rates(equations))
             decay = code.name("decay", first)
             for i, other in enumerate(others):
-                decay = code.name(f"decay_{i}", Formula(f"max({other.text}, {decay.text})"))
+                decay = code.larger(f"decay_{i}", other, decay)
             code.store("DECAY_RATE", decay)
             store_reach(writer)
         for i, guard in enumerate(equations.guards):

@@ -8,13 +8,12 @@ series of its own, whose coefficients follow from those of r at the same order:
 
 where z^ is the series of the sweep before; its coefficients beyond the order are zero. z_0 is one step of Newton's
 method from the state. The rate r has the coefficients (k + 1) z^_(k+1) wherever it stands, as in a force with damping.
-All this in the lanes that are on the manifold of a contact; the others have their ordinary series. A motion alone has
-a function for ordinary series and others for those on a manifold: of several contacts one in which any may be on
-theirs, as lanes are; of one contact one for each manifold, and one for both where it creeps: two states z then, and at
-each order two such equations with the Jacobian of both.
+There is a function for ordinary series and another for those on a manifold, of which lanes that are on none keep the
+former. Of several contacts any may be on theirs in one function, which in lanes makes all series. A motion alone of one
+contact has one for each manifold, and one for both where it creeps: two states z then, and at each order two such
+equations with the Jacobian of both.
 """
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -61,9 +60,12 @@ def bounding_decays(
     rates: one of each contact with bristles, or one of all
     """
     found = [writer.coefficient(rate.index, 0) for rate in rates]
-    if not isinstance(writer, SlowWriter):
-        return found
     contacts = [i for i, each in enumerate(equations.contacts) if each.internal]
+    if not isinstance(writer, SlowWriter):
+        if layout.lanes > 1:
+            for number, (contact, _) in enumerate(layout.slow):
+                writer.code.store(f"OWN_DECAY + {number} * LANES", found[contacts.index(contact)])
+        return found
     if writer.alone:
         for number in set(range(len(layout.slow))) - set(writer.slow.values()):
             writer.code.store(f"OWN_DECAY + {number} * LANES", ZERO)
@@ -94,8 +96,9 @@ def bounding_decays(
 
 def store_reach(writer: JetWriter) -> None:
     """Keep what an error of a slaved state does to all others, over their natural sizes: per time, and as it decays."""
-    if not isinstance(writer, SlowWriter) or writer.lanes > 1:
+    if not isinstance(writer, SlowWriter):
         return
+    code = writer.code
     for slow, number in writer.slow.items():
         lasting, passing, together = [], [], writer.together(slow)
         for state, other in enumerate(writer.rates):
@@ -105,21 +108,25 @@ def store_reach(writer: JetWriter) -> None:
                 for each in together:
                     given = given - writer.push(other, each) * derivative(writer.rates[each], slow)
                 for values, value in ((lasting, given), (passing, slope)):
-                    values.append(f"abs({writer.coefficient(value.index, 0).text}) / floats[SCALE + {state} + lane]")
+                    size = Formula(f"abs({writer.coefficient(value.index, 0).text})")
+                    values.append(size / code.entry(f"SCALE + {state} * LANES"))
         for name, values in (("DRIFT", lasting), ("KICK", passing)):
-            largest = functools.reduce(lambda one, other: f"max({one}, {other})", values or ["0.0"])
-            writer.code.store(f"{name} + {number} * LANES", Formula(largest))
+            largest = ZERO
+            for i, value in enumerate(values):
+                own = code.name(f"{name.lower()}{number}_{i}", value)
+                largest = own if i == 0 else code.larger(f"most_{name.lower()}{number}_{i}", largest, own)
+            code.store(f"{name} + {number} * LANES", largest)
 
 
 def settled_coefficient(writer: JetWriter, state: int, k: int, value: Expression | None = None) -> Formula:
     """Coefficient k of a state, or of a value that moves one to one with it, without the first error of the sweep.
 
     A force that contains z' was given that of the sweep before, and a state y with it: y_k + dy'/dz' (z_k - z^_k) is
-    as exact as z_k. Lanes make another sweep instead.
+    as exact as z_k.
     """
     index = writer.graph.node("state", state).index if value is None else value.index
     found = writer.coefficient(index, k)
-    if k == 0 or not isinstance(writer, SlowWriter) or writer.lanes > 1:
+    if k == 0 or not isinstance(writer, SlowWriter):
         return found
     for slow in writer.slow:
         push = writer.push(writer.rates[state], slow)
@@ -146,8 +153,8 @@ class SlowWriter(JetWriter):
         """slow: number of its manifold by state; creeping: those of them that are velocities."""
         super().__init__(graph, rates, code, balance)
         self.slow, self.creeping = slow, creeping
-        self.order, self.lanes = layout.order, layout.lanes
-        self.alone = layout.lanes == layout.contacts == 1  # a motion is on all the manifolds of its one contact
+        self.order = layout.order
+        self.alone = layout.contacts == 1  # whatever is on a manifold is on all that are given of the one contact
         self.slow_rates = {rates[state].index: state for state in slow}
         self._trials: dict[tuple[tuple[int, ...], int], Trial] = {}
 

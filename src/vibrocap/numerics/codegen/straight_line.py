@@ -119,10 +119,11 @@ class Code:
 
     reading: cycles until an entry of the memory is there
     polynomials: with the elementary functions of `elementary_polynomials.py`, not of the library
+    chosen: name of the choice of those lanes of which values are written, if not of all
     """
 
-    def __init__(self, reading: int = 0, polynomials: bool = False):
-        self.reading, self.polynomials = reading, polynomials
+    def __init__(self, reading: int = 0, polynomials: bool = False, chosen: str = ""):
+        self.reading, self.polynomials, self.chosen = reading, polynomials, chosen
         self.lines: list[str] = []
         self._kept: dict[str, Formula] = {}
 
@@ -139,9 +140,15 @@ class Code:
         """What stands at a place of the memory."""
         return Formula(f"floats[{place} + lane]", self.reading)
 
+    def larger(self, name: str, one: Formula, other: Formula) -> Formula:
+        """The larger of two values that have names, under a name."""
+        return self.name(name, Formula(f"max({one.text}, {other.text})", max(one.known, other.known)))
+
     def store(self, place: str, value: Formula) -> None:
         """Write a value to memory."""
-        self.lines.append(f"floats[{place} + lane] = {value.text}")
+        entry = f"floats[{place} + lane]"
+        written = f"where({self.chosen}, {value.text}, {entry})" if self.chosen else value.text
+        self.lines.append(f"{entry} = {written}")
 
     def function(self, op: str, x: Formula) -> Formula:
         """Value of an elementary function."""

@@ -98,7 +98,7 @@ def ensemble_source(
     parameters, corners = len(equations.parameter_paths), equations.corners
     tangent = states > equations.base
     stiff = equations.maybe_stiff and not tangent
-    slow = slow_bristles(equations) if loop == "simd" and stiff and equations.several else ()
+    slow = slow_bristles(equations) if loop == "simd" and stiff else ()
     own_sizes = sizes(equations)
     extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
     own_sizes |= {"slow": slow, "extrapolates": extrapolates}

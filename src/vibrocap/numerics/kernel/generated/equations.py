@@ -7,7 +7,7 @@ def jet(floats):
 
 
 def slow_jet(floats, lane) -> None:
-    """The same of a motion alone on its slow manifold, one sweep."""
+    """The same of a motion alone on its slow manifold, or of the lanes that are on theirs, one sweep."""
     raise NotImplementedError
 
 

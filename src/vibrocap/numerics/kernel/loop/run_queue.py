@@ -128,7 +128,7 @@ def begin_run(floats, ints, trace, lane, run):
             floats[SLOW + m * LANES + lane] = 0.0
             floats[SWEEPS + m * LANES + lane] = 0.0
             floats[WAIT + m * LANES + lane] = 0.0
-            floats[PAUSE + m * LANES + lane] = 1.0
+            floats[PAUSE + m * LANES + lane] = 0.0
     floats[REMAINING + lane] = 0.0
     floats[CONTACT_RESIDUAL + lane] = 0.0
     for c in range(CONTACTS):

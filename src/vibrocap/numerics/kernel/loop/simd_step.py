@@ -33,7 +33,7 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     STEP_LIMIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, switch_simd
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
     KINKS,
@@ -99,7 +99,13 @@ def advance(floats, ints, trace, rounds):
     running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        jet(floats)
+        slow = 0
+        if SLOWED and not SEVERAL:  # of several contacts one function makes the series of all lanes
+            slow = bits(running & slow_lanes(floats))
+        if slow != all_running:
+            jet(floats)
+        if slow != 0:
+            slow_jet(floats, all_lanes())
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -174,7 +180,7 @@ def step_simd(floats, ints, trace, running):
     if RETURNING:
         plain = plain & ~passing_simd(floats, h)
     settled, near, far = plain, plain, plain
-    if SLOWED:
+    if SLOWED and bits(slow) != 0:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     event = plain & ~plain

@@ -18,11 +18,14 @@ from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERA
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import unlike
 
-# Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which on it pays,
-# and the longest pause after failures, in steps. Lanes take the same step in either case, and one of a motion alone
-# costs some sweeps before it; of several contacts explicit steps are shorter, and one that creeps changes that often.
-ALONE = (4.0, 8.0, 16.0) if SEVERAL else (10.0, 60.0, 64.0)
-ENTERING, PAYING, LONGEST_PAUSE = (8.0, 20.0, 64.0) if LANES > 1 else ALONE
+# Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which it pays,
+# the longest and the first pause after failures, in steps, and the share of a pause that a step that pays leaves.
+# A motion alone costs some sweeps before its step. Lanes that are not on manifolds wait for the sweeps of those that
+# are, so that those of one contact, where explicit steps are longest, are slow to try again. Of several contacts
+# explicit steps are shorter, and one that creeps changes that often.
+ALONE = (4.0, 8.0, 16.0, 1.0, 0.0) if SEVERAL else (10.0, 60.0, 64.0, 1.0, 0.0)
+IN_LANES = (8.0, 20.0, 64.0, 1.0, 0.0) if SEVERAL else (10.0, 60.0, 128.0, 16.0, 0.5)
+ENTERING, PAYING, LONGEST_PAUSE, FIRST_PAUSE, KEPT_PAUSE = IN_LANES if LANES > 1 else ALONE
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
@@ -56,10 +59,10 @@ def settled_lanes(floats, h, longest):
             far = far | (slow & unlike(rate * longest >= PAYING))
             tight, on = change * ORDER <= SETTLED * allowed * rate, gap <= OFF * allowed
             close = gap <= FAR_OFF * allowed
-            if LANES == 1:  # all other states keep to the tolerance, too
-                bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m)
-                tight = tight & (change * h * load(floats, DRIFT + m) * ORDER <= SETTLED * bound)
-                on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
+            # all other states keep to the tolerance, too
+            bound, kick = load(floats, TOLERANCE) * rate, gap * load(floats, KICK + m * LANES)
+            tight = tight & (change * h * load(floats, DRIFT + m * LANES) * ORDER <= SETTLED * bound)
+            on, close = on & (kick <= OFF * bound), close & (kick <= FAR_OFF * bound)
             settled = settled & (unlike(slow) | tight)
             near = near & (unlike(slow) | on)
             late = load(floats, SWEEPS + m * LANES)
@@ -69,29 +72,37 @@ def settled_lanes(floats, h, longest):
 
 def follow_manifolds(floats, slow, settled, near, far, plain, h):
     """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
-    waiting = slow & unlike(settled | far)
-    left = slow & unlike(plain | waiting)
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
-            was = load(floats, SLOW + m * LANES) > 0.0
-            rate = load(floats, OWN_DECAY + m * LANES)
-            pays = plain & was
-            pause = load(floats, PAUSE + m * LANES)
-            pause = where(pause > 1.0, pause, 1.0)
-            wait = load(floats, WAIT + m * LANES)
-            failed = was & left & (far | unlike(settled & near))
-            moved = where(plain, wait - 1.0, wait)
-            moved = where(was & left, 1.0, moved)
-            moved = where(failed, pause, moved)
-            store(floats, WAIT + m * LANES, moved)
-            longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
-            store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, 1.0, pause)))
-            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
-            stays = was & unlike(left)
-            sweeps = load(floats, SWEEPS + m * LANES)
-            store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))
-            store(floats, SLOW + m * LANES, where(stays | enters, 1.0, 0.0))
-            guess_series(floats, m, was & waiting, was & plain, enters, h)
+            was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
+            enters = plain & unlike(was) & (wait <= 0.0) & (load(floats, OWN_DECAY + m * LANES) * h >= ENTERING)
+            if bits(slow | enters) == 0:
+                store(floats, WAIT + m * LANES, where(plain, wait - 1.0, wait))
+            else:
+                follow_manifold(floats, m, slow, settled, near, far, plain, enters, h)
+
+
+def follow_manifold(floats, m, slow, settled, near, far, plain, enters, h):
+    """The same of one manifold that some lane is on or enters."""
+    was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
+    waiting = slow & unlike(settled | far)
+    left = slow & unlike(plain | waiting)
+    pays = plain & was
+    pause = load(floats, PAUSE + m * LANES)
+    pause = where(pause > 0.0, pause, FIRST_PAUSE)
+    failed = was & left & (far | unlike(settled & near))
+    moved = where(plain, wait - 1.0, wait)
+    moved = where(was & left, 1.0, moved)
+    moved = where(failed, pause, moved)
+    store(floats, WAIT + m * LANES, moved)
+    longer = where(2.0 * pause < LONGEST_PAUSE, 2.0 * pause, LONGEST_PAUSE)
+    shorter = where(KEPT_PAUSE * pause > 1.0, KEPT_PAUSE * pause, 1.0)
+    store(floats, PAUSE + m * LANES, where(failed, longer, where(pays, shorter, pause)))
+    stays = was & unlike(left)
+    sweeps = load(floats, SWEEPS + m * LANES)
+    store(floats, SWEEPS + m * LANES, where(waiting, sweeps + 1.0, 0.0))
+    store(floats, SLOW + m * LANES, where(stays | enters, 1.0, 0.0))
+    guess_series(floats, m, was & waiting, was & plain, enters, h)
 
 
 def guess_series(floats, m, again, moved, enters, h):
