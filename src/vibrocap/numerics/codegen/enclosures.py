@@ -1,4 +1,4 @@
-"""Writes enclosures: interval arithmetic on the nodes of a graph, as straight code of a lane or of all at once.
+"""Writes enclosures: interval arithmetic on the nodes of a graph, as straight code of one lane or of all at once.
 
 From the least and the largest value of the leaves follow those of every node (Moore 1966). Rounding is not directed: an
 enclosure is a matter of factors here, not of last digits.
@@ -15,7 +15,7 @@ Interval = tuple[str, str]  # names or literals of the least and the largest val
 
 
 class Lines:
-    """Lines of straight code for `lane`, one or all of them, each formula once."""
+    """Lines of straight code of `lane`, one or all, each formula once."""
 
     def __init__(self, polynomials: bool):
         self.polynomials = polynomials
@@ -145,6 +145,7 @@ class Enclosures:
             return same(text.name(f"1.0 / {low}"))
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)")
         least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
+        # Both sides of a choice are computed.
         low, high = (text.name(text.chosen(passes, "1.0", each)) for each in (low, high))
         ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
         return ends[0], ends[1]

@@ -9,6 +9,8 @@ A kernel is one text: constants, then functions, of which one is called from out
   each for every combination of kinds of arguments that occurs.
 - Kinds: float (64 bits), int (64 bits, wraps around), bool, tuples, flat arrays of floats or ints, constant tables, and
   the numbers and choices of all lanes side by side. A name keeps one kind in a function; int and float join to float.
+- Places of all lanes (`all_lanes()`), to which an int may be added, are an index, too: such an entry of an array of
+  floats is the numbers of all lanes. So one function serves one lane, given an int, and all of them.
 - Arrays are arguments and stay so: they have no name but that of the argument, and the arrays of one call are different
   ones that share no memory. An index counts from 0, and nothing checks it.
 - Statements: assignment to one name, entry or tuple of these; augmented assignment; if, while, `for ... in range(...)`

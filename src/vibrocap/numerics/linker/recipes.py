@@ -26,7 +26,7 @@ COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
-SIMD = (*("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.simd_step"),)
+SIMD = ("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.simd_step")
 LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
     *("square_root", "store", "where", "whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
