@@ -67,8 +67,8 @@ def _same(kind: str, number: str, width: int) -> str:
     return f"<{', '.join([f'{kind} {number}'] * width)}>" if width else number
 
 
-def _seen(x: Value) -> tuple[int, Kind]:
-    """(lanes, the kind of its bits)."""
+def _of_bits(x: Value) -> tuple[int, Kind]:
+    """(lanes, kind) of the bits of a number, or of one per lane, seen as ints."""
     return x.kind.lanes, ints(x.kind.lanes) if x.kind.lanes else INT
 
 
@@ -164,7 +164,7 @@ def _bits(code: "Code", chosen: Value) -> Value:
 
 
 def _exponent(code: "Code", x: Value) -> Value:
-    width, whole = _seen(x)
+    width, whole = _of_bits(x)
     seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
     shifted = code.emit(whole, f"lshr {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
     # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
@@ -175,7 +175,7 @@ def _exponent(code: "Code", x: Value) -> Value:
 
 
 def _mantissa(code: "Code", x: Value) -> Value:
-    width, whole = _seen(x)
+    width, whole = _of_bits(x)
     seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
     kept = code.emit(whole, f"and {whole.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
     one = code.emit(whole, f"or {whole.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
@@ -183,7 +183,7 @@ def _mantissa(code: "Code", x: Value) -> Value:
 
 
 def _power_of_two(code: "Code", k: Value) -> Value:
-    width, whole = _seen(k)
+    width, whole = _of_bits(k)
     # The last binary digits of this sum are k + 1023, without a conversion.
     offset = _same("double", float_text(1.5 * 2.0**52 + 1023.0), width)
     digits = code.emit(k.kind, f"fadd contract {k.kind.llvm} {k.text}, {offset}")

@@ -17,7 +17,7 @@ def chosen_step(floats, ints, lane, remaining) -> float:
     raise NotImplementedError
 
 
-# What is remembered of the states.
+# Natural sizes of the states, of which an ensemble keeps the inverses.
 
 
 def inverse_scale(floats, i, lane):
