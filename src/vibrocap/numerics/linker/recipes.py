@@ -80,17 +80,19 @@ def ensemble_recipe(
     watched: bool = False,
     returns: bool = False,
     extrapolates: bool = False,
+    slow: bool = False,
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
 
     returns: whether returns tell that a motion has settled
     extrapolates: whether runs may go on from extrapolated limits of their marks
+    slow: whether all bristles may be on slow manifolds; of lanes side by side some, beside implicit steps
     loop: "ensemble", one by one; "simd", all lanes at once; "gpu", one by one on a thread of a GPU;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     before = (
         *GATHERING,
-        *_before(MEASURING, maybe_stiff, branches, corners, several, tangent),
+        *_before(MEASURING, maybe_stiff, branches, corners, several, tangent, slow and loop != "simd"),
         *(("observe.returns",) if returns else ()),
         *POINT[maybe_stiff],
         *(("observe.evidence",) if loop != "browser" else ()),
@@ -101,10 +103,10 @@ def ensemble_recipe(
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, LANE_PRIMITIVES)
     if loop == "gpu":
-        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
+        modules = (*ALONE, *before, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
         return Recipe("run_thread", modules, ("take", "whole_equal"))
     own = ALONE if loop == "browser" else ALONE[:1]
-    return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"))
+    return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 
 def _before(

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.numerics.codegen.source import Integrands, evidence_source, generated_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.expressions.slow_states import slow_bristles
+from vibrocap.numerics.expressions.slow_states import slow_bristles, slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.gathered_entries import gathered_entries
@@ -98,7 +98,7 @@ def ensemble_source(
     parameters, corners = len(equations.parameter_paths), equations.corners
     tangent = states > equations.base
     stiff = equations.maybe_stiff and not tangent
-    slow = slow_bristles(equations) if loop == "simd" and stiff else ()
+    slow = () if not stiff else slow_bristles(equations) if loop == "simd" else slow_states(equations)
     own_sizes = sizes(equations)
     extrapolates = loop != "browser" and not tangent and own_sizes["turns"] == 0 and not returns
     own_sizes |= {"slow": slow, "extrapolates": extrapolates}
@@ -107,7 +107,7 @@ def ensemble_source(
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
-    more = equations.several, tangent, watched, returns, extrapolates
+    more = equations.several, tangent, watched, returns, extrapolates, bool(slow)
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)
 
