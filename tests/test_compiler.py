@@ -274,6 +274,62 @@ def test_lanes_give_the_bits_of_numpy(seed):
     assert np.array_equal(bits(plain_trace), bits(exact_trace))
 
 
+ONE_OR_ALL = """
+import math
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
+    all_lanes, exponent, floor, mantissa, max, min, power_of_two, square_root, where
+)
+
+LANES = {width}
+
+def worked(floats, ints, row):
+    x, y = floats[row], floats[LANES + row]
+    most, least = max(x, y, 0.25), min(y, 0.5 * x)
+    chosen = (x > y) & (x > -5.0) | (y == 1.0)
+    floats[2 * LANES + row] *= where(chosen, most, -1.0)
+    floats[row + 3 * LANES] = floor(x) + square_root(abs(y)) + 2
+    floats[row + 4 * LANES] = exponent(most) * mantissa(most) + power_of_two(floor(y))
+    return where(chosen | (least < -1.0), least, most)
+
+def advance(floats, ints, trace, rounds):
+    every = all_lanes()
+    floats[5 * LANES + every] = worked(floats, ints, every)
+    for lane in range(LANES):
+        floats[11 * LANES + lane] = worked(floats, ints, 6 * LANES + lane)
+    return 0
+"""
+
+
+def test_one_text_gives_one_lane_the_bits_of_all():
+    width = host().lanes
+    text, block = ONE_OR_ALL.replace("{width}", str(width)), np.random.default_rng(3).normal(0.0, 3.0, 6 * width)
+    block[:3], block[width : width + 3] = [0.0, -0.0, math.nan], [-0.0, 0.0, 1.0]
+    found = []
+    for entry in (plain_kernel(text)["advance"], exactly(text, "advance")):
+        floats = np.tile(block, 2)
+        entry(floats, np.zeros(1, np.int64), np.zeros(1), 1)
+        assert np.array_equal(bits(floats[: 6 * width]), bits(floats[6 * width :]))
+        found.append(floats)
+    assert np.array_equal(*map(bits, found))
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("floats[LANES + row]", "floats[row * 2]", "an int is added"),
+        ("floats[LANES + row]", "floats[row + row]", "an int is added"),
+        ("floor(x)", "float(row)", "places of all lanes"),
+        ("floats[LANES + row]", "ints[row]", "a place in an array is an int, not places of all lanes"),
+        ("+ 2\n", "+ chosen\n", "write where"),
+    ],
+)
+def test_places_of_all_lanes_are_for_entries_alone(right, wrong, message):
+    text = ONE_OR_ALL.replace(right, wrong).replace("{width}", str(host().lanes))
+    with pytest.raises(Refused, match=message):
+        ir(text, "advance")
+
+
 def test_vectors_on_the_stack_are_aligned_where_they_are():
     text = ABREAST.replace("{width}", str(host().lanes)).replace("def advance", "def inner")
     text += "\ndef advance(floats, ints, trace, rounds):\n    return inner(floats, ints, trace, rounds)\n"
@@ -466,7 +522,7 @@ def test_what_is_outside_the_language_is_refused_with_its_place(lines):
         ("import os\ndef advance(floats, ints, trace, rounds):\n    pass\n", "imports math, numpy as np"),
         ("def f():\n    pass\n\ndef f():\n    pass\n", "defined twice"),
         ("def f():\n    pass\n", "no function `advance`"),
-        (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "use where"),
+        (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "import `max` of lanes"),
         (ABREAST.replace("{width}", "4").replace("x + y", "chosen + y"), "write where"),
         (ABREAST.replace("{width}", "4").replace("chosen &", "chosen and"), "joined by &|join yes and no"),
         (ABREAST.replace("{width}", "4").replace("-x, abs", "-x, ~abs"), "lanes have"),

@@ -29,7 +29,7 @@ SIDE = 0.7  # any number will do
 
 def enclosed(expression, low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
     """Least and largest value of an expression of two states, by the code that is written for one lane."""
-    graph, text = expression.graph, Lines(simd=False, polynomials=True)
+    graph, text = expression.graph, Lines(polynomials=True)
 
     def leaf(index: int):
         op, *operands = graph.nodes[index]
@@ -85,7 +85,7 @@ def test_sums_of_literals_are_literals():
     """Abreast a literal stands for no lane, so that a sum of two could not be compared."""
     graph = Graph()
     a, b = graph.node("state", 0), graph.node("state", 1)
-    text = Lines(simd=True, polynomials=True)
+    text = Lines(polynomials=True)
     enclosures = Enclosures(graph, text, lambda index: None)
     assert enclosures.of((a.sin() + b.cos()).index) == ("-2.0", "2.0")
     assert enclosures.of((a.sin() - (b.cos() + 3.0)).index) == ("-5.0", "-1.0")
@@ -96,7 +96,7 @@ def test_sine_and_cosine_of_a_parameter_are_single_values():
     graph = Graph()
     parameter = graph.node("parameter", 0)
     for function, place in ((parameter.sin(), 0), (parameter.cos(), 1)):
-        text = Lines(simd=False, polynomials=True)
+        text = Lines(polynomials=True)
         least, most = Enclosures(graph, text, lambda index: None).of(function.index)
         assert least == most
         assert text.lines[-1] == f"{least} = e1[{place}]"

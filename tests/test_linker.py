@@ -153,8 +153,8 @@ def test_a_fault_is_refused_and_its_file_is_named(module, right, wrong, message,
 
 
 def test_a_primitive_of_the_compiler_is_no_name_for_a_function(monkeypatch):
-    edit(monkeypatch, "step.taylor_simd", "def lesser(", "def floor(x):\n    return x\n\n\ndef lesser(")
-    with pytest.raises(LinkError, match=r"`floor` is defined in the compiler's primitives and in .*taylor_simd.py"):
+    edit(monkeypatch, "step.side_by_side", "def taylor_steps(", "def floor(x):\n    return x\n\n\ndef taylor_steps(")
+    with pytest.raises(LinkError, match=r"`floor` is defined in the compiler's primitives and in .*side_by_side.py"):
         ensemble_source(equations(SYSTEM), 10, 8)[1].check()
 
 

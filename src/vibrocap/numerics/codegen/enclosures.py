@@ -15,10 +15,10 @@ Interval = tuple[str, str]  # names or literals of the least and the largest val
 
 
 class Lines:
-    """Lines of straight code for one lane or for all, each formula once."""
+    """Lines of straight code of `lane`, one or all, each formula once."""
 
-    def __init__(self, simd: bool, polynomials: bool):
-        self.simd, self.polynomials = simd, polynomials
+    def __init__(self, polynomials: bool):
+        self.polynomials = polynomials
         self.lines: list[str] = []
         self._names: dict[str, str] = {}
 
@@ -34,37 +34,33 @@ class Lines:
 
     def entry(self, place: str) -> str:
         """What stands at a place of the memory."""
-        return f"load(floats, {place})" if self.simd else f"floats[{place} + lane]"
+        return f"floats[{place} + lane]"
 
     def excursion(self, row: str) -> str:
         """How far the series in a row goes over a step of length h."""
-        return f"excursion_simd(floats, {row}, h)" if self.simd else f"excursion(floats, {row} + lane, h)"
+        return f"excursion(floats, {row} + lane, h)"
 
     def chosen(self, condition: str, one: str, other: str) -> str:
         """One value where a condition holds, else the other."""
-        return f"where({condition}, {one}, {other})" if self.simd else f"({one} if {condition} else {other})"
+        return f"where({condition}, {one}, {other})"
 
     def larger(self, a: str, b: str) -> str:
         """The larger of two numbers."""
         if _is_number(a) and _is_number(b):
             return repr(max(float(a), float(b)))
-        return self.name(f"greater({self._wide(a)}, {self._wide(b)})" if self.simd else f"max({a}, {b})")
+        return self.name(f"max({a}, {b})")
 
     def smaller(self, a: str, b: str) -> str:
         """The smaller of two numbers."""
         if _is_number(a) and _is_number(b):
             return repr(min(float(a), float(b)))
-        return self.name(f"lesser({self._wide(a)}, {self._wide(b)})" if self.simd else f"min({a}, {b})")
+        return self.name(f"min({a}, {b})")
 
     def sum(self, a: str, b: str, sign: float = 1.0) -> str:
         """The sum of two numbers, or (sign -1) their difference; of two literals it is one."""
         if _is_number(a) and _is_number(b):
             return repr(float(a) + sign * float(b))
         return self.name(f"{a} {'+' if sign > 0.0 else '-'} {b}")
-
-    def _wide(self, value: str) -> str:
-        """A value for all lanes."""
-        return self.name(f"0.0 * h + {value}") if _is_number(value) else value
 
     def size(self, interval: Interval) -> str:
         """Largest absolute value within an interval."""
@@ -149,8 +145,8 @@ class Enclosures:
             return same(text.name(f"1.0 / {low}"))
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)")
         least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
-        if text.simd:  # where both sides of a choice are computed
-            low, high = (text.name(f"where({passes}, 1.0, {each})") for each in (low, high))
+        # Both sides of a choice are computed.
+        low, high = (text.name(text.chosen(passes, "1.0", each)) for each in (low, high))
         ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
         return ends[0], ends[1]
 

@@ -178,20 +178,16 @@ def lacunary(equations: Equations) -> bool:
     return False
 
 
-def resolution_source(equations: Equations, order: int, simd: bool, polynomials: bool) -> str:
-    """`unresolved` of one lane, or `unresolved_simd` of all.
+def resolution_source(equations: Equations, order: int, polynomials: bool) -> str:
+    """`unresolved`, of a lane or of all.
 
     order: of the series
     """
     sharp = system_sharpness(equations)
-    head = (
-        "def unresolved_simd(floats, h, lasting, start_low, start_high, low, high):"
-        if simd
-        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
-    )
+    head = "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
     if not sharp.nodes:
-        return "\n".join([head, f"    return {'0.0 * h' if simd else '0.0'}", ""])
-    text = Lines(simd, polynomials)
+        return "\n".join([head, "    return 0.0 * h", ""])
+    text = Lines(polynomials)
     graph, contact = equations.graph, equations.contact_velocity.index
     imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
@@ -201,11 +197,7 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
     def around(place: str, row: str, state: int, over: bool) -> Interval:
         """A value, with how far it may go over the step and by how much it may be off in a proof that is to last."""
         value, ways = text.name(text.entry(place)), [text.excursion(row)] if over else []
-        if not simd:
-            ways.append(f"widened * {text.entry(f'SCALE + {state} * LANES')}")
-        if not ways:
-            return same(value)
-        way = text.name(" + ".join(ways))
+        way = text.name(" + ".join([*ways, f"widened * {text.entry(f'SCALE + {state} * LANES')}"]))
         return text.name(f"{value} - {way}"), text.name(f"{value} + {way}")
 
     def leaf(index: int, over: bool, velocity: Interval) -> Interval | None:
@@ -228,11 +220,8 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
 
     step, start = enclosures(("low", "high"), over=True), enclosures(("start_low", "start_high"))
     ends = [enclosures(same(velocity)) for velocity in ("start_low", "start_high")]
-    inverses = [
-        text.entry(f"INVERSE_SCALE + {i} * LANES") if simd else f"1.0 / floats[SCALE + {i} * LANES + lane]"
-        for i in range(len(equations.rates))
-    ]
-    text.lines.append(f"worst = {'0.0 * h' if simd else '0.0'}")
+    inverses = [f"inverse_scale(floats, {i}, lane)" for i in range(len(equations.rates))]
+    text.lines.append("worst = 0.0 * h")
 
     def near_rest(speed: Speed) -> str:
         """The tolerance, or the less to which a contact that leaves rest is held, see `resolved.faint`."""
@@ -245,7 +234,7 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
         of_rates = [
-            text.name(f"{text.size(values.of(slope.index))} * ({inverse})")
+            text.name(f"{text.size(values.of(slope.index))} * {inverse}")
             for slope, inverse in zip(slopes[0], inverses, strict=True)
             if slope.value != 0.0
         ]
@@ -279,8 +268,8 @@ def resolution_source(equations: Equations, order: int, simd: bool, polynomials:
             linear = f"abs({second}) >= abs({third}) * h"
             rest = f"(abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h)"
             told = f"{least} * {text.chosen(linear, line, square)} <= {near_rest(speed)}"
-            asked = rest if simd else f"(widened == 0.0) & {rest}"
-            text.lines.append(f"worst = {text.chosen(asked, text.chosen(told, 'worst', 'worst + 1.0'), 'worst')}")
+            missed = text.chosen("widened == 0.0", text.chosen(told, "worst", "worst + 1.0"), "worst")
+            text.lines.append(f"worst = {text.chosen(rest, missed, 'worst')}")
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
@@ -293,7 +282,7 @@ def _inverses(equations: Equations, text: Lines, factor: float) -> dict[int, Int
         return {}
     start = text.name(f"1.0 / {text.entry('SWITCH + BRANCHES * (ORDER + 1) * LANES')}")
     ends = [(f"{start} * {1.0 / factor!r}", "-1e+300"), (f"{start} * {factor!r}", "1e+300")]
-    least, most = (text.name(near if text.simd else text.chosen("widened == 0.0", near, far)) for near, far in ends)
+    least, most = (text.name(text.chosen("widened == 0.0", near, far)) for near, far in ends)
     return {equations.graph.nodes[equations.loads[0].index][2]: (least, most)}
 
 

@@ -11,7 +11,7 @@ from vibrocap.numerics.codegen.slow_manifold import (
     settled_coefficient,
     store_reach,
 )
-from vibrocap.numerics.codegen.straight_line import ALL, CHOSEN, ONE, ZERO, Code, Formula, indented, literal
+from vibrocap.numerics.codegen.straight_line import ADDING, CALLING, ZERO, Code, Formula, indented, literal
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.expressions.structure import decay_rates
@@ -33,9 +33,10 @@ def jet_source(equations: Equations, integrals: Sequence[Expression], layout: La
         )
         slow = range(len(layout.slow))
         body = _series(equations, integrals, layout, loop, slow if equations.several else ())
-        one, other = ["def jet(floats):", "    align_stack()", *indented(body), ""], NO_MANIFOLD
+        one = ["def jet(floats):", "    align_stack()", "    lane = all_lanes()", *indented(body), ""]
+        other = NO_MANIFOLD
         if layout.slow and not equations.several:
-            other = ["def slow_jet(floats, lane):", "    align_stack()", "    slow = load(floats, SLOW) > 0.0"]
+            other = ["def slow_jet(floats, lane):", "    align_stack()", "    slow = floats[SLOW + lane] > 0.0"]
             other += indented(_series(equations, integrals, layout, loop, slow))
         return "\n".join([*one, *other, "", guard])
     head = ["def jet(floats):", "    for lane in range(LANES):"]
@@ -60,10 +61,12 @@ def _series(
     equations: Equations, integrals: Sequence[Expression], layout: Layout, loop: str, slow: Sequence[int]
 ) -> list[str]:
     """Lines of the series; slow: numbers of the manifolds on which lanes may be."""
-    order, simd = layout.order, loop == "simd"
+    order = layout.order
     # A GPU has functions of its own, and runs the ensemble one by one.
-    lanes = ALL if equations.several or not slow else CHOSEN
-    code = Code(lanes if simd else ONE, polynomials=loop != "ensemble")
+    # All lanes share few registers, so that what is read is read late.
+    simd = loop == "simd"
+    chosen = "slow" if simd and slow and not equations.several else ""
+    code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
     watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)

@@ -96,10 +96,8 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         *([] if equations.rows is None else [decision_source(equations.rows)]),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "gpu", "browser")),
+        resolution_source(equations, layout.order, polynomials=loop != "ensemble"),
     ]
-    if loop == "simd":
-        functions.append(resolution_source(equations, layout.order, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
 
 

@@ -117,35 +117,16 @@ def combined(op: str, operands: Iterable[Iterable[Term]]) -> list[Term]:
     return [(sign * own, size) for sign, terms in zip(signs, operands, strict=True) for own, size in terms]
 
 
-@dataclasses.dataclass(frozen=True)
-class Lanes:
-    """How the code of one lane, or of all at once, is written: each name stands for a number, or for one of each."""
-
-    entry: str
-    store: str
-    larger: str
-    reading: int  # cycles until an entry is there
-
-
-ONE = Lanes(entry="floats[{} + lane]", store="floats[{} + lane] = {}", larger="max({0}, {1})", reading=0)
-ALL = Lanes(
-    entry="load(floats, {})",
-    store="store(floats, {}, {})",
-    larger="where({0} > {1}, {0}, {1})",
-    reading=CALLING + ADDING,
-)
-# of all at once, where only the values of the lanes `slow` are written
-CHOSEN = dataclasses.replace(ALL, store="store(floats, {0}, where(slow, {1}, load(floats, {0})))")
-
-
 class Code:
-    """Lines of straight-line code.
+    """Lines of straight-line code of `lane`, one or all: each name stands for a number, or for one of each.
 
+    reading: cycles until an entry of the memory is there
     polynomials: with the elementary functions of `elementary_polynomials.py`, not of the library
+    chosen: name of the choice of those lanes of which values are written, if not of all
     """
 
-    def __init__(self, lanes: Lanes = ONE, polynomials: bool = False):
-        self.lanes, self.polynomials = lanes, polynomials
+    def __init__(self, reading: int = 0, polynomials: bool = False, chosen: str = ""):
+        self.reading, self.polynomials, self.chosen = reading, polynomials, chosen
         self.lines: list[str] = []
         self._kept: dict[str, Formula] = {}
 
@@ -160,15 +141,17 @@ class Code:
 
     def entry(self, place: str) -> Formula:
         """What stands at a place of the memory."""
-        return Formula(self.lanes.entry.format(place), self.lanes.reading)
+        return Formula(f"floats[{place} + lane]", self.reading)
 
     def larger(self, name: str, one: Formula, other: Formula) -> Formula:
         """The larger of two values that have names, under a name."""
-        return self.name(name, Formula(self.lanes.larger.format(one.text, other.text), max(one.known, other.known)))
+        return self.name(name, Formula(f"max({one.text}, {other.text})", max(one.known, other.known)))
 
     def store(self, place: str, value: Formula) -> None:
         """Write a value to memory."""
-        self.lines.append(self.lanes.store.format(place, value.text))
+        entry = f"floats[{place} + lane]"
+        written = f"where({self.chosen}, {value.text}, {entry})" if self.chosen else value.text
+        self.lines.append(f"{entry} = {written}")
 
     def function(self, op: str, x: Formula) -> Formula:
         """Value of an elementary function."""

@@ -11,6 +11,7 @@ from vibrocap.numerics.compiler.subset import (
     FLOATS,
     INT,
     NOTHING,
+    PLACES,
     Kind,
     Value,
     float_text,
@@ -36,6 +37,7 @@ DIVIDED = {  # by operator and kind
 }
 WRITTEN_OUT = 0x10000  # up to which a known exponent is
 OF_C = ("tanh", "atan")  # functions that are called by name; LLVM has intrinsics for the others
+ALIGNED = ", align 8"  # of all lanes, of which the first may stand anywhere
 
 
 class Code:
@@ -101,6 +103,8 @@ class Code:
             return self.packed(
                 self.tupled([self.as_kind(item, part) for item, part in zip(items, kind.items, strict=True)]),
             )
+        if value.kind == PLACES:
+            return value
         assert joined(value.kind, kind) == kind
         if kind.lanes:
             return self.spread(self.as_kind(value, FLOAT))
@@ -142,6 +146,10 @@ class Code:
             return Value(value.kind, text, value.constant, value.items)
         return value
 
+    def read(self, kind: Kind, pointer: str) -> Value:
+        """What stands at a pointer; of all lanes, side by side."""
+        return self.emit(kind, f"load {kind.llvm}, ptr {pointer}{ALIGNED if kind.lanes else ''}")
+
     def pointer(self, array: Value, place: Value) -> str:
         """Pointer to an entry of an array."""
         element = ELEMENTS[array.kind].llvm
@@ -177,8 +185,7 @@ class Code:
         return self.items(self.value(node.base))[node.place]
 
     def _of_Entry(self, node: nodes.Entry) -> Value:
-        pointer = self.pointer(self.value(node.array), self.value(node.place))
-        return self.emit(node.kind, f"load {node.kind.llvm}, ptr {pointer}")
+        return self.read(node.kind, self.pointer(self.value(node.array), self.value(node.place)))
 
     def _of_TableEntry(self, node: nodes.TableEntry) -> Value:
         table, places = self.module.table(node.table), [self.value(place) for place in node.places]
@@ -231,7 +238,7 @@ class Code:
             name = self.module.helper(DIVIDED[op, kind])
             return self.emit(kind, f"call {kind.llvm} {name}({kind.llvm} {left.text}, {kind.llvm} {right.text})")
         code = f"{ARITHMETIC[op]} i64" if kind == INT else f"f{ARITHMETIC[op]} contract double"
-        return self.emit(kind, f"{code} {left.text}, {right.text}")
+        return self.emit(node.kind, f"{code} {left.text}, {right.text}")
 
     def _of_FloatPower(self, node: nodes.FloatPower) -> Value:
         base, exponent = self.value(node.base), self.value(node.exponent)
@@ -322,7 +329,9 @@ class Code:
         kind = joined(one.kind, other.kind) or FLOAT
         one, other = self.as_kind(one, kind), self.as_kind(other, kind)
         better = self._compared(op, other, one)
-        return self.emit(kind, f"select i1 {better.text}, {kind.llvm} {other.text}, {kind.llvm} {one.text}")
+        return self.emit(
+            kind, f"select {better.kind.llvm} {better.text}, {kind.llvm} {other.text}, {kind.llvm} {one.text}"
+        )
 
     def _of_Magnitude(self, node: nodes.Magnitude) -> Value:
         value = self.value(node.value)

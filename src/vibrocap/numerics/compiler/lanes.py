@@ -1,5 +1,7 @@
 """Numbers and choices of all lanes as LLVM's own vectors: operators, and the primitives of `plain_vectors.py`.
 
+Those that act on each lane alone are also of one number.
+
 Whether LLVM turns a loop over lanes into vector instructions is a matter of luck with its aliasing checks; so lanes are
 values. Additions and products may be contracted to fused ones, as everywhere in a kernel; nothing else is reordered, so
 what a lane gets does not depend on its neighbours.
@@ -11,6 +13,8 @@ from typing import TYPE_CHECKING
 from vibrocap.numerics.compiler.subset import (
     INT,
     NOTHING,
+    PLACES,
+    Kind,
     Value,
     choices,
     float_text,
@@ -53,13 +57,19 @@ def magnitude(code: "Code", value: Value) -> Value:
 
 
 def _intrinsic(code: "Code", name: str, value: Value) -> Value:
-    kind = value.kind
-    code.need(f"declare {kind.llvm} @llvm.{name}.v{kind.lanes}f64({kind.llvm})")
-    return code.emit(kind, f"call {kind.llvm} @llvm.{name}.v{kind.lanes}f64({kind.llvm} {value.text})")
+    kind, called = value.kind, f"@llvm.{name}.{f'v{value.kind.lanes}' if value.kind.lanes else ''}f64"
+    code.need(f"declare {kind.llvm} {called}({kind.llvm})")
+    return code.emit(kind, f"call {kind.llvm} {called}({kind.llvm} {value.text})")
 
 
 def _same(kind: str, number: str, width: int) -> str:
-    return f"<{', '.join([f'{kind} {number}'] * width)}>"
+    """A number in every lane; width 0: one number."""
+    return f"<{', '.join([f'{kind} {number}'] * width)}>" if width else number
+
+
+def _of_bits(x: Value) -> tuple[int, Kind]:
+    """(lanes, kind) of the bits of a number, or of one per lane, seen as ints."""
+    return x.kind.lanes, ints(x.kind.lanes) if x.kind.lanes else INT
 
 
 def _ints_at(code: "Code", array: Value, place: Value) -> tuple[str, Value]:
@@ -88,9 +98,13 @@ def _align_stack(code: "Code") -> Value:
     return Value(NOTHING, "")
 
 
+def _all_lanes(code: "Code") -> Value:
+    """Places of all lanes, of which the first is 0."""
+    return Value(PLACES, "0")
+
+
 def _load(code: "Code", array: Value, place: Value) -> Value:
-    kind = numbers(code.module.width)
-    return code.emit(kind, f"load {kind.llvm}, ptr {code.pointer(array, place)}, align 8")
+    return code.read(numbers(code.module.width), code.pointer(array, place))
 
 
 def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
@@ -142,13 +156,15 @@ def _take(code: "Code", array: Value, place: Value, amount: Value) -> Value:
 
 
 def _bits(code: "Code", chosen: Value) -> Value:
-    width = code.module.width
+    width = chosen.kind.lanes
+    if not width:
+        return code.emit(INT, f"zext i1 {chosen.text} to i64")
     packed = code.emit(INT, f"bitcast {chosen.kind.llvm} {chosen.text} to i{width}")
     return code.emit(INT, f"zext i{width} {packed.text} to i64")
 
 
 def _exponent(code: "Code", x: Value) -> Value:
-    width, whole = code.module.width, ints(code.module.width)
+    width, whole = _of_bits(x)
     seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
     shifted = code.emit(whole, f"lshr {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
     # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
@@ -159,7 +175,7 @@ def _exponent(code: "Code", x: Value) -> Value:
 
 
 def _mantissa(code: "Code", x: Value) -> Value:
-    width, whole = code.module.width, ints(code.module.width)
+    width, whole = _of_bits(x)
     seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
     kept = code.emit(whole, f"and {whole.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
     one = code.emit(whole, f"or {whole.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
@@ -167,7 +183,7 @@ def _mantissa(code: "Code", x: Value) -> Value:
 
 
 def _power_of_two(code: "Code", k: Value) -> Value:
-    width, whole = code.module.width, ints(code.module.width)
+    width, whole = _of_bits(k)
     # The last binary digits of this sum are k + 1023, without a conversion.
     offset = _same("double", float_text(1.5 * 2.0**52 + 1023.0), width)
     digits = code.emit(k.kind, f"fadd contract {k.kind.llvm} {k.text}, {offset}")
@@ -182,6 +198,7 @@ def _of_each(name: str) -> Callable:
 
 PRIMITIVES: dict[str, Callable[..., Value]] = {
     "align_stack": _align_stack,
+    "all_lanes": _all_lanes,
     "load": _load,
     "store": _store,
     "whole_equal": _whole_compared("eq"),

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.numerics.compiler.code import Code
+from vibrocap.numerics.compiler.code import ALIGNED, Code
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
 from vibrocap.numerics.compiler.subset import (
@@ -15,6 +15,7 @@ from vibrocap.numerics.compiler.subset import (
     NOTHING,
     Kind,
     Value,
+    element,
     float_text,
     parsed,
     uncollected,
@@ -161,16 +162,16 @@ class LLVMFunction(Code):
 
     def _do_Store(self, node: nodes.Store) -> None:
         value = self.value(node.value)
-        self._store(node.array, self.pointer(self.value(node.array), self.value(node.place)), value)
+        self._store(node, self.pointer(self.value(node.array), self.value(node.place)), value)
 
     def _do_Augment(self, node: nodes.Augment) -> None:
         pointer = self.pointer(self.value(node.array), self.value(node.place))
-        self.known[node.held] = self.emit(node.held.kind, f"load {node.held.kind.llvm}, ptr {pointer}")
-        self._store(node.array, pointer, self.value(node.value))
+        self.known[node.held] = self.read(node.held.kind, pointer)
+        self._store(node, pointer, self.value(node.value))
 
-    def _store(self, array: nodes.Argument, pointer: str, value: Value) -> None:
-        kind = ELEMENTS[array.kind]
-        self.do(f"store {kind.llvm} {self.as_kind(value, kind).text}, ptr {pointer}")
+    def _store(self, node: nodes.Store | nodes.Augment, pointer: str, value: Value) -> None:
+        kind = element(node.array.kind, node.place.kind, self.module.width)
+        self.do(f"store {kind.llvm} {self.as_kind(value, kind).text}, ptr {pointer}{ALIGNED if kind.lanes else ''}")
 
     def _do_If(self, node: nodes.If) -> None:
         condition = self.value(node.condition)

@@ -9,6 +9,8 @@ A kernel is one text: constants, then functions, of which one is called from out
   each for every combination of kinds of arguments that occurs.
 - Kinds: float (64 bits), int (64 bits, wraps around), bool, tuples, flat arrays of floats or ints, constant tables, and
   the numbers and choices of all lanes side by side. A name keeps one kind in a function; int and float join to float.
+- Places of all lanes (`all_lanes()`), to which an int may be added, are an index, too: such an entry of an array of
+  floats is the numbers of all lanes. So one function serves one lane, given an int, and all of them.
 - Arrays are arguments and stay so: they have no name but that of the argument, and the arrays of one call are different
   ones that share no memory. An index counts from 0, and nothing checks it.
 - Statements: assignment to one name, entry or tuple of these; augmented assignment; if, while, `for ... in range(...)`
@@ -210,6 +212,7 @@ class Kind:
 FLOAT, INT, BOOL = Kind("float", "double"), Kind("int", "i64"), Kind("bool", "i1")
 FLOATS, INTS = Kind("array of floats", "ptr"), Kind("array of ints", "ptr")
 TABLE = Kind("constant table", "ptr")
+PLACES = Kind("places of all lanes", "i64")  # side by side: known by that of the first
 NOTHING = Kind("nothing", "void")
 SCALARS = (BOOL, INT, FLOAT)  # each fits into those behind it
 ELEMENTS = {FLOATS: FLOAT, INTS: INT}
@@ -231,6 +234,11 @@ def choices(lanes: int) -> Kind:
 def ints(lanes: int) -> Kind:
     """An int per lane: only on the way from memory and back."""
     return Kind("ints of all lanes", f"<{lanes} x i64>")
+
+
+def element(array: Kind, place: Kind, lanes: int) -> Kind:
+    """The kind of what stands at a place of an array, or at the places of all lanes."""
+    return numbers(lanes) if place is PLACES else ELEMENTS[array]
 
 
 @functools.cache

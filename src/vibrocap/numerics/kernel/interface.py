@@ -6,6 +6,8 @@ what stands here is what happens: nothing, for the most part. What cannot be don
 """
 
 from vibrocap.numerics.kernel.generated.equations import jet
+from vibrocap.numerics.kernel.generated.lane import SCALE
+from vibrocap.numerics.kernel.generated.sizes import LANES
 
 # How far the next step goes, and by which method.
 
@@ -13,6 +15,14 @@ from vibrocap.numerics.kernel.generated.equations import jet
 def chosen_step(floats, ints, lane, remaining) -> float:
     """Length of the next step, no longer than `remaining`, with its series in memory."""
     raise NotImplementedError
+
+
+# Natural sizes of the states, of which an ensemble keeps the inverses.
+
+
+def inverse_scale(floats, i, lane):
+    """One over the natural size of state i, of a lane or of all."""
+    return 1.0 / floats[SCALE + i * LANES + lane]
 
 
 # What series a step has, and what a motion alone keeps of a step for the next one.

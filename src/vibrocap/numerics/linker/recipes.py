@@ -26,13 +26,10 @@ COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
-SIMD = (
-    *("step.taylor_simd", "step.stabilised_simd", "step.resolved_simd", "step.slow_manifold"),
-    *("loop.turning_simd", "loop.first_events", "loop.simd_step"),
-)
+SIMD = ("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.first_events", "loop.simd_step")
 LANE_PRIMITIVES = (
-    *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
-    *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
+    *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
+    *("square_root", "store", "where", "whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
 INSTANT = Recipe("instant", ALONE)  # the equations at an instant, alone
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
@@ -108,7 +105,7 @@ def ensemble_recipe(
     if loop == "gpu":
         modules = (*ALONE, *before, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
         return Recipe("run_thread", modules, ("take", "whole_equal"))
-    own = ALONE if loop == "browser" else ALONE[:1] if slow else ()
+    own = ALONE if loop == "browser" else ALONE[:1]
     return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 
 

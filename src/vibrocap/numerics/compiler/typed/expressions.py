@@ -13,10 +13,12 @@ from vibrocap.numerics.compiler.subset import (
     INT,
     INTS,
     NOTHING,
+    PLACES,
     SCALARS,
     TABLE,
     Kind,
     joined,
+    numbers,
 )
 from vibrocap.numerics.compiler.typed import lanes
 from vibrocap.numerics.compiler.typed.nodes import (
@@ -87,6 +89,8 @@ class Expressions(Values):
                 return folded
         if left.kind.lanes or right.kind.lanes:
             return lanes.binary(self, node, op, left, right)
+        if PLACES in (left.kind, right.kind):
+            return lanes.moved(self, node, op, left, right)
         if left.kind not in SCALARS or right.kind not in SCALARS:
             raise self.refusal(node, f"no {named(op)} of {left.kind.name} and {right.kind.name}")
         if isinstance(op, BITWISE):
@@ -229,10 +233,10 @@ class Expressions(Values):
         name = called.id
         if name in self.program.kernel.functions:
             return self._of_kernel(node, name, arguments)
-        if name in self.program.kernel.primitives:
-            return lanes.primitive(self, node, name, arguments)
         if name in ("min", "max") and len(arguments) >= 2:
             return self._extreme(node, name, arguments)
+        if name in self.program.kernel.primitives:
+            return lanes.primitive(self, node, name, arguments)
         if name in ("abs", "float", "int") and len(arguments) == 1:
             return getattr(self, f"_{name}")(node, arguments[0])
         raise self.refusal(node, f"no kernel can call `{name}` with {len(arguments)} arguments")
@@ -270,8 +274,10 @@ class Expressions(Values):
 
     def _numbers_of(self, node: ast.AST, name: str, one: Typed, other: Typed) -> Kind:
         kind = joined(one.kind, other.kind)
-        if kind not in (INT, FLOAT) or kind is None:
-            raise self.refusal(node, f"`{name}` of {one.kind.name} and {other.kind.name}; for lanes, use where(...)")
+        if kind is None or (kind not in (INT, FLOAT) and kind != numbers(kind.lanes)):
+            raise self.refusal(node, f"`{name}` of {one.kind.name} and {other.kind.name}; it takes numbers")
+        if kind.lanes and name not in self.program.kernel.primitives:
+            raise self.refusal(node, f"import `{name}` of lanes from plain_vectors: that of Python takes none")
         return kind
 
     def _abs(self, node: ast.AST, value: Typed) -> Typed:

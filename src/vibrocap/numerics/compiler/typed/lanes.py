@@ -3,7 +3,19 @@
 import ast
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.subset import ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, choices, numbers
+from vibrocap.numerics.compiler.subset import (
+    BOOL,
+    ELEMENTS,
+    FLOAT,
+    FLOATS,
+    INT,
+    INTS,
+    NOTHING,
+    PLACES,
+    Kind,
+    choices,
+    numbers,
+)
 from vibrocap.numerics.compiler.typed.nodes import Binary, Compared, Magnitude, Primitive, Typed, Unary
 
 if TYPE_CHECKING:
@@ -13,6 +25,7 @@ ARITHMETIC, LOGICAL = (ast.Add, ast.Sub, ast.Mult, ast.Div), (ast.BitAnd, ast.Bi
 # Kinds of the arguments of the functions of `plain_vectors.py`, and of what they give.
 PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
     "align_stack": ((), NOTHING),
+    "all_lanes": ((), PLACES),
     "load": ((FLOATS, INT), "numbers"),
     "store": ((FLOATS, INT, "numbers"), NOTHING),
     "whole_equal": ((INTS, INT, INT), "choices"),
@@ -29,6 +42,8 @@ PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
     "mantissa": (("numbers",), "numbers"),
     "power_of_two": (("numbers",), "numbers"),
 }
+# Those that are also of one number, in kernels of lanes.
+OF_ONE = ("where", "bits", "floor", "square_root", "exponent", "mantissa", "power_of_two")
 
 
 def is_numbers(value: Typed) -> bool:
@@ -50,6 +65,13 @@ def binary(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right
         raise within.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
     kind = numbers(within.program.width)
     return Binary(kind, name, kind, within.fitting(node, left, kind), within.fitting(node, right, kind))
+
+
+def moved(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
+    """Places of all lanes that are an int further on."""
+    if not isinstance(op, ast.Add) or {left.kind, right.kind} != {PLACES, INT}:
+        raise within.refusal(node, "to places of all lanes an int is added")
+    return Binary(PLACES, "Add", INT, left, right)
 
 
 def unary(within: "Values", node: ast.AST, op: ast.unaryop, value: Typed) -> Typed:
@@ -85,11 +107,14 @@ def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed
     if len(arguments) != len(wanted):
         raise within.refusal(node, f"`{name}` takes {len(wanted)} arguments")
     kinds = {"numbers": numbers(within.program.width), "choices": choices(within.program.width)}
+    if name in OF_ONE and not any(argument.kind.lanes for argument in arguments):
+        kinds = {"numbers": FLOAT, "choices": BOOL}
     taken: list[Kind] = []
     for argument, kind in zip(arguments, wanted, strict=True):
         if kind in ELEMENTS and argument.kind != kind:
             raise within.refusal(node, f"`{name}` of {argument.kind.name}; it takes an {kind.name}")
-        taken.append(kinds[kind] if isinstance(kind, str) else kind)
+        kind = kinds[kind] if isinstance(kind, str) else kind
+        taken.append(BOOL if name == "where" and argument.kind is BOOL else kind)
         within.fitting(node, argument, taken[-1])
     made = kinds[result] if isinstance(result, str) else result
     return Primitive(made, name, tuple(arguments), tuple(taken))

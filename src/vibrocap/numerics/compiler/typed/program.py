@@ -20,6 +20,7 @@ from vibrocap.numerics.compiler.subset import (
     TABLE,
     Kernel,
     Kind,
+    element,
     joined,
     names_assigned,
 )
@@ -179,7 +180,7 @@ class Statements(Expressions):
             return self._assign(node, target.id, value)
         if isinstance(target, ast.Subscript):
             array, place = self.entry(target)
-            return [Store(array, place, self._stored(node, array, value))]
+            return [Store(array, place, self._stored(node, array, place, value))]
         if not isinstance(target, ast.Tuple):
             raise self.refusal(node, "assign to a name, an entry of an array or a tuple of these")
         if len(value.kind.items) != len(target.elts):
@@ -221,17 +222,19 @@ class Statements(Expressions):
     def _do_AugAssign(self, node: ast.AugAssign, into: list[Any]) -> None:
         if isinstance(node.target, ast.Subscript):
             array, place = self.entry(node.target)
-            held = Held(ELEMENTS[array.kind])
+            held = Held(element(array.kind, place.kind, self.program.width))
             value = self.binary(node, node.op, held, self.value(node.value))
-            into.append(Augment(array, place, held, self._stored(node, array, value)))
+            into.append(Augment(array, place, held, self._stored(node, array, place, value)))
             return
         if not isinstance(node.target, ast.Name):
             raise self.refusal(node, "augment a name or an entry of an array")
         before = self.name(node, node.target.id)
         into += self._assign(node, node.target.id, self.binary(node, node.op, before, self.value(node.value)))
 
-    def _stored(self, node: ast.AST, array: Argument, value: Typed) -> Typed:
-        kind = ELEMENTS[array.kind]
+    def _stored(self, node: ast.AST, array: Argument, place: Typed, value: Typed) -> Typed:
+        kind = element(array.kind, place.kind, self.program.width)
+        if kind.lanes:
+            return self.fitting(node, value, kind)
         if value.kind not in SCALARS or (kind is INT and value.kind not in (INT, BOOL)):
             raise self.refusal(node, f"an {array.kind.name} takes no {value.kind.name}; convert it")
         return value

@@ -6,7 +6,18 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibrocap.numerics.compiler.subset import BOOL, ELEMENTS, FLOAT, INT, Kind, joined, tuple_of
+from vibrocap.numerics.compiler.subset import (
+    BOOL,
+    ELEMENTS,
+    FLOAT,
+    FLOATS,
+    INT,
+    PLACES,
+    Kind,
+    element,
+    joined,
+    tuple_of,
+)
 from vibrocap.numerics.compiler.typed.nodes import (
     Argument,
     Chosen,
@@ -147,7 +158,8 @@ class Values:
     def _of_Subscript(self, node: ast.Subscript) -> Typed:
         base = self.value(node.value)
         if base.kind in ELEMENTS:
-            return Entry(ELEMENTS[base.kind], *self.entry(node))
+            array, place = self.entry(node)
+            return Entry(element(array.kind, place.kind, self.program.width), array, place)
         if isinstance(base, Table):
             return self._of_table(node, base)
         if not base.kind.items:
@@ -175,7 +187,9 @@ class Values:
         return TableEntry(FLOAT if table.dtype.kind == "f" else INT, base, places)
 
     def _place(self, node: ast.expr) -> Typed:
-        place = self.value(node)
+        return self._whole(node, self.value(node))
+
+    def _whole(self, node: ast.expr, place: Typed) -> Typed:
         if place.kind is not INT:
             raise self.refusal(node, f"a place in an array is an int, not {place.kind.name}")
         return place
@@ -187,7 +201,10 @@ class Values:
             raise self.refusal(node, f"an entry of {array.kind.name} cannot be set")
         if isinstance(node.slice, (ast.Slice, ast.Tuple)):
             raise self.refusal(node, "an array has one place at a time; write a loop")
-        return array, self._place(node.slice)
+        place = self.value(node.slice)
+        if place.kind is PLACES and array.kind is FLOATS:
+            return array, place
+        return array, self._whole(node.slice, place)
 
 
 def known_item(base: Typed, place: int) -> Typed | None:

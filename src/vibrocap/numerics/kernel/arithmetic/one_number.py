@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 MANTISSA_BITS, ONE_BITS = 2**52 - 1, 1023 * 2**52
+LAST_DIGITS = 1.5 * 2.0**52 + 1023.0
 
 
 def where(choice, one, other):
@@ -48,5 +49,5 @@ def mantissa(x):
 
 
 def power_of_two(k):
-    """2^k."""
-    return np.int64((np.int64(k) + 1023) << 52).view(np.float64)
+    """2^k: the last binary digits of the sum are k + 1023."""
+    return np.int64(np.float64(k + LAST_DIGITS).view(np.int64) << 52).view(np.float64)

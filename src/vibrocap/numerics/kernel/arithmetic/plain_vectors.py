@@ -1,19 +1,50 @@
 """Lanes as one value: a number, or a yes or no, for each of WIDTH trajectories.
 
+What acts on each lane alone is of one number, too.
+
 These are the names and their meaning, on NumPy arrays. In a compiled kernel the values live in vector registers
 (`compiler/lanes.py`).
 """
 
+import builtins
+import functools
+
 import numpy as np
 
+from vibrocap.numerics.kernel.arithmetic import one_number
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 
 WIDTH = lane_count()
-where, floor, square_root = np.where, np.floor, np.sqrt
+floor, square_root = np.floor, np.sqrt
+exponent, mantissa, power_of_two = one_number.exponent, one_number.mantissa, one_number.power_of_two
+
+
+def all_lanes():
+    """The places of all lanes in a row that begins at 0."""
+    return np.arange(WIDTH)
 
 
 def align_stack():
     """Nothing to align."""
+
+
+def where(choice, one, other):
+    """One number where the choice is true, else the other; the choice and both numbers may be of all lanes."""
+    return np.where(choice, one, other) if np.ndim(choice) else one if choice else other
+
+
+def max(*numbers):
+    """The largest of numbers as Python has it, of all lanes where any is."""
+    if any(map(np.ndim, numbers)):
+        return functools.reduce(lambda one, other: np.where(other > one, other, one), numbers)
+    return builtins.max(*numbers)
+
+
+def min(*numbers):
+    """The least of numbers as Python has it, of all lanes where any is."""
+    if any(map(np.ndim, numbers)):
+        return functools.reduce(lambda one, other: np.where(other < one, other, one), numbers)
+    return builtins.min(*numbers)
 
 
 def load(floats, place):
@@ -60,20 +91,4 @@ def take(ints, place, amount):
 
 def bits(choices):
     """As an integer, bit i for lane i."""
-    return sum(1 << lane for lane in range(WIDTH) if choices[lane])
-
-
-def exponent(x):
-    """Exponent e of x = m 2^e with 1 <= m < 2, per lane."""
-    return np.frexp(x)[1] - 1.0
-
-
-def mantissa(x):
-    """m of x = m 2^e with 1 <= m < 2, per lane."""
-    return 2.0 * np.frexp(x)[0]
-
-
-def power_of_two(k):
-    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in machine code."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.ldexp(1.0, np.asarray(k).astype(int))
+    return sum(1 << lane for lane, choice in enumerate(np.atleast_1d(choices)) if choice)

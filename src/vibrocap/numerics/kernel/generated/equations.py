@@ -7,7 +7,7 @@ def jet(floats):
 
 
 def slow_jet(floats, lane) -> None:
-    """The same of a motion alone on its slow manifold, one sweep."""
+    """The same of a motion alone on its slow manifold, or of the lanes that are on theirs, one sweep."""
     raise NotImplementedError
 
 
@@ -38,17 +38,12 @@ def guard_at(floats, x) -> tuple:
 
 
 def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):
-    """How many sharp functions of the law a step of length h might not see, see `resolution.py`.
+    """How many sharp functions of the law a step of length h might not see, of a lane or of all; see `resolution.py`.
 
     start_low, start_high: within which the contact velocity starts; low, high: within which it stays
     lasting: time over which what is not seen would act
     widened: natural sizes by which every other state may be off, in a proof that is to last
     """
-    raise NotImplementedError
-
-
-def unresolved_simd(floats, h, lasting, start_low, start_high, low, high):
-    """`unresolved` of all lanes."""
     raise NotImplementedError
 
 

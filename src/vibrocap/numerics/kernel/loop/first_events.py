@@ -1,6 +1,6 @@
 """The first event of a contact within the steps of all lanes: one search for all contacts and lanes."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, square_root, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, max, square_root, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import JUMP
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, signs_simd
@@ -20,8 +20,8 @@ from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY,
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.loop.one_step import NEAR
 from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, still_simd
-from vibrocap.numerics.kernel.step.resolved_simd import resolved_simd
-from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_four
+from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
+from vibrocap.numerics.kernel.step.taylor import least_of_four
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -112,14 +112,14 @@ def hold_simd(floats, c, stuck, two, longest, h):
     if bits(stuck & held & ~sure) != 0:
         sure = sure | (held & (least_of_guard(floats, c, push, h) > 0.0))
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest, 1e-4 * limit)
+    threshold = max(1e-4 * limit, abs(load(floats, VELOCITY_OF[c] + 2 * LANES)) * longest)
     steady = ~two | (abs(load(floats, VELOCITY_OF[c] + LANES)) <= JUMP * threshold)
     fine = where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
     return push, fine, stuck & (limit - abs(hold) > growth * h)
 
 
 def least_of_guard(floats, c, push, h):
-    """A bound from below of limit + push * hold over the step, as `taylor_simd.least_of_cubic`."""
+    """A bound from below of limit + push * hold over the step, as `taylor.least_of_cubic`."""
     hold, limit = HOLD_OF[c], LIMIT_OF[c]
     others = 0.0 * h
     for k in range(ORDER - 1, 3, -1):

@@ -100,6 +100,11 @@ def advance_ensemble(floats, ints, trace, turns):
     return True
 
 
+def inverse_scale(floats, i, lane):
+    """One over the natural size of state i, of a lane or of all."""
+    return floats[INVERSE_SCALE + i * LANES + lane]
+
+
 def begin_run(floats, ints, trace, lane, run):
     """Put a run of the trace on a lane, at its start."""
     place = run * RUN_SIZE

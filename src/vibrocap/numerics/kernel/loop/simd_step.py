@@ -7,8 +7,10 @@ is to be decided than that takes `one_step.step`, like a single motion; the othe
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack,
+    all_lanes,
     bits,
     load,
+    min,
     store,
     where,
     whole_above,
@@ -70,23 +72,15 @@ from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
 from vibrocap.numerics.kernel.loop.one_step import step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
     before_turning,
-    doubt_simd,
     out_of_doubt,
     passing_simd,
-    rest_simd,
     still_simd,
 )
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
+from vibrocap.numerics.kernel.step.resolved import excursion
+from vibrocap.numerics.kernel.step.side_by_side import resolved_simd, taylor_steps
 from vibrocap.numerics.kernel.step.slow_manifold import follow_manifolds, settled_lanes, slow_lanes
-from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH
-from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
-from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
-from vibrocap.numerics.kernel.step.taylor_simd import (
-    least_of_cubic,
-    lesser,
-    series_values,
-    taylor_steps,
-)
+from vibrocap.numerics.kernel.step.stabilised import PLAIN_REACH, one_rests, stabilised_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, least_of_cubic, series_value, sign_in_doubt
 
 
 def advance(floats, ints, trace, rounds):
@@ -100,7 +94,7 @@ def advance(floats, ints, trace, rounds):
         if slow != all_running:
             jet(floats)
         if slow != 0:
-            slow_jet(floats, 0)
+            slow_jet(floats, all_lanes())
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
@@ -116,10 +110,11 @@ def advance(floats, ints, trace, rounds):
 def step_simd(floats, ints, trace, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
     align_stack()
+    every = all_lanes()
     side = load(floats, SIDE)
     period = load(floats, PERIOD)
     remaining = load(floats, UNTIL) - load(floats, TIME)
-    longest, last, before, clear = taylor_steps(floats, side)
+    longest, last, before, clear = taylor_steps(floats)
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
@@ -140,10 +135,10 @@ def step_simd(floats, ints, trace, running):
             if SEVERAL and bits(moving & ~counts) != 0:
                 if SLOWED and bits(slow & ~counts) != 0:
                     reach = out_of_doubt(floats, c, slow & ~counts, reach)
-                    longest = where(slow, lesser(reach, longest), longest)
-                h = lesser(reach, remaining)
+                    longest = where(slow, min(longest, reach), longest)
+                h = min(remaining, reach)
                 turning = turning | ~(counts | still_simd(floats, ints, c, h))
-                counts = counts | ~doubt_simd(floats, c, h)
+                counts = counts | ~sign_in_doubt(floats, c, every, h)
             moving = moving & counts
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
@@ -153,12 +148,13 @@ def step_simd(floats, ints, trace, running):
             gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
         if SEVERAL:
-            moving = moving & (gentle | ~rest_simd(floats))
+            moving = moving & (gentle | ~one_rests(floats, every))
             longest = where(turning, reach, longest)
-        longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle & ~turning)
+        wanted = moving & ~gentle & ~turning
+        longest, damped = stabilised_step(floats, every, wanted, longest, load(floats, TOLERANCE))
     if SLOWED and bits(slow) != 0:
         longest = before_turning(floats, side, start, slow, longest)
-    h = lesser(longest, remaining)
+    h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
         plain = plain & ~whole_above(ints, ZEROS + c * LANES, 2) & whole_equal(ints, TO_DECIDE + c * LANES, 0)
@@ -177,7 +173,7 @@ def step_simd(floats, ints, trace, running):
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
     if SHARP and not (KINKED or SET_VALUED):
-        plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
+        plain = plain & resolved_simd(floats, side, start, excursion(floats, VELOCITY + every, h), h, plain)
     plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
@@ -196,7 +192,7 @@ def step_simd(floats, ints, trace, running):
                 h = where(found, h * root_simd(floats, leading, last, found), h)
                 event = event | found
                 which = where(found, 1.0 * (CONTACTS + i), which)
-    end = series_values(floats, VELOCITY, h)
+    end = series_value(floats, VELOCITY + every, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
@@ -219,15 +215,17 @@ def within_piece(floats, row, h):
     As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
     """
+    every = all_lanes()
     others = abs(load(floats, row + ORDER * LANES))
     for k in range(ORDER - 1, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
-    return least_of_cubic(floats, row, others, h) > 0.0
+    return least_of_cubic(floats, row + every, others, h) > 0.0
 
 
 def move_simd(floats, ints, trace, plain, h, end):
     """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
     pieces."""
+    every = all_lanes()
     store(floats, STEP, h)
     measured = plain & whole_above(ints, WINDOW_START, -1)
     measuring = bits(measured)
@@ -244,7 +242,7 @@ def move_simd(floats, ints, trace, plain, h, end):
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
-        following = end if row == VELOCITY else series_values(floats, row, h)
+        following = end if row == VELOCITY else series_value(floats, row + every, h)
         finite = finite & (abs(following) <= 1e300)
         store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
     time = load(floats, TIME)

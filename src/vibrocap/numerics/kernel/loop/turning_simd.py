@@ -1,6 +1,6 @@
 """Whether contacts turn within a step of all lanes, or are too near rest to tell."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, floor, load, where, whole_equal
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, min, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
 from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.facts import (
@@ -11,14 +11,13 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_CONTACT,
     SLOW_STATE,
     STATE_OF,
-    STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd, velocity_tail_simd
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED
-from vibrocap.numerics.kernel.step.taylor_simd import lesser, series_values
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.resolved import excursion
+from vibrocap.numerics.kernel.step.side_by_side import resolved_simd
+from vibrocap.numerics.kernel.step.taylor import series_value, sign_in_doubt
 
 CUTS, CUT = 6, 0.6  # of steps on a slow manifold, and their factor
 
@@ -28,17 +27,10 @@ def still_simd(floats, ints, c, h):
 
     As `one_step.first_rest`: it does not turn.
     """
+    every = all_lanes()
     row = VELOCITY_OF[c]
-    reach = abs(load(floats, row)) + excursion_simd(floats, row, h)
+    reach = abs(load(floats, row)) + excursion(floats, row + every, h)
     return (reach <= NO_MOTION * load(floats, SCALE + STATE_OF[c] * LANES)) & whole_equal(ints, ZEROS + c * LANES, 0)
-
-
-def doubt_simd(floats, c, h):
-    """Where within the step the sign of a velocity is in doubt, see `taylor.sign_in_doubt`."""
-    row = VELOCITY_OF[c]
-    first = abs(load(floats, row)) + abs(load(floats, row + LANES)) * h + abs(load(floats, row + 2 * LANES)) * h * h
-    none = NO_SPEED * load(floats, SCALE + STATE_OF[c] * LANES)
-    return velocity_tail_simd(floats, row, h) > 0.01 * first + none
 
 
 def out_of_doubt(floats, c, slow, h):
@@ -47,7 +39,7 @@ def out_of_doubt(floats, c, slow, h):
     The long steps of the others make much of the rounding of one that is at rest to rounding.
     """
     for _ in range(CUTS):
-        doubtful = slow & doubt_simd(floats, c, h)
+        doubtful = slow & sign_in_doubt(floats, c, all_lanes(), h)
         if bits(doubtful) == 0:
             break
         h = where(doubtful, CUT * h, h)
@@ -97,25 +89,17 @@ def ahead_simd(floats, c, side, stuck, one, two, h):
     third = third * (1.0 / 3.0)
     early = first + second * (1.0 / 3.0)
     late = early + (second * (1.0 / 3.0) + third)
-    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
+    least = min(first + second + 3.0 * third + fourth, late, early, first)
     return (least > 0.0) & ~stuck, change
 
 
 def passing_simd(floats, h):
     """Where the place of returns may be passed within the step, see `observe/returns.py`."""
+    every = all_lanes()
     row = SERIES + PLACE * (ORDER + 1) * LANES
     if PLACE_TURN > 0.0:
-        return floor(load(floats, row) / PLACE_TURN) != floor(series_values(floats, row, h) / PLACE_TURN)
+        return floor(load(floats, row) / PLACE_TURN) != floor(series_value(floats, row + every, h) / PLACE_TURN)
     rate = 0.0 * h
     for k in range(ORDER, 0, -1):
         rate = rate * h + k * load(floats, row + k * LANES)
     return (load(floats, row + LANES) > 0.0) & ~(rate > 0.0)
-
-
-def rest_simd(floats):
-    """Where a contact sticks, of several."""
-    rests = load(floats, SIDE) != load(floats, SIDE)
-    for c in range(CONTACTS):
-        if STICKS[c] == 1:
-            rests = rests | (load(floats, SIDE + c * LANES) == 0.0)
-    return rests

@@ -7,6 +7,7 @@ whose speed stays within one of these needs no look at the law.
 
 import math
 
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min, square_root
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import (
@@ -32,6 +33,7 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.taylor import series_tail
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
@@ -45,14 +47,6 @@ def excursion(floats, row, h):
     return later_terms(floats, row, ORDER, 2, h) + abs(floats[row + LANES]) * h
 
 
-def velocity_tail(floats, row, h):
-    """Sum of the last two terms of the series y over a step of length h, without signs."""
-    power = h
-    for _ in range(ORDER - 2):
-        power = power * h
-    return (abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])) * power
-
-
 def resolved(floats, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
     if not SHARP or (floats[SIDE + lane] == 0.0 and not SHARP_INTERNAL):
@@ -62,9 +56,9 @@ def resolved(floats, lane, h):
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
     resting = (GAPS or ROUGH) and abs(start) <= FAINT * change
     if LACUNARY and floats[SIDE + lane] != 0.0:  # of a contact at rest the series is rounding
-        tail = velocity_tail(floats, VELOCITY + lane, h)
+        tail = series_tail(floats, VELOCITY + lane, h)
         if ROUGH and resting:  # the series of a power that is rounded off at rest has, as v = c t^2, one term in four
-            tail += velocity_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
+            tail += series_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
         if tail > faint(floats, lane, abs(start) + change):
             return h <= 8.0 * EPSILON * floats[PERIOD + lane]
     if not SHARP_INTERNAL and not (GAPS and resting):
@@ -101,14 +95,14 @@ def faint(floats, lane, speed):
     least = FAINT * speed
     if ROUGH:
         scale = floats[SCALE + CONTACT_STATE * LANES + lane]
-        least = min(least, LEAVING * floats[TOLERANCE + lane] * math.sqrt(speed * scale))
+        least = min(least, LEAVING * floats[TOLERANCE + lane] * square_root(speed * scale))
     return least
 
 
 def known(floats, lane, least, most):
     """Whether nothing can hide within a step whose speed stays between these two."""
     far = floats[FAR_SPEED + lane]
-    return most <= floats[SAFE_SPEED + lane] or (least >= far and most <= FAR_RANGE * far)
+    return (most <= floats[SAFE_SPEED + lane]) | ((least >= far) & (most <= FAR_RANGE * far))
 
 
 def learn(floats, lane, h, least, most):

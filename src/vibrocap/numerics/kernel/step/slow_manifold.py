@@ -16,6 +16,7 @@ from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
 from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.taylor import unlike
 
 # Rate times length of an explicit step from which on the manifold is tried, that of a step on it from which it pays,
 # the longest and the first pause after failures, in steps, and the share of a pause that a step that pays leaves.
@@ -29,11 +30,6 @@ SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
 MOST_SWEEPS = ORDER + 3.0
-
-
-def unlike(choices):
-    """Where a choice is not made."""
-    return where(choices, 0.0, 1.0) > 0.0
 
 
 def slow_lanes(floats):

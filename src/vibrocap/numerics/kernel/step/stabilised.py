@@ -17,12 +17,12 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKED, KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     DAMPED_STEP,
     DECAY_RATE,
-    PERIOD,
     SCALE,
     SERIES,
     SIDE,
@@ -31,7 +31,8 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
+from vibrocap.numerics.kernel.interface import inverse_scale
+from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -79,7 +80,8 @@ def series_step(floats, ints, lane, remaining):
         return longest, False
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
         return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
-    return stabilised_step(floats, lane, longest, allowed), False
+    longest, _ = stabilised_step(floats, lane, True, longest, allowed)
+    return longest, False
 
 
 def starts_from_rest(ints, lane):
@@ -104,14 +106,17 @@ def near_turning(floats, lane, h):
 
 def one_rests(floats, lane):
     """Whether a contact sticks, of several."""
-    rests = False
+    rests = floats[DECAY_RATE + lane] < 0.0
     for c in range(CONTACTS):
-        rests = rests or (STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0)
+        if STICKS[c] == 1:
+            rests = rests | (floats[SIDE + c * LANES + lane] == 0.0)
     return rests
 
 
-def stabilised_step(floats, lane, longest, allowed):
-    """Step length where `longest`, that of the plain series, is beyond stability; damps the series for it if it can.
+def stabilised_step(floats, lane, wanted, longest, allowed):
+    """(step length, whether the series has been damped for it), of a lane or of all lanes of which the step is wanted.
+
+    longest: that of the plain series; where it is beyond stability the series is damped for the step if it can.
 
     allowed: of which the error that damping makes may be a SHARE
 
@@ -119,51 +124,52 @@ def stabilised_step(floats, lane, longest, allowed):
     rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
     """
     rate = floats[DECAY_RATE + lane]
+    damped = wanted & unlike(wanted)
+    untried = wanted & (rate * longest > PLAIN_REACH)
     h = min(DAMPED_REACH / rate, LONGEST * longest)
+    longest = where(untried, PLAIN_REACH / rate, longest)
     for _ in range(LENGTHS):
-        if damping_error(floats, lane, h) <= SHARE * allowed and clear_of_bounds(floats, lane, h):
-            damp_series(floats, lane)
-            return h
-        h *= SHORTER
-    return PLAIN_REACH / rate
-
-
-def clear_of_bounds(floats, lane, h):
-    """Whether no bound of the equations is near over a step of length h."""
-    for i in range(BRANCHES, SWITCHES):
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
-        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
-            return False
-    return True
+        if bits(untried) == 0:
+            break
+        found = untried & (damping_error(floats, lane, h) <= SHARE * allowed)
+        if BRANCHES < SWITCHES:
+            found = found & clear_of_bounds(floats, lane, h)
+        longest = where(found, h, longest)
+        damped = damped | found
+        untried = untried & unlike(found)
+        h = SHORTER * h
+    if bits(damped) != 0:
+        damp_series(floats, lane, damped)
+    return longest, damped
 
 
 def damping_error(floats, lane, h):
     """Largest |D(h)| over the states, each over its natural size."""
-    worst = 0.0
+    worst = 0.0 * h
     for i in range(STATES):
         row = SERIES + (i * (ORDER + 1) + FIRST_DAMPED) * LANES + lane
         total = FILTER[0] * floats[row] + h * (
             FILTER[1] * floats[row + LANES] + h * (FILTER[2] * floats[row + 2 * LANES])
         )
-        worst = max(worst, abs(total) / floats[SCALE + i * LANES + lane])
+        worst = max(worst, abs(total) * inverse_scale(floats, i, lane))
     power = h * h
     for _ in range(FIRST_DAMPED - 2):
-        power *= h
+        power = power * h
     return worst * power
 
 
-def damp_series(floats, lane):
+def damp_series(floats, lane, damped):
     """Damp the last terms of all that the step moves: states, integrals, contact velocity and guards of pieces."""
     for i in range(ROWS):
-        damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane)
+        damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane, damped)
     for c in range(CONTACTS):
         if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
-            damp_row(floats, VELOCITY_OF[c] + lane)
+            damp_row(floats, VELOCITY_OF[c] + lane, damped)
     for i in range(SWITCHES):
-        damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane)
+        damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane, damped)
 
 
-def damp_row(floats, row):
+def damp_row(floats, row, damped):
     """Damp the last terms of the series whose first coefficient stands at floats[row]."""
     for k in range(3):
-        floats[row + (FIRST_DAMPED + k) * LANES] *= DAMPING[k]
+        floats[row + (FIRST_DAMPED + k) * LANES] *= where(damped, DAMPING[k], 1.0)

@@ -1,9 +1,14 @@
-"""The Taylor step: how far the series of this step may be trusted, and the state at its end."""
+"""The Taylor step: how far the series of this step may be trusted, and the state at its end.
+
+`lane` is the number of a lane; functions without `ints` are of all lanes, too, where it stands for the places of all
+(`plain_vectors.all_lanes`). To the last bit alike, but for what LLVM fuses: the lengths of stiff steps hang on the last
+coefficients, which hang on what is left of disturbances that have decayed, and a cycle is one whether its steps were
+taken together or alone.
+"""
 
 import math
 
-import numpy as np
-
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, mantissa, max, min, power_of_two, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
@@ -19,6 +24,7 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.interface import inverse_scale
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
@@ -26,8 +32,6 @@ STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 NO_SPEED = 1e-15  # of the natural speed: rounding
 OMITTED = 10.0  # times its last two terms: what the series of a bound may leave out, where it is not cut for them
-MANTISSA = 2**52 - 1  # bits of a double
-ONE = 1023 * 2**52  # bits of 1.0
 
 
 def taylor_step(floats, ints, lane):
@@ -37,35 +41,13 @@ def taylor_step(floats, ints, lane):
     left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for a motion
     at rest; not a number if a coefficient is not.
     """
-    last, before = last_terms(floats, lane)
-    if not (last <= 1e300):
+    if not finite_series(floats, lane):
         return math.nan
-    for c in range(CONTACTS):
-        limit = floats[LIMIT_OF[c] + lane]
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0 and limit > 0.0:
-            # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides. Near
-            # the crests of the drive every other term of it vanishes; where the states do not move, no other term tells
-            # of it.
-            inverse = 1.0 / limit
-            row = HOLD_OF[c] + lane
-            before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
-            last = max(last, abs(floats[row + (ORDER - 2) * LANES]) * inverse * floats[HOLD_RATE + lane])
-    earlier = 0.0
-    for i in range(LAW_BRANCHES, BRANCHES):  # the guards of the branches decide too
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
-        last = max(last, abs(floats[row + ORDER * LANES]))
-        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
-    for i in range(LAW_BRANCHES):  # those of the law are known to one order less
-        row = SWITCH + i * (ORDER + 1) * LANES + lane
-        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
-        earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
+    last, before = last_terms(floats, lane)
+    last, before = holding_terms(floats, lane, last, before)
+    h, _ = series_length(floats, lane, last, before)
     tolerance = floats[TOLERANCE + lane]
     wanted = rough_logarithm(tolerance)
-    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
-    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
-    h = rough_power(min(one, other))
-    if LAW_BRANCHES:
-        h = min(h, reach(wanted, earlier, ORDER - 2))
     if LACUNARY and ints[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
@@ -76,8 +58,8 @@ def taylor_step(floats, ints, lane):
             row, scale = VELOCITY_OF[c] + lane, 1.0
             if SEVERAL:
                 scale = floats[SCALE + STATE_OF[c] * LANES + lane]
-            speed, slope, none = abs(floats[row]), abs(floats[row + LANES]), NO_SPEED * scale if SEVERAL else 0.0
-            while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, row, h, none):
+            speed, slope = abs(floats[row]), abs(floats[row + LANES])
+            while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, c, lane, h):
                 h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
         row = SWITCH + i * (ORDER + 1) * LANES + lane
@@ -87,9 +69,52 @@ def taylor_step(floats, ints, lane):
     return h
 
 
+def finite_series(floats, lane):
+    """Whether the last coefficients of all states are numbers, and not too large."""
+    total = 0.0
+    for i in range(STATES):
+        total += abs(floats[SERIES + (i * (ORDER + 1) + ORDER) * LANES + lane])
+    return total <= 1e300
+
+
+def series_length(floats, lane, last, before):
+    """(length of the step over which the series keep to the tolerance, largest last coefficient).
+
+    last, before: those of the states and of the forces that hold contacts, see `holding_terms`
+    """
+    earlier = 0.0 * last
+    for i in range(LAW_BRANCHES, BRANCHES):  # the guards of the branches decide too
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        last = max(last, abs(floats[row + ORDER * LANES]))
+        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
+    for i in range(LAW_BRANCHES):  # those of the law are known to one order less
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
+        earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
+    wanted = rough_logarithm(floats[TOLERANCE + lane])
+    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
+    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
+    h = rough_power(min(one, other))
+    if LAW_BRANCHES:
+        h = min(h, reach(wanted, earlier, ORDER - 2))
+    return h, last
+
+
 def reach(wanted, term, k):
     """Length over which term k of a series stays below the tolerance, whose rough logarithm is `wanted`."""
     return rough_power((wanted * (1.0 / k) + SAFETY) - rough_logarithm(term) * (1.0 / k))
+
+
+def clear_of_bounds(floats, lane, h):
+    """Whether every bound of the equations holds over a step of length h beyond doubt."""
+    clear = h == h
+    for i in range(BRANCHES, SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if LOCATED[i] == 1:
+            clear = clear & stays_positive(floats, row, min(h, floats[PERIOD + lane]))
+        else:
+            clear = clear & (floats[row] > 0.0)
+    return clear
 
 
 def stays_positive(floats, row, h):
@@ -102,13 +127,26 @@ def stays_positive(floats, row, h):
     others = OMITTED * abs(floats[row + (ORDER - 1) * LANES]) * h + OMITTED * abs(floats[row + (ORDER - 2) * LANES])
     for k in range(ORDER - 3, 3, -1):
         others = others * h + abs(floats[row + k * LANES])
-    first = floats[row]
-    second = floats[row + LANES] * h
-    third = floats[row + 2 * LANES] * h * h
+    return least_of_cubic(floats, row, others, h) > 0.0
+
+
+def least_of_cubic(floats, row, others, h):
+    """A bound from below of a series over a step: the Bernstein coefficients of its first four terms.
+
+    others: of all others, over h^4, which are largest at the end of the step
+    """
     fourth = (floats[row + 3 * LANES] - others * h) * h * h * h
+    return least_of_four(floats[row], floats[row + LANES] * h, floats[row + 2 * LANES] * h * h, fourth)
+
+
+def least_of_four(first, second, third, fourth):
+    """The least Bernstein coefficient over the unit interval of a polynomial of these coefficients.
+
+    Not a number where any of these is none: it shows in the sum, which `min` keeps as the first.
+    """
     early = first + second * (1.0 / 3.0)
     late = early + (second + third) * (1.0 / 3.0)
-    return min(first, early) > 0.0 and min(late, first + second + third + fourth) > 0.0
+    return min(first + second + third + fourth, late, early, first)
 
 
 def hold_rate(period, order):
@@ -118,25 +156,39 @@ def hold_rate(period, order):
 
 
 def last_terms(floats, lane):
-    """Largest last coefficient of a state or of the contact velocity, over its natural size, and largest last but one.
-
-    inf for what is none
-    """
+    """(largest last coefficient, largest last but one) of a state or contact velocity, over its natural size."""
     last = 0.0
     before = 0.0
     for i in range(STATES):
-        inverse = 1.0 / floats[SCALE + i * LANES + lane]
+        inverse = inverse_scale(floats, i, lane)
         row = SERIES + i * (ORDER + 1) * LANES + lane
         last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
-        if not (abs(floats[row + ORDER * LANES]) <= 1e300):
-            return math.inf, before
     for c in range(CONTACTS):
         if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
             # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
-            inverse = 1.0 / floats[SCALE + STATE_OF[c] * LANES + lane]
+            inverse = inverse_scale(floats, STATE_OF[c], lane)
             last = max(last, abs(floats[VELOCITY_OF[c] + ORDER * LANES + lane]) * inverse)
             before = max(before, abs(floats[VELOCITY_OF[c] + (ORDER - 1) * LANES + lane]) * inverse)
+    return last, before
+
+
+def holding_terms(floats, lane, last, before):
+    """These terms, and those of the forces that hold stuck contacts.
+
+    Such a force is an acceleration: less exact than the states, and it decides. Near the crests of the drive every
+    other term of it vanishes; where the states do not move, no other term tells of it.
+    """
+    for c in range(CONTACTS):
+        if STICKS[c] == 1:
+            limit = floats[LIMIT_OF[c] + lane]
+            holding = (floats[SIDE + c * LANES + lane] == 0.0) & (limit > 0.0)
+            inverse = 1.0 / where(holding, limit, 1.0)
+            row = HOLD_OF[c] + lane
+            share = abs(floats[row + (ORDER - 1) * LANES]) * inverse
+            before = where(holding, max(before, share), before)
+            share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * floats[HOLD_RATE + lane]
+            last = where(holding, max(last, share), last)
     return last, before
 
 
@@ -149,14 +201,25 @@ def largest_term(floats, lane, k):
     return largest
 
 
-def sign_in_doubt(floats, row, h, least):
-    """Whether the last terms of a velocity's series, from `row` on, are not small against its first ones at time h.
-
-    least: a speed that is none
-    """
+def sign_in_doubt(floats, c, lane, h):
+    """Whether the last terms of a contact velocity are not small against its first ones at time h."""
+    row = VELOCITY_OF[c] + lane
     first = abs(floats[row]) + abs(floats[row + LANES]) * h + abs(floats[row + 2 * LANES]) * h * h
-    last = abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])
-    return last * h ** (ORDER - 1) > 0.01 * first + least
+    none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    return series_tail(floats, row, h) > 0.01 * first + none
+
+
+def series_tail(floats, row, h):
+    """Sum of the sizes of the last two terms at time h of the series whose first coefficient stands at floats[row]."""
+    power = h
+    for _ in range(ORDER - 2):
+        power = power * h
+    return (abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])) * power
+
+
+def unlike(choices):
+    """Where a choice is not made."""
+    return where(choices, 0.0, 1.0) > 0.0
 
 
 def rough_logarithm(x):
@@ -164,16 +227,14 @@ def rough_logarithm(x):
 
     A step length, of which this is the root of a high order, needs no more, and all of the next step waits for it.
     """
-    bits = np.float64(x).view(np.int64)
-    return ((bits >> 52) - 1023) + (np.int64((bits & MANTISSA) | ONE).view(np.float64) - 1.0)
+    return exponent(x) + (mantissa(x) - 1.0)
 
 
 def rough_power(y):
     """2**y to 0.2 %, with a parabola around whole y, for |y| < 1022."""
-    shifted = y + NEAREST
-    g = y - (shifted - NEAREST)
-    power = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52).view(np.float64)
-    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power
+    whole = (y + NEAREST) - NEAREST
+    g = y - whole
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power_of_two(whole)
 
 
 def series_value(floats, row, s):

@@ -1,0 +1,86 @@
+"""The step of all lanes at once: its length, and whether it sees all that the law holds."""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, max, min, store, where
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.ensemble import STEP
+from vibrocap.numerics.kernel.generated.equations import unresolved
+from vibrocap.numerics.kernel.generated.facts import GAPS, KINKED, LACUNARY, ROUGH, SET_VALUED, SHARP_INTERNAL
+from vibrocap.numerics.kernel.generated.lane import TOLERANCE
+from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, faint, known, learn
+from vibrocap.numerics.kernel.step.taylor import (
+    clear_of_bounds,
+    holding_terms,
+    last_terms,
+    reach,
+    rough_logarithm,
+    series_length,
+    series_tail,
+)
+
+
+def taylor_steps(floats):
+    """(`taylor.taylor_step`, last term, last but one, where no bound is near) of all lanes.
+
+    The step is 0 where a coefficient is too large.
+    """
+    every = all_lanes()
+    last, before = last_terms(floats, every)
+    last, before = holding_terms(floats, every, last, before)
+    h, newest = series_length(floats, every, last, before)
+    clear = clear_of_bounds(floats, every, h)
+    if BRANCHES < SWITCHES and bits(~clear) != 0:
+        wanted = rough_logarithm(floats[TOLERANCE + every])
+        for i in range(BRANCHES, SWITCHES):
+            if LOCATED[i] == 1:
+                row = SWITCH + i * (ORDER + 1) * LANES + every
+                bound = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
+                bound = min(bound, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
+                h = where(clear, h, bound)
+    return where(newest <= 1e300, h, 0.0), last, before, clear
+
+
+def resolved_simd(floats, side, start, change, h, moving):
+    """Lanes whose step of length h sees all that the law holds; `change`: bound of how far the velocity goes.
+
+    moving: the lanes that are asked about
+    """
+    every = all_lanes()
+    fine = ~moving
+    if not SHARP_INTERNAL:
+        fine = fine | (side == 0.0)
+    speed = abs(start)
+    least, most = speed - change, speed + change
+    resting = speed <= FAINT * change
+    if not SHARP_INTERNAL:
+        fine = fine | asked_before(floats, resting, least, most)
+        open_still = bits(~fine)
+        if open_still != 0:
+            store(floats, STEP, h)
+            for lane in range(LANES):
+                if (open_still >> lane) & 1:
+                    length = floats[STEP + lane]
+                    reached = excursion(floats, VELOCITY + lane, length)
+                    own = abs(floats[VELOCITY + lane])
+                    learn(floats, lane, length, own - reached, own + reached)
+            fine = fine | asked_before(floats, resting, least, most)
+    telling = moving | ~moving
+    if LACUNARY:
+        tail = series_tail(floats, VELOCITY + every, h)
+        if ROUGH:  # as in `resolved.resolved`
+            tail = tail + where(resting, series_tail(floats, VELOCITY - 2 * LANES + every, h) / (h * h), 0.0)
+        telling = ~moving | (side == 0.0) | ~(tail > faint(floats, every, most))
+    if bits(~fine) == 0:
+        return fine & telling
+    low, high = start - change, start + change
+    if KINKED or SET_VALUED:
+        low = where(side > 0.0, max(low, 0.0), low)
+        high = where(side < 0.0, min(high, 0.0), high)
+    return (fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)) & telling
+
+
+def asked_before(floats, resting, least, most):
+    """Where nothing can hide (`resolved.known`), but for starts from rest of a law whose series has gaps there."""
+    found = known(floats, all_lanes(), least, most)
+    return found & ~resting if GAPS else found
