@@ -14,7 +14,7 @@ be decided, or where
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, STATE, TOLERANCE
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, STATE, TOLERANCE
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import unlike
 
@@ -22,10 +22,11 @@ from vibrocap.numerics.kernel.step.taylor import unlike
 # the longest and the first pause after failures, in steps, and the share of a pause that a step that pays leaves.
 # A motion alone costs some sweeps before its step. Lanes that are not on manifolds wait for the sweeps of those that
 # are, so that those of one contact, where explicit steps are longest, are slow to try again. Of several contacts
-# explicit steps are shorter, and one that creeps changes that often.
-ALONE = (4.0, 8.0, 16.0, 1.0, 0.0) if SEVERAL else (10.0, 60.0, 64.0, 1.0, 0.0)
-IN_LANES = (8.0, 20.0, 64.0, 1.0, 0.0) if SEVERAL else (10.0, 60.0, 128.0, 16.0, 0.5)
-ENTERING, PAYING, LONGEST_PAUSE, FIRST_PAUSE, KEPT_PAUSE = IN_LANES if LANES > 1 else ALONE
+# explicit steps are shorter, and one that creeps changes that often. The last is the step, as a share of the period of
+# the drive, that would have to pay: accuracy lets few steps be longer.
+ALONE = (4.0, 8.0, 16.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 64.0, 1.0, 0.0, 1.0)
+IN_LANES = (8.0, 20.0, 64.0, 1.0, 0.0, 1.0) if SEVERAL else (10.0, 60.0, 128.0, 16.0, 0.5, 0.01)
+ENTERING, PAYING, LONGEST_PAUSE, FIRST_PAUSE, KEPT_PAUSE, LIKELY_STEP = IN_LANES if LANES > 1 else ALONE
 SETTLED = 0.3  # of the tolerance: by how much a sweep may differ from the next
 OFF = 1.0  # tolerances: how far the state may be off the manifold
 EARLY, FAR_OFF = 4.0, 1e3  # sweeps after which it is clear that the state is so many tolerances off
@@ -75,7 +76,10 @@ def follow_manifolds(floats, slow, settled, near, far, plain, h):
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
             was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
-            enters = plain & unlike(was) & (wait <= 0.0) & (load(floats, OWN_DECAY + m * LANES) * h >= ENTERING)
+            rate = load(floats, OWN_DECAY + m * LANES)
+            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
+            if LIKELY_STEP < 1.0:
+                enters = enters & (LIKELY_STEP * rate * load(floats, PERIOD) >= PAYING)
             if bits(slow | enters) == 0:
                 store(floats, WAIT + m * LANES, where(plain, wait - 1.0, wait))
             else:
