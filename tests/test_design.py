@@ -108,6 +108,7 @@ def test_bad_functions_of_ones_own_are_named(biharmonic, over, through, said):
         optimise(biharmonic, over, through=through)
 
 
+@pytest.mark.slow  # its search
 def test_own_variables_may_be_uncertain_and_are_stored(biharmonic, tmp_path):
     """What is uncertain is named by the parameters; the record of a search knows another function."""
     asked = {"starts": START, "evaluations": 32, "refinement": 0, "spread_starts": 0, "samples": 2, "store": tmp_path}
@@ -469,6 +470,7 @@ def three_phases_of(mu, k, stroke):
     return found | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
 
 
+@pytest.mark.slow
 def test_sobol_indices_of_a_product_of_powers():
     """ln V = (ln mu + ln k + ln L)/2 + const: a third each, and no interaction."""
     slow = DECELERATION / SHARE
