@@ -15,8 +15,8 @@ from vibrocap.numerics.run import motion as kernels
 
 PERIODS = 3
 # Tolerances by which an end may be off: implicit steps are off by 18 at most on these systems, series by 3.6. An event
-# is 16 off at most: there the velocity passes zero at a rate of 6e-6, and is off by 1e-4 tolerances.
-END, EVENT = 5.0, 20.0
+# may be later or earlier where the velocity hardly moves: one is 16 off, at which it passes zero at a rate of 6e-6.
+END, EVENT, SHALLOW = 5.0, 10.0, 1e-3
 ROW_END, DENSE = 3.0, 3.0  # of rows: 1.9 and 1.0 at most
 
 
@@ -97,7 +97,7 @@ def implicit(monkeypatch):
 @pytest.mark.parametrize("seed", exhaustive_but([1, 5, 6, 12, 13, 18, 23, 37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
-    """Ends within tolerances, the same events; their times within 20 tolerances, or where implicit steps have them."""
+    """Ends within tolerances, the same events; their times within ten tolerances, or where implicit steps have them."""
     given = random_system(seed)
     tight = implicit(*given, 1e-12)
     for tolerance in (1e-6, 1e-9):
@@ -106,8 +106,10 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         worst = max(abs(found.state[name] - tight.state[name]) for name in tight.state)
         assert worst <= END * tolerance
         assert list(found.event_kinds) == list(tight.event_kinds) == list(other.event_kinds)
-        late, usual = (np.max(np.abs(each.event_times - tight.event_times), initial=0.0) for each in (found, other))
-        assert late <= max(EVENT * tolerance, 1.1 * usual)
+        late, usual = (np.abs(each.event_times - tight.event_times) for each in (found, other))
+        missed = np.abs(found.at(tight.event_times, "contact_velocity"))
+        soon = late <= max(EVENT * tolerance, 1.1 * np.max(usual, initial=0.0))
+        assert np.all(soon | (missed <= SHALLOW * tolerance))
         assert len(found.piece_start) <= 1.01 * len(other.piece_start)
 
 

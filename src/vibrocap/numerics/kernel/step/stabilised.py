@@ -116,8 +116,7 @@ def one_rests(floats, lane):
 def stabilised_step(floats, lane, wanted, longest, allowed):
     """(step length, whether the series has been damped for it), of a lane or of all lanes of which the step is wanted.
 
-    longest: that of the plain series; where it is beyond stability the series is damped for the step if it can.
-
+    longest: that of the plain series; where it is beyond stability the series is damped for the step if it can
     allowed: of which the error that damping makes may be a SHARE
 
     The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
