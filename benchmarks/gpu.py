@@ -93,11 +93,10 @@ def main() -> None:
     if problem is not None:
         print(f"Not measured: {problem}")
         return
-    gpu = cuda.Gpu()
+    gpu = cuda.first_gpu()
     major, minor = (gpu.attribute(f"COMPUTE_CAPABILITY_{part}") for part in ("MAJOR", "MINOR"))
     multiprocessors = gpu.attribute("MULTIPROCESSOR_COUNT")
     print(f"{gpu.name}, {multiprocessors} multiprocessors, compute capability {major}.{minor}")
-    gpu.close()
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
     compare(vc.Exponential(), runs)
     compare(vc.LuGre(), max(1, runs // 10))

@@ -21,7 +21,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
-from vibrocap.numerics.compiler.gpu import ARGUMENTS, LIBRARY, THREAD, thread_code
+from vibrocap.numerics.compiler.gpu import ARGUMENTS, LIBRARY, THREAD, lone_thread_code
 from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
@@ -61,8 +61,8 @@ class StandIn(on_gpu.Gpu):
         self.made = {}
         self.launches = 0
 
-    def close(self):
-        assert not self.made  # all memory was given back
+    def serve(self):
+        assert not self.made
 
     def attribute(self, name):
         assert name == "MULTIPROCESSOR_COUNT"
@@ -100,7 +100,7 @@ class StandIn(on_gpu.Gpu):
 def built(law, order=10, exact=False):
     """(layout, one thread as machine code of this processor)."""
     layout, text = on_gpu.cuda_text(ensemble_of(law, 1)[0], order)
-    code = thread_code(text)
+    code = lone_thread_code(text)
     thread = Compiled(object_code(code.replace(" contract", "") if exact else code, host()), ARGUMENTS)
 
     def run(own, addresses, *numbers):
@@ -134,7 +134,7 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
     gpu = StandIn(thread, layout.real_size, layout.whole_size)
     with mock.patch.multiple(
         on_gpu,
-        Gpu=lambda: gpu,
+        first_gpu=lambda: gpu,
         cuda_problem=lambda: None,
         gpu_threads=lambda _: 3,  # rounded up to whole blocks
         runs_at_a_time=lambda *_: chunk,
@@ -144,6 +144,7 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
     ):
         found = on_gpu.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
     assert found.layout == layout
+    assert not gpu.made  # all memory was given back
     return found.numbers, begun, gpu.launches
 
 

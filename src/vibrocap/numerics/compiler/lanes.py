@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibrocap.numerics.compiler.subset import (
+    BOOL,
     INT,
     NOTHING,
     PLACES,
@@ -155,6 +156,10 @@ def _take(code: "Code", array: Value, place: Value, amount: Value) -> Value:
     return code.emit(INT, f"atomicrmw add ptr {code.pointer(array, place)}, i64 {amount.text} monotonic, align 8")
 
 
+def _in_all_threads(code: "Code", condition: Value) -> Value:
+    return code.emit(BOOL, f"call i1 @in_all_threads(i1 {condition.text})")
+
+
 def _bits(code: "Code", chosen: Value) -> Value:
     width = chosen.kind.lanes
     if not width:
@@ -208,6 +213,7 @@ PRIMITIVES: dict[str, Callable[..., Value]] = {
     "whole_set": _whole_set,
     "where": _where,
     "take": _take,
+    "in_all_threads": _in_all_threads,
     "bits": _bits,
     "floor": _of_each("floor"),
     "square_root": _of_each("sqrt"),

@@ -104,7 +104,7 @@ def ensemble_recipe(
         return Recipe("advance_ensemble", modules, LANE_PRIMITIVES)
     if loop == "gpu":
         modules = (*ALONE, *before, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.gpu_thread")
-        return Recipe("run_thread", modules, ("take", "whole_equal"))
+        return Recipe("run_thread", modules, ("take", "in_all_threads", "whole_equal"))
     own = ALONE if loop == "browser" else ALONE[:1]
     return Recipe("advance_ensemble", (*own, *before, *MOVING, "loop.one_by_one", "loop.run_queue"))
 

@@ -44,8 +44,8 @@ from vibrocap.numerics.run.ensemble import (
 )
 from vibrocap.numerics.run.results import RunResults
 
-BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole GPU
-RESIDENT = 256  # threads per multiprocessor: ptxas gives each all 255 registers that it may have, of 65,536
+WARP = 32  # threads that the GPU moves together
+RESIDENT = 256  # threads per multiprocessor, one block: ptxas gives each all 255 registers that it may have, of 65,536
 LAUNCH = 0.25  # s, aimed at: short enough for a GPU that also draws a screen
 FIRST_ROUNDS, MOST_ROUNDS = 200, 1_000_000  # steps per launch
 SHARE = 0.5  # of the free memory of the GPU, for the runs and results of one chunk
@@ -75,7 +75,7 @@ def cuda_code(
 class Gpu:
     """The first GPU, through the driver; whatever it refuses is a RuntimeError with its own words.
 
-    The context is the GPU's primary one, held for the life of this object, which one thread uses at a time.
+    The context is the GPU's primary one, held until Python ends: to take it and give it back costs a third of a second.
     """
 
     def __init__(self) -> None:
@@ -83,11 +83,10 @@ class Gpu:
         self.ask("cuInit", 0)
         self.device = self.ask("cuDeviceGet", 0)
         self.context = self.ask("cuDevicePrimaryCtxRetain", self.device)
-        self.ask("cuCtxSetCurrent", self.context)
 
-    def close(self) -> None:
-        """Let the GPU go."""
-        self.ask("cuDevicePrimaryCtxRelease", self.device)
+    def serve(self) -> None:
+        """Serve the thread that calls this."""
+        self.ask("cuCtxSetCurrent", self.context)
 
     def ask(self, name: str, *arguments: Any) -> Any:
         """Call a function of the driver; its result."""
@@ -147,13 +146,19 @@ class Gpu:
         self.ask("cuLaunchKernel", function, blocks, 1, 1, threads, 1, 1, 0, 0, arguments, 0)
 
 
+@functools.cache
+def first_gpu() -> Gpu:
+    """The GPU of this process."""
+    return Gpu()
+
+
 def cuda_problem() -> str | None:
     """Why ensembles cannot run on a GPU here, and what was found; None if they can."""
     needs = 'device: "cuda" needs an NVIDIA GPU, its driver and the package cuda-bindings; found:'
     with contextlib.suppress(ModuleNotFoundError):
         if importlib.util.find_spec("cuda.bindings") is not None:
             try:
-                Gpu().close()
+                first_gpu()
                 return None
             except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
                 reason = " ".join(str(error).split()) or type(error).__name__
@@ -184,20 +189,18 @@ def cuda_ensemble_run(
     layout, code = cuda_code(equations, order, integrands, budget.returns)
     count = len(initial)
     results = np.empty((count, layout.result_size))
-    gpu = Gpu()
-    try:
-        threads = gpu_threads(gpu)
-        chunk = runs_at_a_time(layout, threads, gpu.free)
-        with gpu.function(code, ENTRY) as function:
-            for first in range(0, count, chunk):
-                part = slice(first, min(first + chunk, count))
-                report = None if progress is None else functools.partial(_report, progress, first)
-                runs = np.empty((part.stop - first, layout.run_size))
-                write_runs(runs, equations, parameters[part], initial[part])
-                tables = drive_tables(equations, parameters[part])
-                results[part] = _chunk_run(gpu, function, threads, layout, runs, tables, budget, report)
-    finally:
-        gpu.close()
+    gpu = first_gpu()
+    gpu.serve()
+    threads = gpu_threads(gpu)
+    chunk = runs_at_a_time(layout, threads, gpu.free)
+    with gpu.function(code, ENTRY) as function:
+        for first in range(0, count, chunk):
+            part = slice(first, min(first + chunk, count))
+            report = None if progress is None else functools.partial(_report, progress, first)
+            runs = np.empty((part.stop - first, layout.run_size))
+            write_runs(runs, equations, parameters[part], initial[part])
+            tables = drive_tables(equations, parameters[part])
+            results[part] = _chunk_run(gpu, function, threads, layout, runs, tables, budget, report)
     return RunResults(layout, results)
 
 
@@ -208,6 +211,12 @@ def _report(progress: Callable[[int], None], before: int, begun: int) -> None:
 def gpu_threads(gpu: Gpu) -> int:
     """Threads that the GPU runs at once."""
     return RESIDENT * gpu.attribute("MULTIPROCESSOR_COUNT")
+
+
+def threads_per_block(threads: int, count: int) -> int:
+    """Of a GPU that runs so many threads at once, for so many runs: few runs are spread over all multiprocessors."""
+    warps = -(-min(threads, count) * RESIDENT // (threads * WARP))
+    return WARP * max(1, warps)
 
 
 def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
@@ -234,8 +243,9 @@ def _chunk_run(
     """Results of runs that fit on the GPU, launch after launch."""
     count = len(runs)
     floats, ints = prepared_lanes(layout, budget, count, tables)
-    blocks = -(-min(threads, count) // BLOCK)
-    kept = 8 * blocks * BLOCK
+    block = threads_per_block(threads, count)
+    blocks = -(-min(threads, count) // block)
+    kept = 8 * blocks * block
     queue = np.array([0, count, 0], dtype=np.int64)
     results = np.empty((count, layout.result_size))
     sizes = (
@@ -254,7 +264,7 @@ def _chunk_run(
             began = time.perf_counter()
             queue[BUSY] = 0
             gpu.send(on_gpu, queue)
-            gpu.launch(function, blocks, BLOCK, addresses, [fresh, rounds])
+            gpu.launch(function, blocks, block, addresses, [fresh, rounds])
             gpu.fetch(queue, on_gpu)  # waits for the launch
             if progress is not None:
                 progress(int(min(queue[NEXT], count)))

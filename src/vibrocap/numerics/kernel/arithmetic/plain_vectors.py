@@ -89,6 +89,11 @@ def take(ints, place, amount):
     return before
 
 
+def in_all_threads(condition):
+    """Whether a condition holds in all threads that go together, each of which waits here for the others."""
+    return condition
+
+
 def bits(choices):
     """As an integer, bit i for lane i."""
     return sum(1 << lane for lane, choice in enumerate(np.atleast_1d(choices)) if choice)

@@ -4,7 +4,7 @@ The elementary functions are the package's own polynomials: a GPU has no library
 """
 
 from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import in_all_threads, take
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.ensemble import RUN
 from vibrocap.numerics.kernel.generated.lane import STATUS, WORK
@@ -27,18 +27,22 @@ def run_thread(
         floats[i] = start_floats[i] if fresh != 0 else kept_floats[i * threads + thread]
     for i in range(WHOLE_SIZE):
         ints[i] = start_ints[i] if fresh != 0 else kept_ints[i * threads + thread]
-    running = True
+    over = False
     for _ in range(rounds):
-        if ints[STATUS] != RUNNING and not ends_trial(floats, ints, 0):
+        # One that left alone, from within a condition, would keep those behind the condition apart ever after.
+        if in_all_threads(over):
+            break
+        if not over and ints[STATUS] != RUNNING and not ends_trial(floats, ints, 0):
             if ints[RUN] >= 0:
                 end_run(floats, ints, trace, 0)
             run = take(queue, NEXT, 1)
-            if run >= queue[END]:
-                running = False
-                break
-            begin_run(floats, ints, trace, 0, run)
-        advance(floats, ints, trace, 1)
-    if running:
+            if run < queue[END]:
+                begin_run(floats, ints, trace, 0, run)
+            else:
+                over = True
+        if not over:
+            advance(floats, ints, trace, 1)
+    if not over:
         take(queue, BUSY, 1)
     for i in range(WORK):
         kept_floats[i * threads + thread] = floats[i]
