@@ -127,7 +127,7 @@ def plain(law, order=10):
     return layout, run
 
 
-def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
+def through_the_gpu(case, layout, thread, rounds=10_000, chunk=4):
     """(results, progress, launches): blocks of two threads, launches of so many steps, so many runs at a time."""
     law, runs, budget = CASES[case]
     begun: list[int] = []
@@ -139,7 +139,8 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
         gpu_threads=lambda _: 3,  # rounded up to whole blocks
         runs_at_a_time=lambda *_: chunk,
         next_rounds=lambda before, seconds: rounds,
-        BLOCK=2,
+        WARP=2,
+        RESIDENT=2,
         FIRST_ROUNDS=rounds,
     ):
         found = on_gpu.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
@@ -150,11 +151,11 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", exhaustive_but([0, 2], [*CASES]))
-def test_the_threads_of_a_card_do_what_the_cpu_does(case):
+def test_the_threads_of_a_gpu_do_what_the_cpu_does(case):
     """The same steps, modes and statuses; numbers to the rounding of two sets of elementary functions."""
     law, runs, budget = CASES[case]
     expected = ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=10, lanes=1).numbers
-    results, begun, _ = through_the_card(case, *built(law))
+    results, begun, _ = through_the_gpu(case, *built(law))
     assert np.array_equal(results[:, 0], expected[:, 0])
     assert np.array_equal(results[:, 7:9], expected[:, 7:9])
     size = 1.0 + np.abs(expected[:, len(RESULT_HEAD) :])
@@ -172,13 +173,13 @@ def test_the_threads_of_a_card_do_what_the_cpu_does(case):
 def test_short_launches_and_small_chunks_change_nothing():
     """All that a thread carries outlives a launch, wherever in a run that ends."""
     layout, thread = built("exponential")
-    long, long_begun, few = through_the_card("exponential", layout, thread)
-    short, short_begun, many = through_the_card("exponential", layout, thread, rounds=7)
+    long, long_begun, few = through_the_gpu("exponential", layout, thread)
+    short, short_begun, many = through_the_gpu("exponential", layout, thread, rounds=7)
     assert np.array_equal(short, long)
     assert many > 5 * few
     assert short_begun[-1] == long_begun[-1] == 7  # all runs begun
     assert np.all(np.diff(short_begun) >= 0)
-    ints, _, one = through_the_card("exponential", layout, thread, chunk=100)
+    ints, _, one = through_the_gpu("exponential", layout, thread, chunk=100)
     assert np.array_equal(ints, long)
     assert one < few
 
@@ -186,8 +187,8 @@ def test_short_launches_and_small_chunks_change_nothing():
 @pytest.mark.slow
 def test_a_thread_without_fused_operations_is_that_of_plain_python():
     """What is compiled for GPUs is the text, to the last bit."""
-    exact, _, _ = through_the_card("exponential", *built("exponential", exact=True))
-    python, _, _ = through_the_card("exponential", *plain("exponential"))
+    exact, _, _ = through_the_gpu("exponential", *built("exponential", exact=True))
+    python, _, _ = through_the_gpu("exponential", *plain("exponential"))
     assert np.array_equal(exact, python)
 
 
@@ -199,7 +200,7 @@ def test_launches_take_a_quarter_of_a_second():
     assert on_gpu.next_rounds(10**6, 1e-3) == on_gpu.MOST_ROUNDS
 
 
-def test_chunks_fit_into_the_memory_of_the_card():
+def test_chunks_fit_into_the_memory_of_the_gpu():
     layout, _ = on_gpu.cuda_text(ensemble_of("exponential", 1)[0], 8)
     bytes_per_run = 8 * (layout.run_size + layout.result_size)
     threads = 10 * on_gpu.RESIDENT
@@ -209,6 +210,15 @@ def test_chunks_fit_into_the_memory_of_the_card():
     assert small * bytes_per_run < 0.5 * 4e9
     assert (large - small) * bytes_per_run == pytest.approx(0.5 * 4e9, rel=1e-6)
     assert on_gpu.runs_at_a_time(layout, threads, float("inf")) == 2**31
+
+
+def test_few_runs_are_spread_over_all_multiprocessors():
+    threads = 10 * on_gpu.RESIDENT
+    assert on_gpu.threads_per_block(threads, 1) == 32
+    assert on_gpu.threads_per_block(threads, 10 * 32) == 32
+    assert on_gpu.threads_per_block(threads, 10 * 32 + 1) == 64
+    assert on_gpu.threads_per_block(threads, threads) == on_gpu.RESIDENT
+    assert on_gpu.threads_per_block(threads, 10**6) == on_gpu.RESIDENT
 
 
 # --- code for a GPU -------------------------------------------------------------------------------------------------
@@ -226,7 +236,7 @@ def assembler() -> str | None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
-def test_the_code_for_cards_is_complete(law, tmp_path):
+def test_the_code_for_gpus_is_complete(law, tmp_path):
     """One entry, fused double precision, nothing left to be linked, lanes in local memory; the assembler takes it."""
     layout, code = on_gpu.cuda_code(ensemble_of(law, 1)[0], 8)
     assert code.count(".visible") == 1
@@ -251,10 +261,10 @@ def test_the_code_for_cards_is_complete(law, tmp_path):
 
 # --- a GPU, or none -------------------------------------------------------------------------------------------------
 
-ON_CARD = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
+ON_GPU = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
 
 
-def test_a_card_agrees_with_the_cpu_to_rounding():
+def test_a_gpu_agrees_with_the_cpu_to_rounding():
     """The same steps, modes and statuses; numbers differ by an ulp per operation, in sin, cos and exp and in what is
     fused, some 1e-13 per period as between compilers; a run near a grazing contact amplifies that, so nine of ten runs
     are held to it and all to the tolerance of the run."""
@@ -263,16 +273,16 @@ def test_a_card_agrees_with_the_cpu_to_rounding():
         pytest.skip(problem)
     for law in LAWS:
         recorded, parameters, initial = ensemble_of(law, 1000)
-        on_cpu = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
-        with_card = on_gpu.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
-        results, expected = with_card.numbers, on_cpu.numbers
+        on_cpu = ensemble_run(recorded, parameters, initial, ON_GPU, lanes=1)
+        with_gpu = on_gpu.cuda_ensemble_run(recorded, parameters, initial, ON_GPU)
+        results, expected = with_gpu.numbers, on_cpu.numbers
         assert np.array_equal(results[:, 0], expected[:, 0])
         assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99
         numbers = slice(len(RESULT_HEAD), None)  # states and everything measured
         size = 1.0 + np.abs(expected[:, numbers])
         difference = np.max(np.abs(results[:, numbers] - expected[:, numbers]) / size, axis=1)
         assert np.quantile(difference, 0.9) <= 1e-11
-        assert np.max(np.abs(with_card.state - on_cpu.state)) <= 100.0 * ON_CARD.tolerance
+        assert np.max(np.abs(with_gpu.state - on_cpu.state)) <= 100.0 * ON_GPU.tolerance
 
 
 def test_without_the_bindings_the_message_says_what_to_install(monkeypatch):
@@ -281,7 +291,7 @@ def test_without_the_bindings_the_message_says_what_to_install(monkeypatch):
     with pytest.raises(
         ValueError, match=r'device: "cuda" needs an NVIDIA GPU.*no cuda-bindings.*pip install "cuda-bindings>=12.8"'
     ):
-        on_gpu.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_CARD)
+        on_gpu.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_GPU)
 
 
 def bindings_found() -> bool:
@@ -290,7 +300,7 @@ def bindings_found() -> bool:
 
 
 @pytest.mark.skipif(not bindings_found(), reason="cuda-bindings is not installed (pip install cuda-bindings)")
-def test_without_a_card_the_message_says_what_was_found():
+def test_without_a_gpu_the_message_says_what_was_found():
     """The driver is told to show no GPU; where there is no driver, that is what the message says."""
     call = "from vibrocap.numerics.run.cuda import cuda_problem; print(cuda_problem())"
     shown = {**os.environ, "CUDA_VISIBLE_DEVICES": ""}

@@ -138,7 +138,7 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
     short = text.startswith(SHORT)
-    module = llvm.parse_assembly(head + (_called_once_marked(text) if short else text), llvm.create_context())
+    module = llvm.parse_assembly(head + (called_once_marked(text) if short else text), llvm.create_context())
     options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
@@ -155,7 +155,7 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     return module, machine
 
 
-def _called_once_marked(text: str) -> str:
+def called_once_marked(text: str) -> str:
     """The same, in which functions called once are marked to be put in the place of their call."""
     calls = Counter(_CALL.findall(text))
 
