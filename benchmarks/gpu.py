@@ -50,8 +50,12 @@ def budget(tolerance: float) -> Budget:
     return Budget(PERIODS, 10, 0.0, tolerance, 10_000, 50_000_000)
 
 
-def seconds_of(call) -> float:
-    """Median of some calls, after one that compiles."""
+def seconds_of(run, sweep) -> float:
+    """Median of some runs of a sweep, after one that compiles."""
+
+    def call() -> None:
+        run(*sweep, budget(TOLERANCE))
+
     call()
     times = []
     for _ in range(REPEATS):
@@ -67,10 +71,9 @@ def compare(law, runs: int) -> None:
     print(f"  {'runs':>9s}{'GPU, random':>14s}{'GPU, grid':>12s}{'processor':>12s}")
     sizes = [size for size in (1_000, 10_000, 100_000, 1_000_000) if size < runs]
     for size in (*sizes, runs):
-        given = budget(TOLERANCE)
         random, grid = sweep_of(law, size), sweep_of(law, size, shuffled=False)
-        times = [seconds_of(lambda sweep=sweep: cuda.cuda_ensemble_run(*sweep, given)) for sweep in (random, grid)]
-        times.append(seconds_of(lambda: ensemble_run(*random, given)))
+        times = [seconds_of(cuda.cuda_ensemble_run, sweep) for sweep in (random, grid)]
+        times.append(seconds_of(ensemble_run, random))
         print(f"  {size:9d}{times[0]:14.3f}{times[1]:12.3f}{times[2]:12.3f}", flush=True)
     few = sweep_of(law, min(SAMPLE, runs))
     results = cuda.cuda_ensemble_run(*few, budget(TOLERANCE))
