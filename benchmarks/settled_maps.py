@@ -41,7 +41,9 @@ def main() -> None:
         said = {}
         for turn in range(TURNS + 1):
             for extrapolate, each in seconds.items():
-                budget = Budget(PERIODS, 10, THRESHOLD, TOLERANCE, 10_000, 50_000_000, 0, 1, extrapolate)
+                budget = Budget(
+                    PERIODS, 10, THRESHOLD, TOLERANCE, 10_000, 50_000_000, evidence=1, extrapolate=extrapolate
+                )
                 used = time.process_time()
                 found = ensemble_run(*given, budget, threads=1)
                 if turn > 0:  # the first one compiles

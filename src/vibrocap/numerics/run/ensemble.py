@@ -51,6 +51,7 @@ class Budget:
     max_steps: int
     asked: int = 0
     evidence: int = 0
+    _: dataclasses.KW_ONLY
     returns: bool = False
     extrapolate: bool = False
 
