@@ -201,7 +201,7 @@ def cuda_ensemble_run(
             runs = np.empty((part.stop - first, layout.run_size))
             write_runs(runs, equations, parameters[part], initial[part])
             tables = drive_tables(equations, parameters[part])
-            results[part] = _chunk_run(gpu, function, threads, layout, runs, tables, budget, report)
+            _run_chunk(gpu, function, threads, layout, runs, tables, budget, report, results[part])
     return RunResults(layout, results)
 
 
@@ -231,7 +231,7 @@ def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
     return int(max(1, min(2**31, SHARE * max(0.0, free - carried) // (8 * (layout.run_size + layout.result_size)))))
 
 
-def _chunk_run(
+def _run_chunk(
     gpu: Gpu,
     function: Any,
     threads: int,
@@ -240,15 +240,15 @@ def _chunk_run(
     tables: np.ndarray,
     budget: Budget,
     progress: Callable[[int], None] | None,
-) -> np.ndarray:
-    """Results of runs that fit on the GPU, launch after launch."""
+    results: np.ndarray,
+) -> None:
+    """Write the results of runs that fit on the GPU, launch after launch."""
     count = len(runs)
     floats, ints = prepared_lanes(layout, budget, count, tables)
     block = threads_per_block(threads, count)
     blocks = -(-min(threads, count) // block)
     kept = 8 * blocks * block
     queue = np.array([0, count, 0], dtype=np.int64)
-    results = np.empty((count, layout.result_size))
     sizes = (
         runs.nbytes + results.nbytes + tables.nbytes,
         *(queue.nbytes, floats.nbytes, ints.nbytes, kept * layout.places["WORK"], kept * len(ints)),
@@ -274,7 +274,6 @@ def _chunk_run(
             rounds = next_rounds(rounds, time.perf_counter() - began)
             fresh = 0
         gpu.fetch(results, trace + runs.nbytes)
-    return results
 
 
 def next_rounds(rounds: int, seconds: float) -> int:
