@@ -306,7 +306,7 @@ print(cases.map(({ form, parts, tried, tables }) => {
   return tried.map((given, i) => {
     const values = Object.fromEntries(form.parameters.map((path, i) => [path, given[i]]));
     const wrong = form.parameters.map((path) => [path, model.complaint(path, values[path], form, values)]);
-    const drive = tables[i] && form.corners && firstSegment(form.corners, Float64Array.from(tables[i]), 1);
+    const drive = tables[i] && { table: Float64Array.from(tables[i]) };
     return [wrong.filter((each) => each[1]), tables[i] && isMirrored(form, { parameters: given, drive })];
   });
 }));

@@ -27,7 +27,8 @@ from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import event_kinds
 from vibrocap.numerics.api import recorded_run
-from vibrocap.numerics.run.motion import begun_memory, linked_motion, series_order
+from vibrocap.numerics.run.motion import begun_memory, series_order
+from vibrocap.numerics.run.motion import kernel as motion_kernel
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
 from vibrocap.physics.machines.machine import Imposed
@@ -128,8 +129,9 @@ def test_the_kernel_begins_as_a_recorded_run_does(system):
     """Natural sizes, period, segment and sides, which it computes itself from parameters and states."""
     initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
     given = parameter_values(system), [*initial.values()]
-    layout, _ = linked_motion(equations(system), series_order(1e-9))
+    layout, advance = motion_kernel(equations(system), series_order(1e-9))
     wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (1, 1))
+    advance(*wanted, 0)
     stepped = SteppedCase(Case(system, initial))
     memory, kernel = stepped.memory(), stepped.kernel
     kernel.entry("begin_motion", memory)(0)

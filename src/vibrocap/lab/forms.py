@@ -25,23 +25,11 @@ ENSEMBLE_TOLERANCES = {10: 1e-7, 12: 5e-10, 16: 5e-10}
 OBSERVED = ("friction", "holding_force", "drive", "energy", "contact_energy", "contact_velocity")
 # Places that the page's engine fills or reads; the rest is the kernels' own affair.
 PLACES = (
-    *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "TO_DECIDE", "ZEROS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT"),
+    *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT", "STEP_LIMIT"),
     *("PIECES", "PIECE_LIMIT", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT", "PIECE_START", "RECORDED_EVENT_START"),
-    *("RUN", "STEP_LIMIT", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
-    *(
-        "TIME",
-        "PERIOD",
-        "HOLD_RATE",
-        "TAIL",
-        "SIDE",
-        "SIDE_TOLD",
-        "TOLERANCE",
-        "REFUTED_SPEED",
-        "FAR_SPEED",
-        "CONTACT_RESIDUAL",
-    ),
-    *("SEGMENT", "SEGMENT_COUNT", "TABLE", "TABLE_START", "TABLE_STRIDE", "UNTIL"),
-    *("STATE", "PARAMETER", "SCALE", "THRESHOLD", "MARKS", "WORK"),
+    *("RUN", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
+    *("PERIOD", "TAIL", "TOLERANCE", "THRESHOLD", "CONTACT_RESIDUAL", "MARKS"),
+    *("SEGMENT_COUNT", "TABLE_START", "TABLE_STRIDE", "STATE", "PARAMETER", "SCALE"),
 )
 
 
@@ -115,11 +103,11 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
 
 
 def _corners(corners: Corners | None, system: System, paths: tuple[str, ...]) -> dict[str, Any] | None:
-    """Of a drive with corners: segments in a part of its period, coefficients of each, place of the present one; what
-    rounding is; how many parts there are, in JavaScript. None without corners."""
+    """Of a drive with corners: segments in a part of its period, coefficients of each; what rounding is; how many parts
+    there are, in JavaScript. None without corners."""
     if corners is None:
         return None
-    counts = {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
+    counts = {"segments": len(corners.lengths), "coefficients": corners.coefficients}
     return {**counts, "rounding": ROUNDING, "parts": parts_of_period(system, paths)}
 
 

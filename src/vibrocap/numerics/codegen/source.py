@@ -231,7 +231,7 @@ def instants_source(
     """
     corners = equations.corners if with_table else None
     table = () if corners is None else corners.numbers  # recorded on a graph of their own
-    begun = (*room, *equations.scales, equations.period, *(each.velocity for each in equations.contacts))
+    begun = (*room, *equations.scales, equations.period)
     found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
         found.append(stored_source(name, values[0].graph if values else equations.graph, values))

@@ -185,8 +185,8 @@ class Layout:
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, sides."""
-        return 2 * self.states + self.parameters + 2 + self.contacts
+        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period."""
+        return 2 * self.states + self.parameters + 2
 
     @property
     def result_size(self) -> int:

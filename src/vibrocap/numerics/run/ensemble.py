@@ -17,7 +17,7 @@ from vibrocap.numerics.kernel.gathered_entries import gathered_entries
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
-from vibrocap.numerics.run.motion import has_branches, sizes, start_sides
+from vibrocap.numerics.run.motion import has_branches, sizes
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
@@ -145,7 +145,7 @@ def ensemble_run(
     write_runs(runs, equations, parameters, initial, start)
     trace[results_end:] = tables.ravel()
     if mark_distance is not None:
-        runs[:, -1 - layout.contacts] = mark_distance
+        runs[:, -1] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     taken = 0
     guard = threading.Lock()
@@ -227,11 +227,8 @@ def write_runs(
     columns = parameters.T
     scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
     (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
-    sides = states + count + states + 2
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, sides - 2], runs[:, sides - 1] = time, period
-    for i, side in enumerate(start_sides(equations, time, initial.T, columns)):
-        runs[:, sides + i] = side
+    runs[:, -2], runs[:, -1] = time, period

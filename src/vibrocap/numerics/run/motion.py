@@ -14,8 +14,6 @@ from vibrocap.numerics.expressions.structure import slow_states
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.kernel.step.taylor import hold_rate
-from vibrocap.numerics.kernel.stepper.take_step import NO_SPEED_AT_START, NOT_TOLD
 from vibrocap.numerics.linker.link import (
     Linked,
     compiled_kernel,
@@ -299,27 +297,25 @@ def begun_memory(
     _fill(floats, place["PARAMETER"], parameters)
     scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
     _fill(floats, place["SCALE"], scales)
-    floats[place["REFUTED_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
     floats[place["PERIOD"]] = period
     floats[place["TIME"]] = phase * period
-    floats[place["HOLD_RATE"]] = hold_rate(period, layout.order)
     floats[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
     floats[place["TOLERANCE"]] = tolerance
+    ints[place["STATUS"]] = codes.BEGINNING
     ints[place["WHOLE_PERIODS"]] = whole_periods
     ints[place["EVENT_LIMIT"]] = limits[0]
     ints[place["STEP_LIMIT"]] = limits[1]
     table = np.empty((0, 0))
     if equations.corners is not None:
-        table = _start_drive(equations.corners, floats, ints, place, parameters)
-        parameters = floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
-    _start_contacts(equations, floats, ints, place, initial, parameters)
+        (table,), (floats[place["PARAMETER"] + equations.corners.place],) = equations.corners.of_one(tuple(parameters))
+        ints[place["SEGMENT_COUNT"]] = len(table)
     piece_room, event_room = room
     event_start = (whole_periods + 1) * rows
     table_start = event_start + event_room * layout.event_size
     piece_start = table_start + table.size  # the last, so that the trace can be cut
     trace = TRACES.lend(piece_start + piece_room * layout.piece_size)
     trace[table_start:piece_start] = table.ravel()
-    ints[place["TABLE"]] = table_start
+    ints[place["TABLE_START"]] = table_start
     trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
     ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, event_room
     ints[place["PIECE_START"]], ints[place["PIECE_LIMIT"]] = piece_start, piece_room
@@ -338,48 +334,3 @@ def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
     if len(parts) == 1:
         return parts[0]
     return np.concatenate(parts) if parts else np.empty((0, size))
-
-
-def _start_drive(
-    corners: Any, floats: np.ndarray, ints: np.ndarray, place: dict, parameters: Sequence[float]
-) -> np.ndarray:
-    """Put the segment of the drive that holds at the start in place; the table of all."""
-    start, period = floats[place["TIME"]], floats[place["PERIOD"]]
-    tables, periods = corners.of_one(tuple(parameters))
-    (number,), present = corners.present(tables, periods, np.array([start]))
-    _fill(floats, place["PARAMETER"] + corners.place, present[:, 0])
-    ints[place["SEGMENT"]], ints[place["SEGMENT_COUNT"]] = number, tables.shape[1]
-    last = number == tables.shape[1] - 1
-    floats[place["UNTIL"]] = period if last else min(tables[0, number, 0] * periods[0], period)
-    return tables[0]
-
-
-def _start_contacts(equations: Equations, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
-    """Sides at the start: those of the velocities; at rest, the kernel decides."""
-    sides = start_sides(equations, floats[place["TIME"]], initial, parameters)
-    for i, (each, side) in enumerate(zip(equations.contacts, sides, strict=True)):
-        floats[place["SIDE_TOLD"] + i] = NOT_TOLD
-        if side != 0.0:
-            floats[place["SIDE"] + i] = side
-        elif each.sticks:
-            ints[place["TO_DECIDE"] + i] = 1
-        else:
-            floats[place["SIDE"] + i] = 1.0
-            ints[place["ZEROS"] + i] = 1
-
-
-def start_sides(equations: Equations, time: Any, states: Any, parameters: Any) -> list:
-    """Sides of all contacts where a run starts, of numbers or arrays; 0 where one is at rest.
-
-    A velocity that is no state is zero to rounding only, as where a motion is taken up again while a further contact
-    rests.
-    """
-    velocities = evaluate([each.velocity for each in equations.contacts], time, states, 1.0, parameters)
-    found = [np.sign(velocities[0])]
-    for each, velocity in zip(equations.contacts[1:], velocities[1:], strict=True):
-        none: Any = 0.0
-        if not each.is_state:
-            (scale,) = evaluate([equations.scales[each.state]], time, states, 1.0, parameters)
-            none = NO_SPEED_AT_START * (np.abs(states[each.state]) + scale)
-        found.append(np.where(np.abs(velocity) <= none, 0.0, np.sign(velocity)))
-    return found

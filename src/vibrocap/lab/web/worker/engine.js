@@ -1,10 +1,9 @@
 // The engine: kernels at work. It fills their memory as `numerics/run/motion.py` and `ensemble.py` do, and reads what
 // they leave; no equation stands here. Runs in a worker, and in Node for tests.
 
-const RUNNING = 0, TRACE_FULL = 2, DONE = 1;
+const BEGINNING = -1, RUNNING = 0, DONE = 1, TRACE_FULL = 2;
 const ROUNDS = 20000; // steps between two looks at the trace
 const EVENT_ROOM = 2000, PIECE_ROOM = 20000;
-const NOT_TOLD = 9; // a side that is none: the sides at the start are no events
 
 // The module of all kernels at work, and its memory behind the tables: what asks for room gives it back when it is done.
 class Engine {
@@ -40,18 +39,16 @@ class Form {
   // How many segments the drive has with these parameters, 0 without corners.
   segments(parameters) { return this.corners ? this.corners.segments * CUTS[this.number](parameters) : 0; }
 
-  // What a run begins with: natural sizes of the states, period, contact velocities, holding rate; of a drive with
-  // corners its segments, of which the first stands behind the parameters.
+  // What a run begins with: natural sizes of the states and period; of a drive with corners its table, and behind the
+  // parameters its period and room for the present segment, which the kernel fills.
   beginning(parameters, initial) {
     const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
-    const end = n + 1 + this.rests.length; // of the velocities
-    const segments = this.segments(parameters), start = first + end + 1; // of the table
+    const segments = this.segments(parameters), start = first + n + 1; // of the table
     return this.engine.within(sizes, start + (corners ? segments * (corners.coefficients + 1) : 0), (floats, ints, all, ...places) => { // bounds of `room` first
       const trace = all.subarray(first);
       floats.set(initial, at.STATE);
       floats.set(parameters, at.PARAMETER);
-      const begin = () => this.kernel.begin(...places, 0);
-      begin();
+      this.kernel.begin(...places, 0);
       this.room.forEach((name, i) => {
         const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
         const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
@@ -59,24 +56,10 @@ class Form {
       });
       ints[at.SEGMENT_COUNT] = BigInt(segments);
       this.kernel.write_table(...places, trace[n], start);
-      const drive = corners && firstSegment(corners, all.slice(start), trace[n]);
-      if (drive) { floats.set(drive.present, at.PARAMETER + corners.place); begin(); }
-      return {
-        scales: trace.slice(0, n), period: trace[n], velocities: trace.slice(n + 1, end), holdRate: trace[end], drive,
-        parameters: drive ? [...parameters, ...drive.present] : parameters,
-      };
+      const drive = corners && { table: all.slice(start) }, present = corners ? [trace[n], ...Array(corners.coefficients + 1).fill(0)] : [];
+      return { scales: trace.slice(0, n), period: trace[n], drive, parameters: [...parameters, ...present] };
     });
   }
-}
-
-// The segment with which a period begins, as `numerics/expressions/corners.py` finds it in a table.
-function firstSegment({ coefficients }, table, period) {
-  const width = coefficients + 1, segments = table.length / width;
-  let number = 0;
-  while (number < segments - 1 && table[number * width] <= 2 * Number.EPSILON) number++;
-  const present = [period, number > 0 ? table[(number - 1) * width] * period : 0];
-  for (let k = 0; k < coefficients; k++) present.push(table[number * width + 1 + k] * (1 / period) ** k);
-  return { table, number, present, until: number === segments - 1 ? period : Math.min(table[number * width] * period, period) };
 }
 
 // Whether the second half of a table is the first one with the other sign, to rounding: `odd` of the package's drives,
@@ -122,26 +105,17 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     floats.set(initial, at.STATE);
     floats.set(begun.parameters, at.PARAMETER);
     floats.set(begun.scales, at.SCALE);
-    floats[at.REFUTED_SPEED] = floats[at.FAR_SPEED] = Infinity;
     floats[at.PERIOD] = period;
-    floats[at.HOLD_RATE] = begun.holdRate;
     floats[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
     floats[at.TOLERANCE] = tolerance;
     put({
-      WHOLE_PERIODS: wholePeriods, EVENT_LIMIT: limits.events, STEP_LIMIT: limits.steps, TABLE: tableStart,
+      STATUS: BEGINNING, WHOLE_PERIODS: wholePeriods, EVENT_LIMIT: limits.events, STEP_LIMIT: limits.steps,
       RECORDED_EVENT_START: eventStart, RECORDED_EVENT_LIMIT: EVENT_ROOM, PIECE_START: pieceStart, PIECE_LIMIT: pieceRoom,
-    });
-    form.rests.forEach((rests, i) => { // the side of each contact; the kernel decides whether one rests
-      const side = Math.sign(begun.velocities[i]);
-      floats[at.SIDE_TOLD + i] = NOT_TOLD;
-      floats[at.SIDE + i] = side || (rests ? 0 : 1);
-      if (!side) ints[(rests ? at.TO_DECIDE : at.ZEROS) + i] = 1n;
     });
     trace.set(initial, 0);
     if (drive) {
       trace.set(drive.table, tableStart);
-      put({ SEGMENT: drive.number, SEGMENT_COUNT: form.segments(parameters) });
-      floats[at.UNTIL] = drive.until;
+      put({ TABLE_START: tableStart, SEGMENT_COUNT: form.segments(parameters) });
     }
     const pieces = [], events = [];
     let status = RUNNING, kept = 0;
@@ -192,10 +166,8 @@ function ensembleRun(form, runs, budget, each) {
       trace.set(begun.parameters, n);
       trace.set(begun.scales, n + begun.parameters.length);
       if (begun.drive) trace.set(begun.drive.table, tableStart);
-      const sides = sizes.run - form.rests.length;
-      trace[sides - 2] = 0; // time: it begins with the drive
-      trace[sides - 1] = begun.period;
-      trace.set(begun.velocities.map(Math.sign), sides);
+      trace[sizes.run - 2] = 0; // time: it begins with the drive
+      trace[sizes.run - 1] = begun.period;
       const wholes = {
         TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: form.segments(run.parameters), STATUS: DONE, RUN: -1,
         EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,

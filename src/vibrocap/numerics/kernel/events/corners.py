@@ -33,7 +33,8 @@ def begin_drive(floats, ints, trace, lane, run):
     """Find the table of a run, and the segment with which it begins."""
     ints[TABLE + lane] = ints[TABLE_START] + run * ints[TABLE_STRIDE]
     ints[CYCLE + lane] = 0
-    take_segment(floats, ints, trace, lane, 0)
+    if not take_segment(floats, ints, trace, lane, 0):  # at the end of the period, to rounding
+        floats[UNTIL + lane] = floats[PERIOD + lane]
 
 
 def at_corner(floats, ints, trace, lane):

@@ -12,7 +12,6 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     MORE,
     NEXT_RUN,
     ON_TRIAL,
-    PAUSE,
     PERIOD_BUDGET,
     REFUSED_TRIALS,
     REMAINING,
@@ -20,42 +19,25 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     RESULT_START,
     RUN,
     SINCE,
-    SLOW,
     START_STATE,
-    SWEEPS,
-    WAIT,
     WINDOW_START,
 )
-from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SLOWED, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
-    CAME_FROM,
     CONTACT_RESIDUAL,
-    EVENTS,
-    GAVE_WAY,
-    HOLD_RATE,
     IMPLICIT_STEPS,
     PARAMETER,
-    PATIENCE,
-    PENDING,
     PERIOD,
     PERIOD_COUNT,
     SCALE,
-    SIDE,
     STATE,
     STATUS,
-    STIFF,
     TAYLOR_STEPS,
     TIME,
-    TO_DECIDE,
     WHOLE_PERIODS,
-    ZERO_PROGRESS,
-    ZEROS,
 )
 from vibrocap.numerics.kernel.generated.sizes import (
-    CONTACTS,
     LANES,
     MEASURED_COUNT,
-    ORDER,
     PARAMETERS,
     RESULT_SIZE,
     RUN_SIZE,
@@ -63,16 +45,14 @@ from vibrocap.numerics.kernel.generated.sizes import (
 )
 from vibrocap.numerics.kernel.interface import (
     advance,
-    begin_drive,
     begin_marks,
     begin_returns,
     ends_trial,
     on_period,
     tell_returns,
 )
+from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
-from vibrocap.numerics.kernel.step.resolved import forget
-from vibrocap.numerics.kernel.step.taylor import hold_rate
 
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before
 
@@ -120,40 +100,10 @@ def begin_run(floats, ints, trace, lane, run):
     place += STATES
     floats[TIME + lane] = trace[place]
     floats[PERIOD + lane] = trace[place + 1]
-    floats[HOLD_RATE + lane] = hold_rate(trace[place + 1], ORDER)
-    forget(floats, lane)
-    begin_drive(floats, ints, trace, lane, run)
-    if SLOWED:
-        for m in range(MANIFOLDS):
-            floats[SLOW + m * LANES + lane] = 0.0
-            floats[SWEEPS + m * LANES + lane] = 0.0
-            floats[WAIT + m * LANES + lane] = 0.0
-            floats[PAUSE + m * LANES + lane] = 0.0
     floats[REMAINING + lane] = 0.0
-    floats[CONTACT_RESIDUAL + lane] = 0.0
-    for c in range(CONTACTS):
-        side = trace[place + 2 + c]
-        floats[CAME_FROM + c * LANES + lane] = 0.0
-        ints[TO_DECIDE + c * LANES + lane] = 0
-        ints[ZEROS + c * LANES + lane] = 0
-        ints[GAVE_WAY + c * LANES + lane] = 0
-        if side == 0.0:  # at rest
-            if STICKS[c] == 1:
-                ints[TO_DECIDE + c * LANES + lane] = 1
-            else:
-                side = 1.0
-                ints[ZEROS + c * LANES + lane] = 1
-        floats[SIDE + c * LANES + lane] = side
+    start_lane(floats, ints, trace, lane, run)
     ints[STATUS + lane] = RUNNING
     ints[RUN + lane] = run
-    ints[PERIOD_COUNT + lane] = 0
-    ints[STIFF + lane] = 0
-    ints[PATIENCE + lane] = 0
-    ints[TAYLOR_STEPS + lane] = 0
-    ints[IMPLICIT_STEPS + lane] = 0
-    ints[EVENTS + lane] = 0
-    ints[ZERO_PROGRESS + lane] = 0
-    ints[PENDING + lane] = 0
     floats[DELAY + lane] = 0.0
     ints[RESPONSE + lane] = 0
     ints[SINCE + lane] = 0

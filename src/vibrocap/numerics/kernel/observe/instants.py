@@ -18,23 +18,22 @@ from vibrocap.numerics.kernel.generated.sizes import (
 )
 from vibrocap.numerics.kernel.interface import begin_drive, consistent_state
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
-from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
+from vibrocap.numerics.kernel.step.taylor import series_value
 
 INSTANT = WORK
 SEEN = INSTANT + STATES
 
 
 def begin(floats, ints, trace, out):
-    """Write to the trace: room and natural sizes of the states, period, contact velocities, holding rate.
+    """Write to the trace: room and natural sizes of the states, period.
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
         floats[INSTANT + i] = floats[STATE + i * LANES]
     beginning(floats, 0.0, INSTANT, 1.0, 0, SEEN)
-    for i in range(ROOM + STATES + 1 + CONTACTS):
+    for i in range(ROOM + STATES + 1):
         trace[out + i] = floats[SEEN + i]
-    trace[out + ROOM + STATES + 1 + CONTACTS] = hold_rate(floats[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
         floats[SCALE + i * LANES] = floats[SEEN + ROOM + i]
 

@@ -2,32 +2,24 @@
 
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
-from vibrocap.numerics.kernel.generated.equations import beginning, contact_velocity, observables
-from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.equations import beginning, observables
 from vibrocap.numerics.kernel.generated.lane import (
-    HOLD_RATE,
     IMPLICIT_STEPS,
     PARAMETER,
     PERIOD,
     SCALE,
-    SERIES,
     SIDE,
-    SIDE_TOLD,
     STATE,
     STATUS,
     TABLE_START,
     TAYLOR_STEPS,
     TIME,
-    TO_DECIDE,
     WORK,
-    ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import (
     COEFFICIENTS,
     CONTACTS,
     OBSERVABLES,
-    ORDER,
     PRESENT,
     STATES,
     TABLE_NUMBERS,
@@ -45,7 +37,6 @@ from vibrocap.numerics.kernel.generated.stepper import (
 )
 from vibrocap.numerics.kernel.interface import (
     advance,
-    begin_drive,
     come_in,
     consistent_state,
     set_out,
@@ -53,11 +44,8 @@ from vibrocap.numerics.kernel.interface import (
     side_shown,
     under_way,
 )
+from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.observe.drive_table import write_table
-from vibrocap.numerics.kernel.step.taylor import hold_rate
-
-NOT_TOLD = 9.0  # a side that is none: the sides at the start are no events
-NO_SPEED_AT_START = 64.0 * 2.0**-52  # of a velocity's terms: rounding, as in `events.contact.jumped_to`
 
 
 def begin_motion(floats, ints, trace, _):
@@ -68,27 +56,12 @@ def begin_motion(floats, ints, trace, _):
     for i in range(STATES):
         floats[SCALE + i] = floats[WORK + STATES + i]
     floats[PERIOD] = floats[WORK + 2 * STATES]
-    floats[HOLD_RATE] = hold_rate(floats[PERIOD], ORDER)
     if COEFFICIENTS > 0:
         floats[PARAMETER + PRESENT] = floats[PERIOD]
     if TABLE_NUMBERS > 0:
         write_table(floats, ints, trace, floats[PERIOD], ints[TABLE_START])
-    begin_drive(floats, ints, trace, 0, 0)
+    start_lane(floats, ints, trace, 0, 0)
     for c in range(CONTACTS):
-        for i in range(STATES):
-            floats[WORK + i] = floats[STATE + i]
-        v = contact_velocity(floats, 0.0, WORK, c, 0)
-        none = 0.0
-        if c > 0 and VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1):
-            none = NO_SPEED_AT_START * (abs(floats[STATE + STATE_OF[c]]) + floats[SCALE + STATE_OF[c]])
-        floats[SIDE_TOLD + c] = NOT_TOLD
-        if abs(v) > none:
-            floats[SIDE + c] = 1.0 if v > 0.0 else -1.0
-        elif STICKS[c] == 1:
-            ints[TO_DECIDE + c] = 1
-        else:
-            floats[SIDE + c] = 1.0
-            ints[ZEROS + c] = 1
         floats[SHOWN_SIDE + c] = floats[SIDE + c]
     ints[BEGUN] = 1
 
