@@ -1,5 +1,5 @@
-"""The loops: how a motion begins on a lane (`start`), one step with its first event (`one_step`), from step to step, from
-run to run.
+"""The loops: how a motion begins on a lane (`start`), one step with its first event (`one_step`), from step to step,
+from run to run.
 
 Lanes are taken one after another (`one_by_one`) or all at once (`simd_step`); a lane that has ended its run takes the
 next one from the queue (`run_queue`); a GPU's thread does so too (`gpu_thread`).
