@@ -32,7 +32,8 @@ OF_THE_RUN |= {
     "slopes",
     "counts",
 }
-STEPPED = {"arclength", "parts", "start", "taylor_steps"}  # where a run or a branch made its steps
+# where a run or a branch made its steps, and how many a search took: rounding decides whether one more
+STEPPED = {"arclength", "parts", "start", "taylor_steps", "iterations"}
 
 
 def counted(units) -> vc.System:
