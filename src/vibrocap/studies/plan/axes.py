@@ -12,6 +12,7 @@ from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.studies.plan.runs import Block, Column, Runs
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
+EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
 
 
@@ -161,6 +162,14 @@ def end_complaints(low: float, high: float, logarithmic: bool, given: Any) -> li
     if logarithmic and low <= 0:
         return [f"a logarithmic range should begin above 0, got {shown(given)}"]
     return []
+
+
+def even_in_logarithm(values: np.ndarray) -> bool:
+    """Whether the values of an axis are positive and evenly spaced in their logarithm."""
+    if len(values) < 3 or values[0] <= 0.0:
+        return False
+    ratios = values[1:] / values[:-1]
+    return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
 
 
 def _row_complaints(path: str, values: list[Any]) -> list[str]:

@@ -87,3 +87,8 @@ class Runs:
     def count(self) -> int:
         """How many runs."""
         return math.prod(self.shape)
+
+
+def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
+    """How many tiles there are along each dimension."""
+    return tuple(-(-length // each) for length, each in zip(shape, tile, strict=True))
