@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, is_positive, shown
+from vibrocap.arguments import Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
-from vibrocap.design.search.goal import goal_of, measure_unit
+from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.measures.ensemble import FINISHED, ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, NumbersInUnit
@@ -155,21 +154,15 @@ def robustness(
     A run that lifts off or fails otherwise counts as no travel of a measure of travel. Returns a `Robustness`. Raises
     CaseError with every complaint about system, uncertain and measure, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
     complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
+    case = asked_case(system, settle, complaints, seed=(seed, 0))
+    system = case.system
     goal, measures = goal_of(system, measure, None, (), complaints, ("measure", "sense"))
     quantities = uncertain_quantities(system, uncertain, complaints, own=through is not None)
     with complaints.collected():
         check_whole("samples", samples, 8, 2**20)
         if samples & (samples - 1):
             complaints.add("samples", f"should be a power of two, got {samples}")
-    with complaints.collected():
-        check_whole("seed", seed, 0)
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
     with complaints.collected():
         initial_state(system, case.initial if initial is None else initial)
     if complaints:
