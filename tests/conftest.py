@@ -8,6 +8,9 @@ import pathlib
 
 import pytest
 
+# Before NumPy is loaded: two workers whose BLAS has two threads each wait for one another on two cores.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Each worker of several imports another share of the files first, so that each file is made ready once.

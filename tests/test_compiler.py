@@ -18,6 +18,7 @@ from plain_kernels import kernel_of
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
+from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.subset import parsed
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run import ensemble, motion
@@ -395,7 +396,11 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
     for short in (True, False):
         getattr(module, made).cache_clear()
         monkeypatch.setattr(
-            module, "compiled_kernel", lambda text, *_, short=short: compiled(text, ENTRY[module], short)
+            module,
+            "compiled_kernel",
+            lambda text, *_, short=short: Compiled(
+                object_code(lowered(text, ENTRY[module], host().lanes, short), host())
+            ),
         )
         if lanes == 0:
             run = recorded_run(recorded, parameters, start, system.drive.period, 20, 1e-9, 1000, 10**6, order=12)

@@ -2,14 +2,17 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import sobol_indices
 
 import vibrocap as vc
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.design.optimise import optimise, reason_against
+from vibrocap.design.robustness import _sobol_indices
 from vibrocap.design.search.ascent import ascend
 from vibrocap.design.search.population import evaluated
 from vibrocap.design.search.problem import stated_problem
@@ -468,6 +471,19 @@ def three_phases_of(mu, k, stroke):
     found = {"machine.mass_ratio": 1.0 / mu - 1.0, "drive.stroke": stroke, "drive.second_acceleration": 2.0 * slow}
     found |= dict.fromkeys(("drive.first_acceleration", "drive.third_acceleration"), slow)
     return found | dict.fromkeys(("friction.coulomb_coefficient", "friction.static_coefficient"), slow)
+
+
+def test_sobol_indices_are_those_of_scipy_and_their_intervals_those_of_the_seed():
+    values = np.random.default_rng(1).normal(3.0, 1.0, 4 * 64)
+    first, second, *mixed = values.reshape(4, 64)
+    known = {"f_A": first[None], "f_B": second[None], "f_AB": np.stack(mixed)[:, None]}
+    expected = sobol_indices(func=known, n=64)
+    quantities = [SimpleNamespace(name="a"), SimpleNamespace(name="b")]
+    found, again, other = (_sobol_indices(values, 64, quantities, seed) for seed in (0, 0, 1))
+    for table, one in zip(found, (expected.first_order, expected.total_order), strict=True):
+        assert [table[name][0] for name in ("a", "b")] == pytest.approx(one, rel=1e-12)
+        assert all(low < index < high for index, low, high in table.values())
+    assert again == found != other
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ from vibrocap.results import same
 EM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitude=1.8))
 LM = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic(amplitude=1.8))
 ROW = vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Square())
-STOPS = vc.System(vc.RigidStopCapsule(), vc.Stribeck(), vc.Harmonic())
+STOPS = vc.System(vc.RigidStopCapsule(), vc.Coulomb(), vc.Harmonic())
 
 
 def moved(system, periods=3, tolerance=1e-9, **given):

@@ -327,7 +327,7 @@ def test_the_lock_of_a_process_that_does_nothing_is_waited_for_a_while(folder, m
 def test_a_whole_file_that_is_no_object_is_made_anew(folder, code):
     folder.mkdir(mode=0o700)
     compiler._compiled.cache_clear()
-    name = compiler._name(TEXT, "advance", False, False)
+    name = compiler._name(TEXT, "advance", False)
     cache.keep(name, code)
     assert cache.kept(name) == code
     assert compiler.compiled(TEXT, "advance") is not None

@@ -21,7 +21,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 from vibrocap.physics.part_files import file_of, load_parts
-from vibrocap.studies.plan import axes
+from vibrocap.studies.plan import axes, runs
 from vibrocap.studies.plan.study import Study, part_fingerprint
 from vibrocap.studies.run.sent_study import receive, sources_of
 from vibrocap.studies.store.writing import StoreError
@@ -377,7 +377,7 @@ def test_a_study_goes_on_only_with_the_same_file(folder, capsys, monkeypatch):
 def test_a_study_of_the_packages_own_parts_does_not_mention_them():
     """So that studies stored before there were others keep their identity."""
     system = vc.System(vc.PendulumCapsule(), catalogue.law("anisotropic-lugre")(), vc.Harmonic())
-    study = Study(Case(system), axes.Grid((axes.Axis("friction.law", ("lugre", "exponential")),)), ("mean_velocity",))
+    study = Study(Case(system), axes.Grid((runs.Column("friction.law", ("lugre", "exponential")),)), ("mean_velocity",))
     assert "parts" not in study.record()
 
 

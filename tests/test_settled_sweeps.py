@@ -64,7 +64,7 @@ def test_the_idle_drive_is_nothing_to_a_cycle(duration):
     """Also where its duration is the period of the cycle, and marks at equal distances seem to stand still."""
     system = BELT.with_parameters({"drive.duration": duration})
     over = {"initial.position": [2.0, 0.55], "initial.sliding_velocity": [0.0, -1.5]}
-    found = vc.ensemble(system, over, measures=RESPONSE, periods=int(2000 / duration), settle=SETTLE, tolerance=1e-10)
+    found = vc.ensemble(system, over, measures=RESPONSE, periods=int(2000 / duration), settle=SETTLE, tolerance=1e-9)
     assert found["outcome"].tolist() == ["cycle", "equilibrium"]
     assert found["period"] == pytest.approx([6.316306357891, 0.0], abs=1e-8)
     assert found["response_period"].tolist() == [1, 1]

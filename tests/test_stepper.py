@@ -52,7 +52,8 @@ OWN = {
     "maxwell-slip": vc.System(CAPSULE, vc.MaxwellSlip(), vc.Harmonic(1.8, 1.0)),
     "corners": vc.System(CAPSULE, vc.Exponential(), vc.Triangle(amplitude=1.8)),
     "cubic": vc.System(CAPSULE, vc.Stribeck(), TABLE),
-    "several": vc.System(vc.ThreeBodyCrawler(), vc.Exponential(), vc.Square(amplitude=1.2, frequency=1.3)),
+    "several": vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Square(amplitude=1.2, frequency=1.3)),
+    "three": vc.System(vc.ThreeBodyCrawler(), vc.Exponential(), vc.Square(amplitude=1.2, frequency=1.3)),
     "dynamic-load": vc.System(
         vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
     ),
@@ -66,6 +67,7 @@ HELD = {
     "elasto-plastic": vc.System(CAPSULE, vc.ElastoPlastic(), SQUARE),
     "slopes": vc.System(CAPSULE, vc.Exponential(), vc.Triangle(amplitude=1.8)),
     "several": OWN["several"],
+    "three": OWN["three"],
     "dynamic-load": vc.System(
         vc.PendulumCapsule(mass_ratio=4.0, normal_load="dynamic"), vc.Coulomb(), vc.Square(amplitude=1.2)
     ),
@@ -198,7 +200,9 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
         assert found == counts  # whether a velocity touches zero is a matter of rounding
 
 
-@pytest.mark.parametrize("system", cases({name: HELD[name] for name in ("readme", "lugre", "several", "dynamic-load")}))
+@pytest.mark.parametrize(
+    "system", cases({name: HELD[name] for name in ("readme", "lugre", "several", "three", "dynamic-load")})
+)
 def test_what_is_seen_under_an_input_is_what_a_motion_is_asked_for(system):
     drive, initial = system.drive, initial_of(system)
     reference = vc.simulate(system, periods=3, initial=initial, tolerance=1e-10)

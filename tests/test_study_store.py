@@ -24,6 +24,7 @@ from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
 from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.runs import tile_counts
 from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.run.tile_worker import run_and_store
 from vibrocap.studies.store import store as stores
@@ -31,7 +32,7 @@ from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import Stopped, carried_out, sweep
-from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())

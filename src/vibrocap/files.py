@@ -7,14 +7,16 @@ A link in place of a file is not followed: in a folder from a stranger it would 
 """
 
 import contextlib
+import csv
 import errno
 import os
 import re
 import secrets
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 PROTECTED: set[tuple[int, int]] = set()  # files (device, number) that are not replaced: those that a command has read
 PART = ".part"  # before the ending of a temporary name, which writers look at
@@ -87,6 +89,15 @@ def write_text(path: str | Path, text: str) -> Path:
     """Write a text file in UTF-8, whole or not at all; WriteError where that cannot be."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
+    return Path(path)
+
+
+def write_table(path: str | Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
+    """Write a table as CSV, whole or not at all, floats in full precision; WriteError where that cannot be."""
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(headings)
+        table.writerows(rows)
     return Path(path)
 
 

@@ -103,17 +103,26 @@ class Result(Dimensional):
         return vibrocap.to_pandas(self)
 
 
-class Advised(enum.Enum):
-    """How something ended: each member is given as its value and, in words, what it means and what can be done."""
+class Explained(enum.Enum):
+    """What something is: each member is given as its value and its `meaning` in words."""
 
     _value_: str
-    advice: str
+    meaning: str
 
-    def __new__(cls, value: str, advice: str):
+    def __new__(cls, value: str, meaning: str):
         """The member of that value."""
         member = object.__new__(cls)
-        member._value_, member.advice = value, advice
+        member._value_, member.meaning = value, meaning
         return member
+
+
+class Advised(Explained):
+    """How something ended; what it means and what can be done are its `advice`."""
+
+    @property
+    def advice(self) -> str:
+        """What it means, and what can be done."""
+        return self.meaning
 
 
 class Rows(tuple[Record, ...]):

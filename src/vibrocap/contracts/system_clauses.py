@@ -10,6 +10,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.expressions.equations import rate_of
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.controllers.controller import Controller
@@ -99,9 +100,7 @@ def surrounded(machine: Any) -> str | None:
         "energy": (known["energy"] + known["contact_energy"], formulas.integrals[:-1]),  # the last is the impulse
         "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
     }
-    acceleration = derivative(known["contact_velocity"], -1)
-    for i, rate in enumerate(formulas.rates):
-        acceleration = acceleration + derivative(known["contact_velocity"], i) * rate
+    acceleration = rate_of(known["contact_velocity"], formulas.rates)
     for draw in draws(SAMPLES):
         t, y, _, _ = machine_draw(placed, draw)
         velocity = placed.contacts(t, y, 0.0)[0].velocity

@@ -9,12 +9,12 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, require, shown
 from vibrocap.case.case import Case
-from vibrocap.design.optimise import OptimumStatus, reason_against, settled_orbit
+from vibrocap.design.optimise import OptimumStatus, closed_near
 from vibrocap.design.search.evolution import Evaluations, Spent, evolve, first_designs
 from vibrocap.design.search.goal import INFEASIBLE, UNSETTLED, measure_unit
 from vibrocap.design.search.population import Population, together
 from vibrocap.design.search.problem import Problem, stated_problem
-from vibrocap.design.search.refinement import ClosedDesigns, Refined
+from vibrocap.design.search.refinement import Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.orbits.closing.orbit import Orbit
@@ -241,12 +241,9 @@ def _closed(problem: Problem, every: Population, points: int) -> tuple[list[Refi
     found: list[Refined] = []
     rejected: dict[str, int] = {}
     for k in front:
-        shares = every.shares[design[k]]
         state = every.end(problem.system.state_names, int(design[k]), int(start[k]))
-        steady = settled_orbit(problem.of(problem.space.parameters(shares)), state)
-        near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
-        if near is None or near.best is None or not near.best.allowed:
-            why = reason_against(steady, near, problem.goal)
+        near, why = closed_near(problem, every.shares[design[k]], state)
+        if near is None or near.best is None:
             rejected[why] = rejected.get(why, 0) + 1
         else:
             found.append(near.best)

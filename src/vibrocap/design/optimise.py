@@ -236,11 +236,9 @@ def _refined(
     for each in best_designs(problem, populations, APART, TRIED):
         if accepted == REFINED:
             break
-        shares, cost = each.shares, each.cost
-        steady = settled_orbit(problem.of(problem.space.parameters(shares)), each.state)
-        near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
-        if near is None or near.best is None or not near.best.allowed:
-            rejected.append(f"{problem.goal.measure} {abs(cost):.6g}: {reason_against(steady, near, problem.goal)}")
+        near, why = closed_near(problem, each.shares, each.state)
+        if near is None:
+            rejected.append(f"{problem.goal.measure} {abs(each.cost):.6g}: {why}")
             continue
         accepted += 1
         near.refine(refinement // len(near.near))
@@ -249,9 +247,14 @@ def _refined(
     return best, tuple(rejected)
 
 
-def settled_orbit(system: System, state: dict[str, float]) -> Orbit:
-    """The steady motion of a system from where a run of it has settled, by state."""
-    return orbit(system, initial={name: x for name, x in state.items() if name in system.state_names})
+def closed_near(problem: Problem, shares: np.ndarray, state: dict[str, float]) -> tuple[ClosedDesigns | None, str]:
+    """(designs about one whose run has settled at a state, closed from there, ""); (None, why) where it may not win."""
+    system = problem.of(problem.space.parameters(shares))
+    steady = orbit(system, initial={name: x for name, x in state.items() if name in system.state_names})
+    near = ClosedDesigns(problem, steady, shares) if steady.closes and not steady.continuum else None
+    if near is not None and near.best is not None and near.best.allowed:
+        return near, ""
+    return None, reason_against(steady, near, problem.goal)
 
 
 def _of(found: ClosedDesigns) -> Refined:

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, is_positive, shown
+from vibrocap.arguments import Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
-from vibrocap.design.search.goal import goal_of, measure_unit
+from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
 from vibrocap.measures.ensemble import FINISHED, ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, NumbersInUnit
@@ -155,21 +154,15 @@ def robustness(
     A run that lifts off or fails otherwise counts as no travel of a measure of travel. Returns a `Robustness`. Raises
     CaseError with every complaint about system, uncertain and measure, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
     complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
+    case = asked_case(system, settle, complaints, seed=(seed, 0))
+    system = case.system
     goal, measures = goal_of(system, measure, None, (), complaints, ("measure", "sense"))
     quantities = uncertain_quantities(system, uncertain, complaints, own=through is not None)
     with complaints.collected():
         check_whole("samples", samples, 8, 2**20)
         if samples & (samples - 1):
             complaints.add("samples", f"should be a power of two, got {samples}")
-    with complaints.collected():
-        check_whole("seed", seed, 0)
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
     with complaints.collected():
         initial_state(system, case.initial if initial is None else initial)
     if complaints:
@@ -230,23 +223,27 @@ def _shares_of(status: np.ndarray) -> dict[str, float]:
 
 
 def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int) -> tuple[Any, Any]:
-    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where there are none."""
-    from scipy.stats import sobol_indices
+    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where there are none.
+
+        S = <b (ab - a)>/s^2,   T = <(a - ab)^2>/(2 s^2)        Saltelli et al. 2010, table 2 (b) and (f)
+
+    a, b: values of two samples of all quantities; ab: of the first with one quantity of the second; s^2: variance of
+    both. The intervals are those of a bootstrap of the samples.
+    """
+    from scipy.stats import bootstrap
 
     if np.any(np.isnan(values)) or np.ptp(values) == 0.0:
         return None, None
     if len(quantities) == 1:  # all variance is its own
         whole = {quantities[0].name: (1.0, 1.0, 1.0)}
         return whole, whole
-    first, second, *mixed = values.reshape(-1, samples)
-    known = {"f_A": first[None], "f_B": second[None], "f_AB": np.stack(mixed)[:, None]}
-    found = sobol_indices(func=known, n=samples)
-    spread = found.bootstrap(confidence_level=0.95, n_resamples=999)
-    names = [each.name for each in quantities]
+    first, second, *mixed = values.reshape(-1, samples) - np.mean(values[: 2 * samples])
 
-    def table(index: np.ndarray, ends: Any) -> dict[str, tuple[float, float, float]]:
-        low, high = ends.confidence_interval
-        rows = zip(names, np.ravel(index), np.ravel(low), np.ravel(high), strict=True)
-        return {name: (float(x), float(a), float(b)) for name, x, a, b in rows}
+    def indices(chosen: np.ndarray) -> np.ndarray:
+        a, b, ab = first[chosen], second[chosen], np.stack(mixed)[:, chosen]
+        return np.array([np.mean(b * (ab - a), axis=-1), 0.5 * np.mean((a - ab) ** 2, axis=-1)]) / np.var([a, b])
 
-    return table(found.first_order, spread.first_order), table(found.total_order, spread.total_order)
+    every, generator = np.arange(samples), np.random.default_rng(seed)
+    low, high = bootstrap((every,), indices, n_resamples=999, vectorized=False, rng=generator).confidence_interval
+    rows = np.stack([indices(every), low, high], axis=-1).tolist()
+    return tuple({each.name: tuple(row) for each, row in zip(quantities, table, strict=True)} for table in rows)  # type: ignore[return-value]

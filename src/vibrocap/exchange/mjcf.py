@@ -71,7 +71,7 @@ def mujoco_model(case: Case, step: float | None = None, tight: bool = True) -> M
     if pressed:
         _ground(world, soft, levels[0], unit)
     _links(root, mechanism, unit)
-    _actuators(root, mechanism, unit)
+    _actuators(root, mechanism)
     _start_frame(root, mechanism, unit, pressed)
     lost = _lost(system, levels, unit, step)
     root.insert(0, ET.Comment("\n  ".join(["", *(each.replace("--", "-") for each in lost)]) + "\n"))
@@ -250,7 +250,7 @@ def _links(root: ET.Element, mechanism: Mechanism, unit: _Units) -> None:
             ET.SubElement(tendon, "joint", joint=link.ahead, coef="1")
 
 
-def _actuators(root: ET.Element, mechanism: Mechanism, unit: _Units) -> None:
+def _actuators(root: ET.Element, mechanism: Mechanism) -> None:
     """A motor wherever the drive acts, whose control is the drive."""
     motors = ET.SubElement(root, "actuator")
     for body in mechanism.bodies:

@@ -1,7 +1,6 @@
 """Tables for other programs: CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
 
 import contextlib
-import csv
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, require
-from vibrocap.files import replacing
+from vibrocap.files import replacing, write_table
 from vibrocap.physics.dimensions.units import suffix
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
@@ -30,10 +29,7 @@ def write_csv(path: Path, header: Sequence[str], columns: Sequence[str], rows: I
     with contextlib.nullcontext() if alone else replacing(beside(path)) as about:
         if about is not None:
             about.write_text("".join(f"{line}\n" for line in header), encoding="utf-8", newline="\n")
-        with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file, lineterminator="\n")
-            table.writerow(columns)
-            table.writerows(rows)
+        write_table(path, columns, rows)
 
 
 def headed(names: Iterable[str], unit_of: Callable[[str], str], path: Path, with_units: bool) -> list[str]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.measures.recorded.sticking import as_cycle, first_turned
 from vibrocap.measures.recorded.travel import travelling
 from vibrocap.numerics.api import RunResults
 from vibrocap.physics import events
@@ -146,13 +147,8 @@ class Gathered:
         modes = np.array(found, dtype=str)[which]
         if not self.results.layout.returns:
             return modes
-        turned = np.array([_first_turned(each) for each in found], dtype=str)[which]
+        turned = np.array([each if each.endswith("...") else first_turned(each) for each in found], dtype=str)[which]
         return np.where(self.cycle_time > 0.0, turned, modes)
-
-
-def _first_turned(modes: str) -> str:
-    """The same cycle of phases, begun at the place that comes first in the alphabet."""
-    return modes if modes.endswith("...") else min((modes[i:] + modes[:i] for i in range(len(modes))), default="")
 
 
 def _letters(sides: tuple[int, ...], complete: bool) -> str:
@@ -160,6 +156,4 @@ def _letters(sides: tuple[int, ...], complete: bool) -> str:
     letters = [LETTERS[side] for side in sides]
     if not complete:
         return "".join(letters) + "..."  # there is no telling how the period ends
-    while len(letters) > 1 and letters[-1] == letters[0]:
-        letters.pop()
-    return "".join(letters)
+    return as_cycle(letters)

@@ -15,8 +15,8 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.numerics.api import Integrands, integrands_source
-from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
+from vibrocap.numerics.expressions.equations import Equations, rate_of
+from vibrocap.numerics.expressions.graph import Expression, Graph
 
 Function = Callable[["Instant"], Any]
 
@@ -123,19 +123,16 @@ class Instant:
     once and should be a formula of them, with `vibrocap.physics.elementary` for sin, cos, exp and powers.
     """
 
-    def __init__(self, equations: Equations, graph: Graph):
-        def known(expression: Expression) -> Expression:
-            return Expression(graph, expression.index)
-
-        channels = equations.integral_names[:-1]
+    def __init__(self, equations: Equations):
+        graph, channels = equations.graph, equations.integral_names[:-1]
         self._known = {
             "time": graph.node("time"),
             "side": graph.node("side"),
             **{f"side_{1 + i}": graph.node("side", i) for i in range(1, len(equations.contacts))},
             **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
-            **{name: known(value) for name, value in equations.observables.items()},
-            **{f"{name}_power": known(equations.integrals[i]) for i, name in enumerate(channels)},
-            "drive_rate": _rate(known(equations.observables["drive"]), [known(rate) for rate in equations.rates]),
+            **equations.observables,
+            **{f"{name}_power": equations.integrals[i] for i, name in enumerate(channels)},
+            "drive_rate": rate_of(equations.observables["drive"], equations.rates),
         }
         self._parameters = {path: graph.node("parameter", i) for i, path in enumerate(equations.parameter_paths)}
 
@@ -161,8 +158,8 @@ def own_integrands(needed: Sequence[Measure], equations: Equations) -> Integrand
     extremes = [measure for measure in needed if isinstance(measure.how, Reduction) and not is_summed(measure)]
     if not sums and not extremes:
         return None
-    graph = copy.deepcopy(equations.graph)  # what is recorded for a measure is none of the equations' business
-    instant = Instant(equations, graph)
+    own = copy.deepcopy(equations)  # what is recorded for a measure is none of the equations' business
+    graph, instant = own.graph, Instant(own)
     functions = [_recorded(measure, graph, instant) for measure in sums]
     signed = [
         sign * function
@@ -182,14 +179,6 @@ def signs_of_extremes(measure: Measure) -> tuple[float, ...]:
     """With which signs a function of one's own is recorded, so that the largest value of each is what is wanted."""
     assert isinstance(measure.how, Reduction)
     return {"largest": (1.0,), "least": (-1.0,), "peak": (1.0, -1.0)}[measure.how.kind]
-
-
-def _rate(quantity: Expression, rates: Sequence[Expression]) -> Expression:
-    """The rate of a quantity along the motion."""
-    found = derivative(quantity, -1)
-    for i, rate in enumerate(rates):
-        found = found + derivative(quantity, i) * rate
-    return found
 
 
 def _recorded(measure: Measure, graph: Graph, instant: Instant) -> Expression:

@@ -44,7 +44,7 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
-STATES = {
+MECHANICAL = {
     "angle": ("theta", "angle of the pendulum or the rotor from upright"),
     "angle_rate": ("theta'", "its rate"),
     "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
@@ -72,6 +72,8 @@ STATES = {
     "integral_command": ("S", "part of the command of a controller that integrates its error"),
     "command_saturated": ("s_r", "1 or -1 while the command of a controller is at its limit"),
     "observed_bristle": ("z", "deflection of the bristles that an observer of friction believes in"),
+}
+OF_LAWS = {
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -89,35 +91,7 @@ STATES = {
     "gap_position": ("u", "position of the joint in its gap (backlash)"),
     "engaged": ("e", "side on which the joint pushes, +1 or -1; 0 in the gap (backlash)"),
 }
-MECHANICAL = (
-    "angle",
-    "angle_rate",
-    "displacement",
-    "displacement_rate",
-    "position",
-    "velocity",
-    "displacement_2",
-    "velocity_2",
-    "velocity_3",
-    "centre_velocity",
-    "sliding_velocity",
-    "position_2",
-    "sliding_velocity_2",
-    "position_3",
-    "sliding_velocity_3",
-    "approach",
-    "approach_rate",
-    "touching",
-    "actuator_output",
-    "saturated",
-    "clipped",
-    "held_command",
-    "pending_command",
-    "integral_command",
-    "command_saturated",
-    "observed_bristle",
-    "sampling",
-)
+STATES = MECHANICAL | OF_LAWS
 QUANTITIES = {
     "time": ("tau", "time"),
     "side": ("sgn v", "direction of sliding, +1 or -1; 0 where the contact sticks"),
@@ -143,11 +117,7 @@ QUANTITIES = {
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
     "holding_centre": ("R_mid", "their middle"),
-    **{
-        f"{name}_rate": (f"{symbol}'", f"rate of {name}")
-        for name, (symbol, _) in STATES.items()
-        if name not in MECHANICAL
-    },
+    **{f"{name}_rate": (f"{symbol}'", f"rate of {name}") for name, (symbol, _) in OF_LAWS.items()},
     "controller_work": (
         "W_control",
         "work of the command of a controller since the start, in place of the drive's",

@@ -21,10 +21,10 @@ FILMED = 2  # drive periods of the film
 SHOWN = 3  # and more, of the motion on its orbit
 
 
-def write_design_page(found: Optimum, folder: Path, command: str, film: bool = True) -> Path:
+def write_design_page(found: Optimum, folder: Path, command: str) -> Path:
     """Write `report.html` into the folder of a search that found a design, with its pictures beside it.
 
-    command: how to run the search again; film: whether `film.gif` is made as well
+    command: how to run the search again
     """
     assert found.orbit is not None
     assert found.value is not None
@@ -32,9 +32,8 @@ def write_design_page(found: Optimum, folder: Path, command: str, film: bool = T
     motion_figure(motion).savefig(folder / "motion.png")
     search_figure(found).savefig(folder / "search.png")
     shown = picture(folder / "motion.png", "the motion on its orbit")
-    if film:
-        animate_motion(motion, folder / "film.gif", FILMED * found.orbit.response_period)
-        shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
+    animate_motion(motion, folder / "film.gif", FILMED * found.orbit.response_period)
+    shown += f'<p><img alt="film of {FILMED} responses" src="film.gif" width="960"></p>'
     parts = [
         ("The design", _design(found)),
         ("Its steady motion", _facts(in_si(found.orbit).facts) + shown),

@@ -1,13 +1,12 @@
 """The paper's figures, drawn with LM red and solid, EM blue and dashed, as in the paper; and what came after it."""
 
-import csv
 import types
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.files import replacing
+from vibrocap.files import write_table
 from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
@@ -180,22 +179,20 @@ def write_map(found: SteadyTravel, path: Path) -> None:
     """The runs of the map: a row for each, full precision."""
     statuses = list(Status)
     head = ("friction", "normal_load", "mass_ratio", "stiffness", "mean_velocity", "least_load", "settled", "status")
-    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(head)
-        for panel in found.panels:
-            for i, j in np.ndindex(panel.status.shape):
-                place = repr(float(found.mass_ratio[i])), repr(float(found.stiffness[j]))
-                values = repr(float(panel.mean_velocity[i, j])), repr(float(panel.least_load[i, j]))
-                how = bool(panel.settled[i, j]), statuses[int(panel.status[i, j])].value
-                writer.writerow((panel.friction, panel.load, *place, *values, *how))
+    rows = []
+    for panel in found.panels:
+        for i, j in np.ndindex(panel.status.shape):
+            numbers = found.mass_ratio[i], found.stiffness[j], panel.mean_velocity[i, j], panel.least_load[i, j]
+            how = bool(panel.settled[i, j]), statuses[int(panel.status[i, j])].value
+            rows.append((panel.friction, panel.load, *map(float, numbers), *how))
+    write_table(path, head, rows)
 
 
 def write_branches(found: SteadyTravel, path: Path) -> None:
     """The points of the branches: a row for each, full precision."""
-    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(("branch", "stiffness", "drift", "stable"))
-        for number, branch in enumerate(found.branches.branches):
-            for place, drift, stable in zip(branch.parameter, branch.drift, branch.stable, strict=True):
-                writer.writerow((number, repr(float(place)), repr(float(drift)), bool(stable)))
+    rows = (
+        (number, float(place), float(drift), bool(stable))
+        for number, branch in enumerate(found.branches.branches)
+        for place, drift, stable in zip(branch.parameter, branch.drift, branch.stable, strict=True)
+    )
+    write_table(path, ("branch", "stiffness", "drift", "stable"), rows)

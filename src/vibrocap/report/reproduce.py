@@ -1,13 +1,12 @@
 """The whole paper in one run: figures with their data, claims with their verdicts, errata, one report."""
 
-import csv
 import dataclasses
 import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from vibrocap.files import made_folder, replacing, write_text
+from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.paper.claims.chapters import verdicts
 from vibrocap.paper.claims.claim import Verdict
 from vibrocap.paper.figures.catalogue import FIGURES, KEYS, LOADED, chosen_figures
@@ -108,20 +107,16 @@ def write_loaded(result: Result, path: Path) -> None:
 
 def write_data(figure: Figure, path: Path) -> None:
     """The data of a figure: one row per point, full precision."""
-    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(("panel", "curve", "x_name", "y_name", "x", "y"))
-        for panel, curve, x_name, y_name, x, y in figure.rows:
-            writer.writerow((panel, curve, x_name, y_name, repr(x), repr(y)))
+    write_table(path, ("panel", "curve", "x_name", "y_name", "x", "y"), figure.rows)
 
 
 def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
     """The verdicts as JSON, and beside it as a table."""
     rows = [verdict.row for verdict in claims]
     write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
-    with replacing(path.with_suffix(".csv")) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow((*COLUMNS, "figures", "found"))
-        for row in rows:
-            found = "; ".join(f"{name} = {value!r}" for name, value in row["found"].items())
-            writer.writerow((*(row[name] for name in COLUMNS), " ".join(row["figures"]), found))
+    found = ("; ".join(f"{name} = {value!r}" for name, value in row["found"].items()) for row in rows)
+    table = (
+        (*(row[name] for name in COLUMNS), " ".join(row["figures"]), numbers)
+        for row, numbers in zip(rows, found, strict=True)
+    )
+    write_table(path.with_suffix(".csv"), (*COLUMNS, "figures", "found"), table)

@@ -29,9 +29,10 @@ from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, su
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
 from vibrocap.progress import shows_progress, told
-from vibrocap.studies.plan.axes import Axis, Grid, axis_of
+from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.planning import with_load_watch
+from vibrocap.studies.plan.runs import Column
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import with_varied_parts
 from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted
@@ -242,7 +243,7 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
         raise ValueError(f"over should name two quantities with their values, got {over!r}")
     if system is None and evaluate is None:
         raise ValueError("system should be a System unless there is an evaluator, got None")
-    axes: list[Axis] = []
+    axes: list[Column] = []
     complaints: list[str] = []
     for path, given in over.items():
         is_range = isinstance(given, tuple) and len(given) == 3 and isinstance(given[2], (int, np.integer))
@@ -288,7 +289,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     needed = ["mean_velocity" if label == "travel" else label for label in by]
     listed = [*measures, *(name for name in needed if name not in ALWAYS)]
     names = tuple(measure.name for measure in resolved(listed, system)[0])
-    grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
+    grid = Grid(tuple(Column(path, tuple(values.tolist())) for path, values in axes.items()))
     names = with_load_watch(system, grid, names)
     study = Study(case, grid, names, used["window"], used["settle"], extrapolate=used["extrapolate"])
 

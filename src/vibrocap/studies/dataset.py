@@ -12,8 +12,8 @@ from vibrocap.measures.measure import Measure
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.store.places import MIXED
 from vibrocap.studies.store.record import measure_names, read_record
-from vibrocap.studies.store.zarr_form import ALWAYS, checked_results
-from vibrocap.studies.variables import axis_values, coordinate_attributes, study_attributes, variables
+from vibrocap.studies.store.zarr_form import checked_results
+from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attributes, study_attributes, variables
 
 if TYPE_CHECKING:
     import xarray

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.studies.plan.axes import even_in_logarithm
+
 Levels = list[tuple[np.ndarray, np.ndarray]]  # of both axes: indices of the points of each level
-EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
 
 
 def levels_of(shape: tuple[int, int], steps: tuple[int, int]) -> Levels:
@@ -99,14 +100,6 @@ def filled(
 def _scale(values: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Positions along an axis as one draws it, logarithms where it is evenly spaced in these; and the way back."""
     return (np.log(values), np.exp) if even_in_logarithm(values) else (values, np.asarray)
-
-
-def even_in_logarithm(values: np.ndarray) -> bool:
-    """Whether the values of an axis are positive and evenly spaced in their logarithm."""
-    if len(values) < 3 or values[0] <= 0.0:
-        return False
-    ratios = values[1:] / values[:-1]
-    return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
 
 
 def middles(values: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.execution import MAX_RUNS, Execution
 from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.runs import tile_counts
 from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.store.chunks import stored_numbers
@@ -29,7 +30,7 @@ from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.store.zarr_form import checked_results
-from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.checks import check_runs
-from vibrocap.studies.plan.runs import Block
+from vibrocap.studies.plan.runs import Block, tile_counts
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import varied
 from vibrocap.studies.variables import as_stored, variables
@@ -36,11 +36,6 @@ def tile_shape(shape: tuple[int, ...], runs: int | None = None) -> tuple[int, ..
         lengths.append(-(-length // pieces))
         room = max(1, room // length)
     return tuple(reversed(lengths))
-
-
-def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
-    """How many tiles there are along each dimension."""
-    return tuple(-(-length // each) for length, each in zip(shape, tile, strict=True))
 
 
 def tile_indices(shape: tuple[int, ...], tile: tuple[int, ...]) -> Iterator[tuple[int, ...]]:

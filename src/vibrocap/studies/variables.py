@@ -7,7 +7,6 @@ import numpy as np
 
 from vibrocap.case.case import case_text
 from vibrocap.case.sections import is_kind, kinds_of
-from vibrocap.measures.gathered import ALWAYS
 from vibrocap.measures.of_measure import measure_unit
 from vibrocap.measures.standard import known_measure
 from vibrocap.motion.status import Status
@@ -61,21 +60,30 @@ class Variable:
         return np.full(shape, self.fill, dtype=self.dtype)
 
 
-def variables(study: Study) -> tuple[Variable, ...]:
-    """All that is computed and stored run by run."""
-    statuses = {
-        "long_name": "how the run ended",
-        "flag_values": list(range(NOT_RUN, len(Status))),
-        "flag_meanings": " ".join(words.replace(" ", "_") for words in ("not run", *(each.value for each in Status))),
-    }
-    always = (
-        Variable("status", np.dtype(np.int8), NOT_RUN, statuses),
+def _count(name: str, dtype: Any, fill: int, meaning: str) -> Variable:
+    return Variable(name, np.dtype(dtype), fill, {"long_name": meaning, "units": "1"})
+
+
+_STATUSES = {
+    "long_name": "how the run ended",
+    "flag_values": list(range(NOT_RUN, len(Status))),
+    "flag_meanings": " ".join(words.replace(" ", "_") for words in ("not run", *(each.value for each in Status))),
+}
+ALWAYS = {  # of every run
+    each.name: each
+    for each in (
+        Variable("status", np.dtype(np.int8), NOT_RUN, _STATUSES),
         Variable("settled", np.dtype(bool), False, {"long_name": "whether the motion settled within its periods"}),
         _count("response_period", np.int16, 0, "drive periods after which the steady motion repeats; 0: not settled"),
         _count("window_start", np.int32, -1, "start of the window of the measures, in drive periods from the start"),
         _count("window_periods", np.int32, 0, "length of the window of the measures, in drive periods"),
     )
-    return (*always, *_measures(study), *_along_runs(study.plan, study.case.system))
+}
+
+
+def variables(study: Study) -> tuple[Variable, ...]:
+    """All that is computed and stored run by run."""
+    return (*ALWAYS.values(), *_measures(study), *_along_runs(study.plan, study.case.system))
 
 
 def coordinate_attributes(path: str, system: System | None = None) -> dict[str, Any]:
@@ -166,7 +174,3 @@ def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:
         dtype, nothing = (TEXT, "") if plan.is_text(path) else (np.dtype(np.float64), np.nan)
         found.append(Variable(path, dtype, nothing, coordinate_attributes(path, system), measured=False))
     return tuple(found)
-
-
-def _count(name: str, dtype: Any, fill: int, meaning: str) -> Variable:
-    return Variable(name, np.dtype(dtype), fill, {"long_name": meaning, "units": "1"})

@@ -3,10 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder
 from vibrocap.cli.terminal import OK, Page, progress
-from vibrocap.files import made_folder, write_text
+from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 
@@ -65,7 +67,8 @@ def calibrate(
     if out is not None:
         folder = made_folder(out)
         write_text(folder / "calibration.json", json_text(record) + "\n")
-        write_text(folder / "residuals.csv", _residuals(found))
+        columns = _residuals(found)
+        write_table(folder / "residuals.csv", columns, zip(*columns.values(), strict=True))
         found.case().save(folder / "calibrated.toml")
     if json:
         print(json_text(record))
@@ -100,12 +103,11 @@ def calibration_record(found: Any) -> dict[str, Any]:
     }
 
 
-def _residuals(found: Any) -> str:
-    """A table with the conditions, and of each measure what was read, what is predicted and the residual."""
+def _residuals(found: Any) -> dict[str, list[float]]:
+    """Columns by name with the conditions, and of each measure what was read, what is predicted and the residual."""
     columns = dict(found.table.conditions)
     for name in found.table.measures:
         columns[name] = found.table.targets[name]
         columns[f"{name}_predicted"] = found.predicted[name]
         columns[f"{name}_residual"] = found.residuals[name]
-    lines = [",".join(columns), *(",".join(repr(float(x)) for x in row) for row in zip(*columns.values(), strict=True))]
-    return "\n".join(lines) + "\n"
+    return {name: np.asarray(column, dtype=float).tolist() for name, column in columns.items()}

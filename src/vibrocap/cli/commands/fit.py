@@ -1,6 +1,5 @@
 """`vibrocap fit`: the parameters of a friction law from measured records, or several laws ranked on them."""
 
-import csv
 import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ from vibrocap.cli.commands.fit_request import (
 )
 from vibrocap.cli.options import Refusal, own_names, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
-from vibrocap.files import made_folder, replacing, write_text
+from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
@@ -278,13 +277,13 @@ def _print_written(page: Page, written: list[Path]) -> None:
 
 def write_residuals(found: "Fit", path: Path) -> Path:
     """Every sample of every record as a line of CSV: motion, force and what the fit makes of it, in SI units."""
-    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        unit, speed = found.units.heading, found.units.velocity.replace("/", "_per_")
-        forces = (f"measured_{unit}", f"fitted_{unit}", f"error_{unit}")
-        table.writerow(("record", "held_out", "time_s", f"velocity_{speed}", *forces))
-        for each in found.records:
-            columns = (each.time, each.velocity, each.measured, each.predicted, each.predicted - each.measured)
-            for row in zip(*columns, strict=True):
-                table.writerow((each.name, int(each.held_out), *(f"{value:.9g}" for value in row)))
-    return path
+    unit, speed = found.units.heading, found.units.velocity.replace("/", "_per_")
+    forces = (f"measured_{unit}", f"fitted_{unit}", f"error_{unit}")
+    rows = (
+        (each.name, int(each.held_out), *(f"{value:.9g}" for value in row))
+        for each in found.records
+        for row in zip(
+            each.time, each.velocity, each.measured, each.predicted, each.predicted - each.measured, strict=True
+        )
+    )
+    return write_table(path, ("record", "held_out", "time_s", f"velocity_{speed}", *forces), rows)

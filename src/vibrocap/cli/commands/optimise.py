@@ -1,7 +1,5 @@
 """`vibrocap optimise`: the best settled, stable design of a case, with its orbit and a case file that runs."""
 
-import csv
-import io
 import shlex
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +10,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.commands.orbit import orbit_record, orbit_units
 from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.files import made_folder, write_text
+from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si, units_of
@@ -218,7 +216,7 @@ def _front(
         made_folder(out / CASES)
         write_text(out / "front.json", json_text(record) + "\n")
         rows = found.table()
-        write_text(out / "front.csv", _csv(rows))
+        write_table(out / "front.csv", rows[0] if rows else (), (row.values() for row in rows))
         for i in range(len(found)):
             found.case(i).save(out / CASES / f"{i:03d}.toml")
         if again and len(found):
@@ -244,15 +242,6 @@ def _front(
         complain(f"There is {found.status.value}. {found.status.advice}")
         return INCOMPLETE
     return OK
-
-
-def _csv(rows: list[dict[str, Any]]) -> str:
-    """A table that begins with its headings."""
-    text = io.StringIO()
-    table = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    return text.getvalue()
 
 
 def optimum_record(found: Any, system: Any) -> dict[str, Any]:

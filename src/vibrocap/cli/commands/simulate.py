@@ -226,7 +226,7 @@ def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> No
     if record["energy"]:
         page.print(_energy_table(record["energy"], bool(record.get("units"))))
     if record["certificate"]:
-        page.print(_certificate_table(record["certificate"], motion))
+        page.print(_certificate_table(record["certificate"]))
         for warning in record["certificate"]["warnings"]:
             page.say(f"Warning: {warning}", style="bold")
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
@@ -332,7 +332,7 @@ CERTIFICATE = {
 }
 
 
-def _certificate_table(certificate: dict[str, Any], motion: "Trajectory") -> Table:
+def _certificate_table(certificate: dict[str, Any]) -> Table:
     made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
     for field, meaning in CERTIFICATE.items():
         verdict = certificate["verdicts"].get(field)

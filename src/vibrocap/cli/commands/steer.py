@@ -1,7 +1,5 @@
 """`vibrocap steer`: a schedule of a case's drive that brings the machine to a place and holds it there."""
 
-import csv
-import io
 import math
 import re
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any
 from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
-from vibrocap.files import made_folder, write_text
+from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si, units_of
@@ -107,7 +105,8 @@ def steer(
     record, shown = steering_record(found), in_si(found)
     if out is not None:
         write_text(made_folder(out) / "steering.json", json_text(record) + "\n")
-        write_text(out / "schedule.csv", _csv(record["segments"]))
+        rows = record["segments"]
+        write_table(out / "schedule.csv", rows[0], (row.values() for row in rows))
         found.save(out / "steered.toml")
     if plot is not None:
         from vibrocap.plotting.look.finishing import save
@@ -166,14 +165,6 @@ def _samples(found: Any) -> list[dict[str, float]]:
     """A row for each sample: what is uncertain, and where it ends."""
     values = zip(*found.samples.values(), found.positions, strict=True)
     return [dict(zip((*found.samples, "position"), map(float, row), strict=True)) for row in values]
-
-
-def _csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    made = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    made.writeheader()
-    made.writerows(rows)
-    return text.getvalue()
 
 
 def _print(found: Any, record: dict[str, Any], out: Path | None, plot: Path | None) -> None:

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, is_positive, shown
+from vibrocap.arguments import Complaints, check_whole, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.table import MeasuredTable, read_table
 from vibrocap.design.calibration.table_model import FIRST_STEPS, TableModel, improbable, refined, searched, soft
+from vibrocap.design.search.goal import asked_case
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.identification.inference.identifiability import WIDE, Direction, Verdict
 from vibrocap.identification.inference.uncertainty import inverse
 from vibrocap.motion.simulate import initial_state
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
@@ -192,11 +192,9 @@ def calibrate(
 
     Returns a `Calibration`. Raises CaseError with every complaint about system, table and over, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
     complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
+    case = asked_case(system, settle, complaints, seed=(seed, 0))
+    system = case.system
     measured = read_table(table, system, complaints)
     space = design_space(system, over, complaints)
     for path in space.paths:
@@ -206,10 +204,6 @@ def calibrate(
             complaints.add(path, "is a column of the table; leave it out of `over`, or the column out of the table")
     with complaints.collected():
         check_whole("starts", starts, 1, 2**16)
-    with complaints.collected():
-        check_whole("seed", seed, 0)
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-7, got {shown(settle)}")
     with complaints.collected():
         initial_state(system, case.initial if initial is None else initial)
     held = sorted({int(k) for k in held_out})

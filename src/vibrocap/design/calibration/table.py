@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, shown
+from vibrocap.design.search.goal import twice
 from vibrocap.inputs import read_input
 from vibrocap.measures.during_run import measure_table, near_measure
-from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 
@@ -80,11 +80,8 @@ def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTa
         complaints.add("table", "should have a column of a measure, such as mean_velocity")
     elif any(getattr(known[name].how, "text", False) for name in targets):
         complaints.add("table", "measures should be numbers; leave out 'mode_sequence'")
-    if len(complaints) == begun and conditions:
-        plain = [quantity(path, system).plain for path in conditions]
-        twice = [path for path, one in zip(conditions, plain, strict=True) if plain.count(one) > 1]
-        if twice:
-            complaints.add(twice[0], "is the same quantity as another column; give it once")
+    if len(complaints) == begun and conditions and (again := twice([*conditions], system)):
+        complaints.add(again, "is the same quantity as another column; give it once")
     if len(complaints) > begun:
         return None
     with_errors = set(errors) == set(targets)

@@ -3,15 +3,18 @@
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_one_of, shown
+from vibrocap.arguments import Complaints, check_one_of, check_whole, is_positive, shown
+from vibrocap.case.case import Case
 from vibrocap.measures import of_measure
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 
 SENSES = ("maximise", "minimise")
@@ -146,6 +149,28 @@ def goal_of(
     maximise = name not in MINIMISED if sense is None else sense == "maximise"
     size = name in SIGNED and system.mirrored
     return Goal(name, maximise, constraints, size), tuple(dict.fromkeys(asked))
+
+
+def asked_case(system: System | Case, settle: Any, complaints: Complaints, **counts: tuple[Any, int]) -> Case:
+    """The case of a question about settled motions; complaints are added.
+
+    counts: further arguments by name, each with its value and the least whole number that it may be
+    """
+    case = system if isinstance(system, Case) else Case(system)
+    if not is_driven(case.system):
+        complaints.add("system", "should have a drive that changes in time")
+    for name, (value, least) in counts.items():
+        with complaints.collected():
+            check_whole(name, value, least)
+    if not is_positive(settle):
+        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
+    return case
+
+
+def twice(paths: Sequence[str], system: System) -> str | None:
+    """The first of some paths that names the same quantity as another; None where there is none."""
+    plain = [quantity(path, system).plain for path in paths]
+    return next((path for path, one in zip(paths, plain, strict=True) if plain.count(one) > 1), None)
 
 
 def _split(text: Any, complaints: Complaints) -> tuple[str, bool, float, str] | None:

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, is_positive, shown
+from vibrocap.arguments import Complaints, check_one_of, check_whole, is_number, shown
 from vibrocap.case.case import Case, CaseError, case_text
-from vibrocap.design.search.goal import Goal, goal_of
+from vibrocap.design.search.goal import Goal, asked_case, goal_of
 from vibrocap.design.search.uncertainty import CRITERIA, Samples, samples_of, uncertain_quantities
 from vibrocap.design.search.variables import DesignSpace, design_space
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
-from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import varied
@@ -99,21 +98,14 @@ def stated_problem(
     counts: further arguments by name, each with its value and the least whole number that it may be
     Raises CaseError with every complaint, before any work.
     """
-    case = system if isinstance(system, Case) else Case(system)
-    system = case.system
     complaints = Complaints()
-    if not is_driven(system):
-        complaints.add("system", "should have a drive that changes in time")
+    case = asked_case(system, settle, complaints, **counts)
+    system = case.system
     given = [case.initial] if starts is None else list(starts)
     if not given:
         complaints.add("starts", "should hold at least one start")
-    for name, (value, least) in counts.items():
-        with complaints.collected():
-            check_whole(name, value, least)
     if not (is_number(margin) and 0.0 <= margin < 1.0):
         complaints.add("margin", f"should be a number from 0 to 1, got {shown(margin)}")
-    if not is_positive(settle):
-        complaints.add("settle", f"should be a positive threshold such as 1e-6, got {shown(settle)}")
     space = design_space(system, over, complaints, through)
     several = len(objectives) > 1
     goals: list[Goal] = []

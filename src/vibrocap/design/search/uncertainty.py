@@ -21,8 +21,9 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
+from vibrocap.design.search.goal import twice
 from vibrocap.inputs import read_input
-from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
+from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import path_complaints
 
@@ -198,11 +199,8 @@ def uncertain_quantities(
                 complaints.add(",".join(paths), each)
             else:
                 found.append(each)
-    if len(complaints) == begun:
-        plain = [quantity(path, system).plain for path in named]
-        twice = [path for path, name in zip(named, plain, strict=True) if plain.count(name) > 1]
-        if twice:
-            complaints.add(twice[0], "is given twice; give it once")
+    if len(complaints) == begun and (again := twice([*named], system)):
+        complaints.add(again, "is given twice; give it once")
     return tuple(found)
 
 

@@ -11,8 +11,9 @@ from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
-from vibrocap.studies.plan.axes import Axis, axis_of
+from vibrocap.studies.plan.axes import axis_of
 from vibrocap.studies.plan.designs import Range, range_from
+from vibrocap.studies.plan.runs import Column
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
 FAR = 1e3  # distance of designs that differ in a choice: their motions are not of one kind
@@ -31,7 +32,7 @@ class DesignSpace:
     with an array [designs] of each by its name, that returns arrays by path of a parameter
     """
 
-    variables: tuple[Range | Axis, ...]
+    variables: tuple[Range | Column, ...]
     through: Callable[..., Mapping[str, Any]] | None = dataclasses.field(default=None, compare=False)
 
     @property
@@ -48,7 +49,7 @@ class DesignSpace:
         """Places [designs, variables] whose distances say how near designs are; other choices are far apart."""
         found = np.array(shares, dtype=float)
         for i, each in enumerate(self.variables):
-            if isinstance(each, Axis):
+            if isinstance(each, Column):
                 many = len(each.values)
                 found[:, i] = FAR * np.minimum((shares[:, i] * many).astype(int), many - 1)
         return found
@@ -80,7 +81,7 @@ class DesignSpace:
             if each.path not in design:
                 raise ValueError(f"should give {each.path}")
             value = design[each.path]
-            if isinstance(each, Axis):
+            if isinstance(each, Column):
                 if value not in each.values:
                     raise ValueError(
                         f"{each.path} should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
@@ -128,13 +129,13 @@ def _first(values: Mapping[str, np.ndarray]) -> dict[str, float | str]:
     return {path: x if isinstance(x := column[0], str) else float(x) for path, column in values.items()}
 
 
-def _words(each: Range | Axis) -> Any:
-    if isinstance(each, Axis):
+def _words(each: Range | Column) -> Any:
+    if isinstance(each, Column):
         return list(each.values)
     return f"{'log:' if each.logarithmic else ''}{each.low!r}:{each.high!r}"
 
 
-def _values(each: Range | Axis, share: np.ndarray) -> np.ndarray:
+def _values(each: Range | Column, share: np.ndarray) -> np.ndarray:
     if isinstance(each, Range):
         return each.at(share)
     many = len(each.values)
@@ -152,7 +153,7 @@ def design_space(
         wanted = "should name at least one design variable with its bounds, such as drive.frequency=0.5:3"
         complaints.add("over", wanted)
         return DesignSpace(())
-    found: list[Range | Axis] = []
+    found: list[Range | Column] = []
     begun = len(complaints)
     for path, given in over.items():
         each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
@@ -163,7 +164,7 @@ def design_space(
         if len(complaints) == begun:
             complaints += _function_complaints(system, space)
         return space
-    kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Axis)}
+    kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Column)}
     if len(complaints) == begun:
         complaints += path_complaints(over, [kinds_chosen(system, kinds)], system.units)
         complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(over)]
@@ -181,7 +182,7 @@ def _function_complaints(system: System, space: DesignSpace) -> list[str]:
     wrong = [each.path for each in space.variables if not each.path.isidentifier()]
     if wrong:
         return [Complaint(wrong[0], "should be a name, an argument of the function `through`")]
-    words = [each.path for each in space.variables if isinstance(each, Axis) and each.array.dtype == object]
+    words = [each.path for each in space.variables if isinstance(each, Column) and each.is_text]
     if words:
         return [Complaint(words[0], "should be numbers, as the function `through` takes them")]
     try:

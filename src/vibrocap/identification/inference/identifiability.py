@@ -85,7 +85,6 @@ class Identifiability:
 def identifiability(
     law: Any,
     names: Sequence[str],
-    values: Sequence[float],
     slopes: np.ndarray,
     nuisances: np.ndarray,
     unit: float,
@@ -104,8 +103,7 @@ def identifiability(
         basis, _ = np.linalg.qr(nuisances)
         slopes = slopes - basis @ (basis.T @ slopes)
     directions = _directions(names, slopes, unit * inflation)
-    pairs = zip(names, values, strict=True)
-    verdicts = {name: _verdict(effects[name], value, intervals.get(name)) for name, value in pairs}
+    verdicts = {name: _verdict(effects[name], intervals.get(name)) for name in names}
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
     combined = [each for each in directions if len(_members(each)) > 1]
     for each in combined:
@@ -132,7 +130,7 @@ def _directions(names: Sequence[str], slopes: np.ndarray, unit: float) -> tuple[
     return tuple(found)
 
 
-def _verdict(effect: float, value: float, interval: Interval | None) -> Verdict:
+def _verdict(effect: float, interval: Interval | None) -> Verdict:
     if effect < NO_EFFECT:
         return Verdict.NO_EFFECT
     if interval is None:

@@ -92,7 +92,7 @@ def finished_fit(
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
             parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
-    results = _results(prediction, best, held_out, law)
+    results = _results(prediction, best, held_out)
     fitted = [each for each in results if not each.held_out]
     unseen = [each for each in results if each.held_out]
     relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
@@ -169,7 +169,7 @@ def _doubted(report: Identifiability) -> Identifiability:
     )
 
 
-def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
+def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples]) -> list[RecordResult]:
     unseen = prediction.of(held_out, [1.0] * len(held_out))
     results = []
     for source, hidden in ((prediction, False), (unseen, True)):
@@ -192,9 +192,9 @@ def _identifiability(problem: Problem, values: Mapping[str, float], found: Mappi
     weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
     slopes = weighted @ to_parameters[:, columns] * amounts
     others = [j for j in range(len(space.names)) if j not in columns]
-    of_law, intervals = [values[name] for name in names], {name: found[name] for name in names}
+    intervals = {name: found[name] for name in names}
     spread = (problem.uncertainty.unit, float(np.median(problem.uncertainty.inflation)))
-    return identifiability(prediction.template, names, of_law, slopes, weighted[:, others], *spread, intervals)
+    return identifiability(prediction.template, names, slopes, weighted[:, others], *spread, intervals)
 
 
 def _amount(coordinate: Any, value: float) -> float:

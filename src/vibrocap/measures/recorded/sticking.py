@@ -65,10 +65,19 @@ def mode_sequence(motion: Trajectory, period: int = -1, *, contact: int = 1) -> 
 
 def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
     """The mode sequence of the phases of a contact from start to end, read as a cycle (`mode_sequence`)."""
-    letters = [LETTERS[phase.side] for phase in _phases(motion, start, end, contact)]
+    return as_cycle([LETTERS[phase.side] for phase in _phases(motion, start, end, contact)])
+
+
+def as_cycle(letters: list[str]) -> str:
+    """The sequence of these letters where the last phase continues in the first one."""
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()
     return "".join(letters)
+
+
+def first_turned(sequence: str) -> str:
+    """The same cycle of phases, begun at the place that comes first in the alphabet: alike for all sections."""
+    return min((sequence[i:] + sequence[:i] for i in range(len(sequence))), default="")
 
 
 def _law(motion: Trajectory, contact: int) -> Any:

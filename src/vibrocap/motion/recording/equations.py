@@ -123,7 +123,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
-        put_on_segment(system, recorded, graph, corners.place)
+        put_on_segment(recorded, graph, corners.place)
         drive: Any = system.timed_drive
         paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
@@ -226,7 +226,7 @@ def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
     return still.value == 0.0 and balance.holds(rates, parameters)
 
 
-def put_on_segment(system: System, recorded: System, graph: Graph, place: int) -> None:
+def put_on_segment(recorded: System, graph: Graph, place: int) -> None:
     """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
     drive = recorded.timed_drive
     _, *segment = segment_paths(drive)

@@ -39,5 +39,5 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
     recorded = System.unchecked({part: with_symbols(part, each, symbols) for part, each in system.parts.items()})
     if recording.corners is not None:
-        put_on_segment(system, recorded, graph, recording.corners.place)
+        put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed

@@ -56,14 +56,14 @@ def own_source() -> str:
     return source_hash(pathlib.Path(__file__).parent)
 
 
-def ir(text: str, entry: str, target: Target | None = None, short: bool = False) -> str:
-    """A kernel in LLVM's language; short: to be made quickly (see `machine.py`)."""
+def ir(text: str, entry: str, target: Target | None = None) -> str:
+    """A kernel in LLVM's language, to be made quickly (see `machine.py`)."""
     from vibrocap.numerics.compiler.lowering import lowered
 
-    return lowered(text, entry, (target or host()).lanes, short)
+    return lowered(text, entry, (target or host()).lanes, short=True)
 
 
-def literal_ir(text: str, entry: str, short: bool = False) -> str:
+def literal_ir(text: str, entry: str) -> str:
     """A kernel in LLVM's language that computes as a browser does, and plain Python with the package's functions.
 
     Every sum and product is rounded, none are fused; the functions of `math` are the kernel's own polynomials.
@@ -71,7 +71,7 @@ def literal_ir(text: str, entry: str, short: bool = False) -> str:
     from vibrocap.numerics.compiler.lowering import lowered
     from vibrocap.numerics.compiler.own_functions import with_own_functions
 
-    made = lowered(with_own_functions(text), entry, host().lanes, short, library=LIBRARY)
+    made = lowered(with_own_functions(text), entry, host().lanes, short=True, library=LIBRARY)
     return made.replace(" contract ", " ")
 
 
@@ -98,20 +98,19 @@ def c_source(text: str, entries: Sequence[str], prefix: str) -> str:
     return c_text(text, entries, prefix)
 
 
-def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:
+def compiled(text: str, entry: str, literal: bool = False) -> Compiled:
     """The function `entry` of a kernel, called with (floats, ints, trace, rounds), from the disk or made now.
 
-    short: made quickly, see `machine.py`
     literal: computed as a browser does, see `literal_ir`
     Raises Refused where the text is no kernel.
     """
     with WORKING:  # a second thread finds what the first has made
-        return _compiled(text, entry, short, literal)
+        return _compiled(text, entry, literal)
 
 
-def note(key: str, text: str, entry: str, short: bool = False, literal: bool = False) -> None:
+def note(key: str, text: str, entry: str, literal: bool = False) -> None:
     """Note on the disk under which name a kernel is kept, for a process that knows the key alone."""
-    cache.keep(key, _name(text, entry, short, literal).encode())
+    cache.keep(key, _name(text, entry, literal).encode())
 
 
 def noted(key: str) -> Compiled | None:
@@ -126,25 +125,25 @@ def key_here(*parts: str) -> str:
     return cache.key(host().name, own_source(), *parts)
 
 
-def is_kept(text: str, entry: str, short: bool = False, literal: bool = False) -> bool:
+def is_kept(text: str, entry: str, literal: bool = False) -> bool:
     """Whether the machine code of a kernel is on the disk, whole or not."""
-    return cache.place(_name(text, entry, short, literal)).exists()
+    return cache.place(_name(text, entry, literal)).exists()
 
 
-def _name(text: str, entry: str, short: bool, literal: bool) -> str:
-    return cache.key(host().name, own_source(), entry, str(short), *(["literal"] if literal else []), text)
+def _name(text: str, entry: str, literal: bool) -> str:
+    return cache.key(host().name, own_source(), entry, *(["literal"] if literal else []), text)
 
 
 @functools.lru_cache(maxsize=128)
-def _compiled(text: str, entry: str, short: bool, literal: bool) -> Compiled:
-    name = _name(text, entry, short, literal)
+def _compiled(text: str, entry: str, literal: bool) -> Compiled:
+    name = _name(text, entry, literal)
     if (found := _linked(name)) is not None:
         return found
     with cache.one_process_at_a_time(name):
         if (found := _linked(name)) is not None:  # another process has made it
             return found
         with stage("compiling"):
-            code = object_code((literal_ir if literal else ir)(text, entry, short=short), host())
+            code = object_code((literal_ir if literal else ir)(text, entry), host())
         cache.keep(name, code)
     return Compiled(code)
 

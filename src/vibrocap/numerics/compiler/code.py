@@ -109,7 +109,7 @@ class Code:
         if kind.lanes:
             return self.spread(self.as_kind(value, FLOAT))
         if value.constant is not None:
-            return literal(float(value.constant) if kind == FLOAT else int(value.constant)) or value
+            return literal(float(value.constant) if kind == FLOAT else int(value.constant))
         if kind == INT:
             return self.emit(INT, f"zext i1 {value.text} to i64")
         return self.emit(FLOAT, f"{'uitofp i1' if value.kind == BOOL else 'sitofp i64'} {value.text} to double")
@@ -158,7 +158,7 @@ class Code:
     # --- expressions -------------------------------------------------------------------------------------------------
 
     def _of_Number(self, node: nodes.Number) -> Value:
-        return _literal(node.constant)
+        return literal(node.constant)
 
     def _of_Argument(self, node: nodes.Argument) -> Value:
         return Value(node.kind, f"%a.{node.name}")
@@ -198,7 +198,7 @@ class Code:
     def _of_Chosen(self, node: nodes.Chosen) -> Value:
         kind = node.kind
         name = "@tuple." + "".join(c if c.isalnum() else "_" for c in repr(node.base.constant))
-        items = [_literal(item.constant) for item in node.base.items]
+        items = [literal(item.constant) for item in node.base.items]
         content = ", ".join(f"{kind.llvm} {item.text}" for item in items)
         array = f"[{len(items)} x {kind.llvm}]"
         self.need(f"{name} = internal unnamed_addr constant {array} [{content}], align 8")
@@ -370,9 +370,3 @@ class Code:
     def _of_Primitive(self, node: nodes.Primitive) -> Value:
         arguments = [self.value(argument) for argument in node.arguments]
         return lanes.PRIMITIVES[node.name](self, *map(self.as_kind, arguments, node.kinds))
-
-
-def _literal(number: bool | int | float) -> Value:
-    found = literal(number)
-    assert found is not None
-    return found

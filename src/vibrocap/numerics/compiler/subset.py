@@ -39,8 +39,6 @@ import struct
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
 PLAIN_VECTORS = "vibrocap.numerics.kernel.arithmetic.plain_vectors"
 ORIGIN = re.compile(r"^# From (.+)$", re.MULTILINE)  # a line of the text above what another file gave
 # Functions of `elementary_polynomials.py` and `gpu.py`, which stand for those of `math` where a target has none.
@@ -275,23 +273,13 @@ class Value:
         self.kind, self.text, self.constant, self.items = kind, text, constant, items
 
 
-def literal(number: Any) -> Value | None:
-    """A Python constant as a value; None where a kernel has no such."""
-    if isinstance(number, (bool, np.bool_)):
-        return Value(BOOL, "true" if number else "false", bool(number))
-    if isinstance(number, (int, np.integer)):
-        return Value(INT, str(int(number)), int(number)) if -(2**63) <= number < 2**63 else None
-    if isinstance(number, (float, np.floating)):
-        return Value(FLOAT, float_text(float(number)), float(number))
-    if isinstance(number, tuple):
-        items = [literal(item) for item in number]
-        if None in items:
-            return None
-        found = tuple(item for item in items if item is not None)
-        return Value(tuple_of(tuple(item.kind for item in found)), "", number, found)
-    if isinstance(number, np.ndarray) and number.ndim in (1, 2) and number.dtype.kind in "fi" and number.size:
-        return Value(TABLE, "", number)
-    return None
+def literal(number: bool | int | float) -> Value:
+    """A number of the typed tree (`typed.nodes.known`) as a value."""
+    if isinstance(number, bool):
+        return Value(BOOL, "true" if number else "false", number)
+    if isinstance(number, int):
+        return Value(INT, str(number), number)
+    return Value(FLOAT, float_text(number), number)
 
 
 def float_text(number: float) -> str:

@@ -40,16 +40,6 @@ class ContactEquations:
         """Whether its velocity is one of the states, whose series is then its own."""
         return self.velocity.index == self.velocity.graph.node("state", self.state).index
 
-    def moved(self, move: Any, reset: Any) -> "ContactEquations":
-        """The same on another graph; reset: what an event makes of all states."""
-        return dataclasses.replace(
-            self,
-            velocity=move(self.velocity),
-            hold=None if self.hold is None else move(self.hold),
-            limit=None if self.limit is None else move(self.limit),
-            after_reversal=reset(self.after_reversal),
-        )
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class DecisionRows:
@@ -84,17 +74,6 @@ class DecisionRows:
                     if entry.value != 0.0:
                         found = [min(found[i], found[j]) if each in (found[i], found[j]) else each for each in found]
         return tuple(found)
-
-    def moved(self, move: Any) -> "DecisionRows":
-        """The same on another graph."""
-        fields = {field.name: _moved(getattr(self, field.name), move) for field in dataclasses.fields(self)}
-        return dataclasses.replace(self, **fields)
-
-
-def _moved(value: Any, move: Any) -> Any:
-    if isinstance(value, tuple):
-        return tuple(_moved(each, move) for each in value)
-    return None if value is None else move(value)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -153,19 +132,6 @@ class Balance:
         for i, rate in enumerate(rates):
             result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index)
         return result
-
-    def on(self, graph: Graph) -> "Balance":
-        """The same on a graph that begins with the nodes of this one's."""
-
-        def moved(balance: Any) -> Any:
-            given = {field.name: getattr(balance, field.name) for field in dataclasses.fields(balance)}
-            found = {
-                name: Expression(graph, value.index) if isinstance(value, Expression) else value and moved(value)
-                for name, value in given.items()
-            }
-            return dataclasses.replace(balance, **found)
-
-        return moved(self)
 
     def holds(self, rates: Sequence[Expression], parameters: int) -> bool:
         """Whether the balance agrees with the equations, at a few points drawn at random, while the contact slides."""

@@ -209,9 +209,9 @@ def compiled_kernel(linked: str, literal: bool = False, entry: str = "") -> "Com
     from vibrocap.numerics.compiler import compiled, is_kept  # only here, as it imports LLVM
 
     entry = entry or entry_of(linked)
-    if isinstance(linked, Linked) and not is_kept(linked, entry, short=True, literal=literal):
+    if isinstance(linked, Linked) and not is_kept(linked, entry, literal):
         linked.check()
-    return compiled(linked, entry, short=True, literal=literal)
+    return compiled(linked, entry, literal)
 
 
 NUMERICS = pathlib.Path(__file__).parents[1]
@@ -238,7 +238,7 @@ def note_kernel(key: str, text: Linked, literal: bool) -> None:
     """Note that this is the kernel of a key."""
     from vibrocap.numerics.compiler import note
 
-    note(key, text, entry_of(text), short=True, literal=literal)
+    note(key, text, entry_of(text), literal)
 
 
 def digest(*records: Any) -> str:

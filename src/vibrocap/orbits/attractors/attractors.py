@@ -147,7 +147,7 @@ def attractors(
     """
     start = np.array(list(initial_state(system, initial).values()))
     check_whole("starts", starts, 1, 10_000_000)
-    given = None if ranges is None else checked_ranges("ranges", system, ranges)
+    given = None if ranges is None else checked_ranges(system, ranges)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)

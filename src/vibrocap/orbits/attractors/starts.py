@@ -17,14 +17,14 @@ PROBED = 2.0  # natural sizes from zero at which probes start
 Ranges = Mapping[str, tuple[float, float]]
 
 
-def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[float, float]]:
+def checked_ranges(system: System, given: Any) -> dict[str, tuple[float, float]]:
     """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
     if not isinstance(given, Mapping) or not given:
-        raise ValueError(f"{name} should give (low, high) for at least one state, got {given!r}")
+        raise ValueError(f"ranges should give (low, high) for at least one state, got {given!r}")
     found = {}
     for state, pair in given.items():
-        check_state(name, system, state)
-        found[state] = checked_start_range(f"{name}: {state}", system, state, pair)
+        check_state("ranges", system, state)
+        found[state] = checked_start_range(f"ranges: {state}", system, state, pair)
     return found
 
 

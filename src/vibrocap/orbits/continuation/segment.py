@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.measures.recorded.sticking import first_turned
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.maps.closing_map import Closure
-from vibrocap.orbits.maps.itinerary import cycle
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
@@ -178,4 +178,4 @@ def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, f
 
 def _itinerary(point: BranchPoint) -> tuple[str, float]:
     """The phases of the contact and the number of impacts."""
-    return cycle(point.closing.mode_sequence), point.closing.impacts
+    return first_turned(point.closing.mode_sequence), point.closing.impacts

@@ -1,7 +1,6 @@
 """Special points of a branch: where it folds, where others branch off, where stability or the mode sequence changes."""
 
 import dataclasses
-import enum
 import itertools
 from collections.abc import Callable
 
@@ -15,47 +14,40 @@ from vibrocap.orbits.maps.itinerary import ModeChange, mode_change, same_cycle
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.declared import Length, Number, Numbers, States
 from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.results import Explained
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
 FOLDED = 1e-3  # distance from 1 of the multiplier that makes a turn of the parameter a fold
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 
 
-class SpecialKind(enum.Enum):
+class SpecialKind(Explained):
     """What a special point is; `meaning` says it in words."""
 
-    FOLD = "fold"
-    PITCHFORK = "pitchfork"
-    FLIP = "flip"
-    NEIMARK_SACKER = "Neimark-Sacker"
-    BRANCH_POINT = "branch point"
-    HOPF = "Hopf"
-    MODE_CHANGE = "change of mode sequence"
-    GRAZING = "grazing of a stop"
-    CHATTER = "accumulating impacts"
-    JUMP = "jump of multipliers"
-    UNLOCATED = "not located"
-
-    @property
-    def meaning(self) -> str:
-        """What happens there, and what can be done where it could not be located."""
-        return MEANINGS[self]
-
-
-MEANINGS = {
-    SpecialKind.FOLD: "The branch turns back in the parameter (multiplier 1); beyond it these orbits do not exist.",
-    SpecialKind.PITCHFORK: "The symmetry breaks (multiplier 1): a pair of mirror twins begins or ends here.",
-    SpecialKind.FLIP: "A multiplier is -1: an orbit of twice the period begins or ends here.",
-    SpecialKind.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
-    SpecialKind.BRANCH_POINT: "Another branch of orbits of the same period crosses here (multiplier 1).",
-    SpecialKind.HOPF: "The cycles shrink to an equilibrium, whose pair of eigenvalues passes the imaginary axis here.",
-    SpecialKind.MODE_CHANGE: "The phases of sliding and sticking change.",
-    SpecialKind.GRAZING: "A mass touches its stop without speed: an impact begins or ends here.",
-    SpecialKind.CHATTER: "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
-    SpecialKind.JUMP: "The multipliers jump without a change of the mode sequence; the motion grazes something there.",
-    SpecialKind.UNLOCATED: "Something changes faster than it can be located: follow the branch with a smaller `step`, "
-    "or from an orbit near this parameter.",
-}
+    FOLD = "fold", "The branch turns back in the parameter (multiplier 1); beyond it these orbits do not exist."
+    PITCHFORK = "pitchfork", "The symmetry breaks (multiplier 1): a pair of mirror twins begins or ends here."
+    FLIP = "flip", "A multiplier is -1: an orbit of twice the period begins or ends here."
+    NEIMARK_SACKER = (
+        "Neimark-Sacker",
+        "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
+    )
+    BRANCH_POINT = "branch point", "Another branch of orbits of the same period crosses here (multiplier 1)."
+    HOPF = "Hopf", "The cycles shrink to an equilibrium, whose pair of eigenvalues passes the imaginary axis here."
+    MODE_CHANGE = "change of mode sequence", "The phases of sliding and sticking change."
+    GRAZING = "grazing of a stop", "A mass touches its stop without speed: an impact begins or ends here."
+    CHATTER = (
+        "accumulating impacts",
+        "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
+    )
+    JUMP = (
+        "jump of multipliers",
+        "The multipliers jump without a change of the mode sequence; the motion grazes something there.",
+    )
+    UNLOCATED = (
+        "not located",
+        "Something changes faster than it can be located: follow the branch with a smaller `step`, or from an "
+        "orbit near this parameter.",
+    )
 
 
 CORNERS = (SpecialKind.MODE_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  # between which all is smooth

@@ -10,6 +10,7 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.equilibria.rest_set import RestSet, RestSets
 from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, Force, Speed, States
 from vibrocap.quantities.dimensional import said
@@ -182,7 +183,7 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
     moving = ~np.isin(problem.unknowns, still)
     eigenvalues = sorted_eigenvalues(values[np.ix_(moving, moving)])
     bristles = any(rest and not each.sticks for each, rest in zip(contacts, state.rests, strict=True))
-    friction = [problem.recording.observables[name] for name in _friction_names(problem)]
+    friction = [problem.recording.observables[numbered("friction", i + 1)] for i in range(len(problem.velocities))]
     cyclic = problem.recording.cyclic_state
     travel = None
     if cyclic >= 0:
@@ -216,10 +217,6 @@ def stable(eigenvalues: np.ndarray, dimension: int = 0) -> bool | None:
         return True
     largest, size = float(np.max(np.real(across))), NEUTRAL * float(np.max(np.abs(across)))
     return None if abs(largest) <= size else largest < 0.0
-
-
-def _friction_names(problem: SteadyEquations) -> list[str]:
-    return [name if i == 0 else f"{name}_{i + 1}" for i, name in enumerate(["friction"] * len(problem.velocities))]
 
 
 def _named(problem: SteadyEquations, state: SteadyState, y: np.ndarray) -> dict[str, float]:

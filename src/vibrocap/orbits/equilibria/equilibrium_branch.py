@@ -1,7 +1,6 @@
 """A branch of equilibria over a parameter: steady sliding, its folds, its Hopf points, and why it ends."""
 
 import dataclasses
-import enum
 from typing import Any
 
 import numpy as np
@@ -26,35 +25,21 @@ from vibrocap.quantities.declared import (
     States,
 )
 from vibrocap.quantities.dimensional import said
-from vibrocap.results import Result
+from vibrocap.results import Explained, Result
 
 ON_AXIS = 1e-9  # real part over the eigenvalue that is zero up to rounding
 NEAR = 2.0  # steps of the branch within which a located point must lie
 DEGENERATE = 1e-8  # first Lyapunov coefficient over omega that is zero up to rounding
 
 
-class EquilibriumPointKind(enum.Enum):
+class EquilibriumPointKind(Explained):
     """What a special point of a branch of equilibria is; `meaning` says it in words."""
 
-    FOLD = "fold"
-    HOPF = "Hopf"
-    MODE_COUPLING = "mode coupling"
-    BRANCH_POINT = "branch point"
-    UNLOCATED = "not located"
-
-    @property
-    def meaning(self) -> str:
-        """What happens there."""
-        return MEANINGS[self]
-
-
-MEANINGS = {
-    EquilibriumPointKind.FOLD: "Two equilibria meet (eigenvalue 0); beyond it neither exists.",
-    EquilibriumPointKind.HOPF: "A pair of eigenvalues passes the imaginary axis: a cycle is born here.",
-    EquilibriumPointKind.MODE_COUPLING: "Two frequencies without damping meet; beyond it one vibration grows.",
-    EquilibriumPointKind.BRANCH_POINT: "Another branch of equilibria crosses here (eigenvalue 0).",
-    EquilibriumPointKind.UNLOCATED: "An eigenvalue passes the imaginary axis, but its equation was not solved.",
-}
+    FOLD = "fold", "Two equilibria meet (eigenvalue 0); beyond it neither exists."
+    HOPF = "Hopf", "A pair of eigenvalues passes the imaginary axis: a cycle is born here."
+    MODE_COUPLING = "mode coupling", "Two frequencies without damping meet; beyond it one vibration grows."
+    BRANCH_POINT = "branch point", "Another branch of equilibria crosses here (eigenvalue 0)."
+    UNLOCATED = "not located", "An eigenvalue passes the imaginary axis, but its equation was not solved."
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -6,6 +6,8 @@ A mode sequence is written in the letters F (forward), S (stuck) and B (back); `
 import enum
 import itertools
 
+from vibrocap.measures.recorded.sticking import as_cycle
+
 MIRROR_LETTERS = str.maketrans("FB", "BF")
 MOST_PHASES = 3  # that one change may take out of a sequence
 
@@ -23,15 +25,7 @@ class ModeChange(enum.Enum):
 def closed_sequence(sequence: str, half: bool = False) -> str:
     """The sequence of a whole response from that of a run over it, or over its first half before the mirror."""
     whole = sequence + sequence.translate(MIRROR_LETTERS) if half else sequence
-    letters = [letter for letter, _ in itertools.groupby(whole)]
-    while len(letters) > 1 and letters[-1] == letters[0]:
-        letters.pop()
-    return "".join(letters)
-
-
-def cycle(sequence: str) -> str:
-    """The same cycle of phases, begun at the place that comes first in the alphabet: alike for all sections."""
-    return min((sequence[i:] + sequence[:i] for i in range(len(sequence))), default="")
+    return as_cycle([letter for letter, _ in itertools.groupby(whole)])
 
 
 def same_cycle(one: str, other: str) -> bool:

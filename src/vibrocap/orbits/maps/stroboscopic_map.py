@@ -263,14 +263,14 @@ def is_driven(system: System) -> bool:
     return equations(system).timed
 
 
-def driven_map(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:
+def driven_map(system: System, tolerance: float) -> StroboscopicMap:
     """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
     if not is_driven(system):
         raise ValueError(
             f"system: nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic "
             "map to look at; orbit(system, initial=...) finds its cycles"
         )
-    return StroboscopicMap(system, tolerance, threads)
+    return StroboscopicMap(system, tolerance)
 
 
 TOLERANCE = 1e-9

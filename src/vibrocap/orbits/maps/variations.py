@@ -3,7 +3,7 @@
 import copy
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, sensitivity
@@ -39,12 +39,18 @@ def with_integrals(equations: Equations) -> Equations:
         rates=(*equations.rates, *(equations.integrals[i] for i in kept)),
         scales=(*equations.scales, *(one for _ in kept)),
         symmetry=(*equations.symmetry, *(1 for _ in kept)),
-        contacts=tuple(each.moved(lambda value: value, longer) for each in equations.contacts),
+        contacts=_changed(equations, longer),
         after_switch=tuple(map(longer, equations.after_switch)),
         base=n + len(kept),
         true_load=None,  # nothing is measured
         normal_height=None,
     )
+
+
+def _changed(equations: Equations, reset: Callable[[Sequence[Expression]], tuple[Expression, ...]]) -> tuple:
+    """The equations of the contacts with what `reset` makes of the states after a reversal."""
+    contacts = equations.contacts
+    return tuple(dataclasses.replace(each, after_reversal=reset(each.after_reversal)) for each in contacts)
 
 
 @functools.lru_cache(maxsize=32)
@@ -57,53 +63,40 @@ def variational_equations(equations: Equations, directed: bool = False) -> Equat
     directed: whether a direction dp in the parameters belongs to the tangent; it stands behind the parameter vector, as
         long as that. Of a drive with corners one segment holds then, whose numbers are parameters like all others.
     """
-    graph = copy.deepcopy(equations.graph)
-    n, own = len(equations.rates), len(equations.parameter_paths)
+    equations = copy.deepcopy(equations)  # with its graph, which begins as the other does
+    graph, n, own = equations.graph, len(equations.rates), len(equations.parameter_paths)
     given = range(own) if directed else range(0)
     tangent = tuple(graph.node("state", n + i) for i in range(n))
-
-    def moved(expression: Expression) -> Expression:
-        return Expression(graph, expression.index)
 
     def along(expression: Expression | None) -> Expression:
         """Derivative along the tangent."""
         total = graph.constant(0.0)
         if expression is not None:
             for i in range(n):
-                total = total + derivative(moved(expression), i) * tangent[i]
+                total = total + derivative(expression, i) * tangent[i]
             for j in given:
-                by = sensitivity(moved(expression), graph.node("parameter", j).index)
+                by = sensitivity(expression, graph.node("parameter", j).index)
                 total = total + by * graph.node("parameter", own + j)
         return total
 
     def both(states: Sequence[Expression]) -> tuple[Expression, ...]:
-        return (*map(moved, states), *map(along, states))
+        return (*states, *map(along, states))
 
     def reset(states: Sequence[Expression]) -> tuple[Expression, ...]:
         """What an event makes of the states, which comes later by the delay in the direction of the tangent."""
-        later = (derivative(moved(state), -1) * graph.node("delay") for state in states)
-        return (*map(moved, states), *(along(state) + more for state, more in zip(states, later, strict=True)))
+        later = (derivative(state, -1) * graph.node("delay") for state in states)
+        return (*states, *(along(state) + more for state, more in zip(states, later, strict=True)))
 
     return dataclasses.replace(
         equations,
-        graph=graph,
         parameter_paths=(*equations.parameter_paths, *(f"{equations.parameter_paths[j]} direction" for j in given)),
         corners=None if directed else equations.corners,
         state_names=(*equations.state_names, *(f"{name}_tangent" for name in equations.state_names)),
         rates=both(equations.rates),
-        integrals=tuple(map(moved, equations.integrals)),
-        scales=(*map(moved, equations.scales), *(LEEWAY * moved(scale) for scale in equations.scales)),
-        contacts=tuple(each.moved(moved, reset) for each in equations.contacts),
-        rows=None if equations.rows is None else equations.rows.moved(moved),
-        shifts=tuple(map(moved, equations.shifts)),
-        period=moved(equations.period),
+        scales=(*equations.scales, *(LEEWAY * scale for scale in equations.scales)),
+        contacts=_changed(equations, reset),
         symmetry=equations.symmetry * 2,
-        switches=tuple(map(moved, equations.switches)),
-        loads=tuple(map(moved, equations.loads)),
-        bounds=tuple(map(moved, equations.bounds)),
-        balance=None if equations.balance is None else equations.balance.on(graph),
         after_switch=tuple(map(reset, equations.after_switch)),
-        observables={name: moved(value) for name, value in equations.observables.items()},
         guard_tangents=tuple(
             along(value)
             for value in (

@@ -62,10 +62,6 @@ class AngleComputedTorque(ComputedTorque):
     name: ClassVar[str] = "angle-computed-torque"
     reference: ClassVar = "number"
 
-    def own_measured(self, machine) -> str:
-        """The angle."""
-        return "angle"
-
 
 @parameters
 class StrokeComputedTorque(ComputedTorque):
@@ -122,7 +118,3 @@ class PositionComputedForce(ComputedTorque):
 
     name: ClassVar[str] = "position-computed-force"
     reference: ClassVar = "displacement"
-
-    def own_measured(self, machine) -> str:
-        """The first state."""
-        return machine.states[0]

@@ -112,7 +112,37 @@ class Controller(Part):
         raise NotImplementedError
 
 
-class Linear(Controller):
+class Limited(Controller):
+    """A controller of one state, whose command has a limit that is reached and left at located events."""
+
+    limit: Any
+    measured: str
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """1 or -1 while the limit holds, 0 while it does not; nothing without a limit."""
+        return () if self.limit is None else (SATURATED,)
+
+    @property
+    def switch_events(self) -> tuple[str, ...]:
+        """Of the limit."""
+        return () if self.limit is None else LIMIT_EVENTS
+
+    def own_measured(self, machine) -> str:
+        """The state that is measured where nothing else is said: angle, place or velocity, as the reference is."""
+        if self.reference == "number":
+            return "angle"
+        if self.reference == "speed":
+            return machine.contact_states[0]
+        return machine.place or machine.cyclic or machine.states[0]
+
+    def measures(self, machine) -> tuple[str, ...]:
+        """The state, and its rate where it is differentiated."""
+        name = self.own_measured(machine) if self.measured == OWN else self.measured
+        return (name, f"{name}_rate") if self.uses_slope else (name,)
+
+
+class Linear(Limited):
     """A linear law of the error e = r - y with the integral S of it, behind a limit of the command.
 
         u_raw = K_P e + K_D (r' - y') + S,     u = u_raw cut off at +-u_max,     S' = K_I [e + a (u - u_raw)]
@@ -125,8 +155,6 @@ class Linear(Controller):
     proportional_gain: Any
     integral_gain: Any
     anti_windup: Any
-    limit: Any
-    measured: str
 
     source: ClassVar[str] = "astrom2006"
     all_states: ClassVar = (INTEGRAL, SATURATED)
@@ -136,25 +164,6 @@ class Linear(Controller):
     def states(self) -> tuple[str, ...]:
         """S, then whether the limit holds where there is one."""
         return INTEGRAL, *self.switched
-
-    @property
-    def switched(self) -> tuple[str, ...]:
-        """1 or -1 while the limit holds, 0 while it does not."""
-        return () if self.limit is None else (SATURATED,)
-
-    @property
-    def switch_events(self) -> tuple[str, ...]:
-        """Of the limit."""
-        return () if self.limit is None else LIMIT_EVENTS
-
-    def own_measured(self, machine) -> str:
-        """The state that is measured where nothing else is said."""
-        raise NotImplementedError
-
-    def measures(self, machine) -> tuple[str, ...]:
-        """The state, and its rate where it is differentiated."""
-        name = self.own_measured(machine) if self.measured == OWN else self.measured
-        return (name, f"{name}_rate") if self.uses_slope else (name,)
 
     @property
     def uses_slope(self) -> bool:
@@ -190,15 +199,12 @@ class Linear(Controller):
         return own[0], HELD_AFTER[which]
 
 
-class AccelerationController(Controller):
+class AccelerationController(Limited):
     """A controller whose command is the rate that a state of the machine is to have; its effort follows from that.
 
     The effort is the force or torque that gives the state this rate, under the friction at the contacts as it is then,
     or, while the state `command_saturated` is 1 or -1, the limit to that side.
     """
-
-    limit: Any
-    measured: str
 
     orders: ClassVar = "acceleration"
     all_states: ClassVar = (SATURATED,)
@@ -206,17 +212,7 @@ class AccelerationController(Controller):
     @property
     def states(self) -> tuple[str, ...]:
         """Whether the limit holds, where there is one."""
-        return () if self.limit is None else (SATURATED,)
-
-    @property
-    def switched(self) -> tuple[str, ...]:
-        """The same."""
-        return self.states
-
-    @property
-    def switch_events(self) -> tuple[str, ...]:
-        """Of the limit."""
-        return () if self.limit is None else LIMIT_EVENTS
+        return self.switched
 
     @property
     def uses_slope(self) -> bool:
@@ -224,13 +220,12 @@ class AccelerationController(Controller):
         return True
 
     def own_measured(self, machine) -> str:
-        """The state that is tracked where nothing else is said."""
-        raise NotImplementedError
+        """The state that is tracked where nothing else is said: the angle, or the first state."""
+        return "angle" if self.reference == "number" else machine.states[0]
 
     def measures(self, machine) -> tuple[str, ...]:
         """The state and its rate, and r''."""
-        name = self.own_measured(machine) if self.measured == OWN else self.measured
-        return name, f"{name}_rate", CURVATURE
+        return *super().measures(machine), CURVATURE
 
     def accelerated(self, machine) -> str:
         """The state that is the rate, or that moves one to one with it."""

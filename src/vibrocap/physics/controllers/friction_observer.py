@@ -76,10 +76,6 @@ class FrictionObserver(Linear):
         """That of the bristles is their largest deflection, F_s/s_0."""
         return (*super().scales(effort)[:-1], self.static_force / self.bristle_stiffness)
 
-    def own_measured(self, machine) -> str:
-        """The place."""
-        return machine.place or machine.cyclic or machine.states[0]
-
     def measures(self, machine) -> tuple[str, ...]:
         """x and x', r'', v and the side of the contact."""
         return (*super().measures(machine), CURVATURE, machine.contact_states[0], SIDE)

@@ -44,10 +44,6 @@ class PositionPID(Linear):
     source: ClassVar[str] = "astrom2006; armstrong1994"
     reference: ClassVar = "displacement"
 
-    def own_measured(self, machine) -> str:
-        """The place."""
-        return machine.place or machine.cyclic or machine.states[0]
-
 
 @parameters
 class AnglePID(Linear):
@@ -70,10 +66,6 @@ class AnglePID(Linear):
     name: ClassVar[str] = "angle-pid"
     reference: ClassVar = "number"
 
-    def own_measured(self, machine) -> str:
-        """The angle."""
-        return "angle"
-
 
 @parameters
 class VelocityPI(Linear):
@@ -94,10 +86,6 @@ class VelocityPI(Linear):
 
     name: ClassVar[str] = "velocity-pi"
     reference: ClassVar = "speed"
-
-    def own_measured(self, machine) -> str:
-        """The sliding velocity."""
-        return machine.contact_states[0]
 
 
 SHIFT = 1.5 * 2.0**52  # added and taken off again, it rounds a number to a whole one

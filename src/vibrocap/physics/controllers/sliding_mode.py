@@ -85,10 +85,6 @@ class AngleSlidingMode(SlidingMode):
     name: ClassVar[str] = "angle-sliding-mode"
     reference: ClassVar = "number"
 
-    def own_measured(self, machine) -> str:
-        """The angle."""
-        return "angle"
-
 
 @parameters
 class PositionSlidingMode(SlidingMode):
@@ -103,7 +99,3 @@ class PositionSlidingMode(SlidingMode):
 
     name: ClassVar[str] = "position-sliding-mode"
     reference: ClassVar = "displacement"
-
-    def own_measured(self, machine) -> str:
-        """The first state."""
-        return machine.states[0]

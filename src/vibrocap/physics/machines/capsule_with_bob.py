@@ -1,7 +1,9 @@
 """What capsules have in common whose inner mass goes round a pivot: a pendulum, or the eccentric mass of a rotor."""
 
 import math
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
 
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
 from vibrocap.physics.machines.machine import (
@@ -20,13 +22,34 @@ from vibrocap.physics.machines.machine import (
 LOADS = ("weight", "dynamic")
 
 
-def checked_load(given: Any) -> Any:
-    """A load that a capsule with a bob takes: a number, "weight" or "dynamic"."""
+def _checked_load(given: Any) -> Any:
     number = isinstance(given, (int, float)) and not isinstance(given, bool)
     if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
         return given
     raise ValueError(
         'should be a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
+    )
+
+
+Load = Annotated[Any, BeforeValidator(_checked_load)]
+SPRING = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring")
+DAMPER = parameter(
+    1.0,
+    "nu",
+    "viscous damper at the pivot, c/(m l^2 omega_n)",
+    "torsional damping",
+    in_si="viscous damper at the pivot",
+)
+
+
+def load(default: Any) -> Any:
+    """The load of a capsule with a bob, as a parameter of the machine."""
+    return parameter(
+        default,
+        "N",
+        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
+        "load",
+        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
     )
 
 

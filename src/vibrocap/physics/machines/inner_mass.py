@@ -1,7 +1,7 @@
 """What machines with an inner mass on a line have in common: their scales, and the load that their weight makes."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
@@ -47,18 +47,25 @@ class InnerMassScales(Scales):
         return self.inner_mass_kg, self.length_unit_m, time
 
 
-def weight_or_load(machine: Any) -> Any:
-    """The load of a machine, where that is its weight lambda + 1, on a slope that times g cos(phi)."""
-    if not isinstance(machine.normal_load, str):
-        return machine.normal_load
-    weight = machine.mass_ratio + 1.0
-    return weight if machine.gravity is None else weight * machine.gravity[0]
+class WithInnerMass(Machine):
+    """A body of mass lambda in which a mass 1 moves to and fro, on one contact under a constant load or its weight."""
 
+    mass_ratio: Any
+    normal_load: Any
 
-def check_weight(machine: Machine, scales: Scales) -> None:
-    """ArgumentError for a load that is the weight in units in which m g is not 1."""
-    gravity = getattr(scales, "gravity_m_per_s2", STANDARD_GRAVITY_M_PER_S2)
-    counted = scales.length_m / scales.time_s**2
-    if machine.normal_load == WEIGHT and not abs(counted - gravity) <= ROUNDING * gravity:
-        what = "which counts forces in m g; leave out time_unit_s, or give the load in N, normal_load_N"
-        raise ArgumentError("machine.normal_load", f'should be "weight" with a unit of time sqrt(l/g), {what}')
+    si_scales: ClassVar = InnerMassScales
+
+    def check_scales(self, scales: Scales) -> None:
+        """The weight is lambda + 1 where force is counted in m g: ArgumentError for it in other units."""
+        gravity = getattr(scales, "gravity_m_per_s2", STANDARD_GRAVITY_M_PER_S2)
+        counted = scales.length_m / scales.time_s**2
+        if self.normal_load == WEIGHT and not abs(counted - gravity) <= ROUNDING * gravity:
+            what = "which counts forces in m g; leave out time_unit_s, or give the load in N, normal_load_N"
+            raise ArgumentError("machine.normal_load", f'should be "weight" with a unit of time sqrt(l/g), {what}')
+
+    def loads(self):
+        """N, or the weight (lambda + 1) g_n."""
+        if not isinstance(self.normal_load, str):
+            return (self.normal_load,)
+        weight = self.mass_ratio + 1.0
+        return (weight if self.gravity is None else weight * self.gravity[0],)

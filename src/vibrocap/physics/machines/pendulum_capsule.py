@@ -1,11 +1,9 @@
 """The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
 
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
+from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_pendulum
-from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
+from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load
 from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
 
 
@@ -33,23 +31,9 @@ class PendulumCapsule(CapsuleWithBob):
     mass_ratio: Positive = parameter(
         2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
     )
-    stiffness: NonNegative = parameter(
-        2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring"
-    )
-    damping: NonNegative = parameter(
-        1.0,
-        "nu",
-        "viscous damper at the pivot, c/(m l^2 omega_n)",
-        "torsional damping",
-        in_si="viscous damper at the pivot",
-    )
-    normal_load: Annotated[Any, BeforeValidator(checked_load)] = parameter(
-        1.0,
-        "N",
-        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
-        "load",
-        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
-    )
+    stiffness: NonNegative = SPRING
+    damping: NonNegative = DAMPER
+    normal_load: Load = load(1.0)
 
     name: ClassVar[str] = "pendulum-capsule"
     source: ClassVar[str] = "liu2019"

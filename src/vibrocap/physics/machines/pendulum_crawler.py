@@ -6,6 +6,7 @@ from pydantic import BeforeValidator
 
 from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.elementary import atan, sqrt
+from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
 from vibrocap.physics.machines.machine import (
     ImposedDisplacement,
     NonNegative,
@@ -49,16 +50,8 @@ class PendulumCrawler(ImposedDisplacement):
     mass_ratio: Positive = parameter(
         2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
     )
-    stiffness: NonNegative = parameter(
-        2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring"
-    )
-    damping: NonNegative = parameter(
-        1.0,
-        "nu",
-        "viscous damper at the pivot, c/(m l^2 omega_n)",
-        "torsional damping",
-        in_si="viscous damper at the pivot",
-    )
+    stiffness: NonNegative = SPRING
+    damping: NonNegative = DAMPER
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m g", "load", in_si="load on the contact")
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 

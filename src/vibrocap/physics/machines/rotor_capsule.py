@@ -1,12 +1,10 @@
 """The rotor capsule: an eccentric mass, turned by a motor of limited power, on a capsule that slides on a line."""
 
 import math
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
+from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_pendulum
-from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, checked_load
+from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, Load, load
 from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
 
 
@@ -37,13 +35,7 @@ class RotorCapsule(CapsuleWithBob):
     damping: NonNegative = parameter(
         0.75, "nu", "fall of the motor's torque over its speed (stall torque over no-load speed)", "torsional damping"
     )
-    normal_load: Annotated[Any, BeforeValidator(checked_load)] = parameter(
-        "weight",
-        "N",
-        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
-        "load",
-        in_si='load on the contact: a force, "weight" or "dynamic" (what the motion makes)',
-    )
+    normal_load: Load = load("weight")
 
     name: ClassVar[str] = "rotor-capsule"
     source: ClassVar[str] = "kononenko1969"

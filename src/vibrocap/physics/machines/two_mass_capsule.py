@@ -5,11 +5,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.bodies import capsule_with_mass
-from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
+from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
 from vibrocap.physics.machines.machine import (
     Body,
     Contact,
-    Machine,
     Mechanism,
     NonNegative,
     Positive,
@@ -31,7 +30,7 @@ Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
 
 
 @parameters
-class TwoMassCapsule(Machine):
+class TwoMassCapsule(WithInnerMass):
     """Inner mass m on a spring and a damper in a capsule M; both move along one line.
 
     With z the displacement of the mass in the capsule, and the force F that pulls it back,
@@ -71,21 +70,12 @@ class TwoMassCapsule(Machine):
     contact_states: ClassVar = ("velocity",)
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
-    si_scales: ClassVar = InnerMassScales
     si_load: ClassVar = '"weight" for that of capsule and inner mass, (M + m) g'
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
     @property
     def _external(self) -> bool:
         return self.actuation == "external"
-
-    def check_scales(self, scales):
-        """The weight is lambda + 1 where force is counted in m g."""
-        check_weight(self, scales)
-
-    def loads(self):
-        """N, or the weight (lambda + 1) g_n."""
-        return (weight_or_load(self),)
 
     def masses(self):
         """lambda and 1."""

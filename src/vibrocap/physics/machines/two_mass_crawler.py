@@ -3,12 +3,12 @@
 from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_mass
-from vibrocap.physics.machines.inner_mass import InnerMassScales, Load, check_weight, weight_or_load
+from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
 from vibrocap.physics.machines.machine import ImposedDisplacement, Positive, parameter, parameters
 
 
 @parameters
-class TwoMassCrawler(ImposedDisplacement):
+class TwoMassCrawler(WithInnerMass, ImposedDisplacement):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
@@ -41,17 +41,8 @@ class TwoMassCrawler(ImposedDisplacement):
     name: ClassVar[str] = "two-mass-crawler"
     source: ClassVar[str] = "chernousko2002"
     effort: ClassVar = "displacement"
-    si_scales: ClassVar = InnerMassScales
     si_names: ClassVar = {"mass_ratio": "body_mass"}
     si_load: ClassVar = '"weight" for that of body and inner mass, (M + m) g'
-
-    def check_scales(self, scales):
-        """The weight is lambda + 1 where force is counted in m g."""
-        check_weight(self, scales)
-
-    def loads(self):
-        """N, or the weight (lambda + 1) g_n."""
-        return (weight_or_load(self),)
 
     def masses(self):
         """lambda + 1, of both; what moves between them is imposed."""

@@ -31,7 +31,7 @@ from vibrocap.plotting.studies.maps import (
     add_title_and_legend,
     study_axes,
 )
-from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label
+from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
 from vibrocap.studies.orbit_datasets import PHASE_ATTRIBUTES, basin_dataset
 
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
@@ -190,7 +190,7 @@ def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None
 def _setting(basins: Basins) -> str:
     """The case in brief, and where the starts are."""
     dataset = basin_dataset(basins)
-    words = case_label(dataset, {})
+    words = case_label(dataset, case_of(dataset), {})
     if PHASE not in basins.axes and basins.phase:
         words += f", t₀/T{EQUALS}{value_text(basins.phase)}"
     return words

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case.case import CaseError, case_from_text
+from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
-from vibrocap.studies.refinement import even_in_logarithm
-from vibrocap.studies.store.zarr_form import ALWAYS
+from vibrocap.studies.plan.axes import even_in_logarithm
+from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
@@ -27,7 +27,6 @@ SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its 
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
 
-NOT_RUN = -1  # status of a run to come
 NOTHING = re.compile(r" \((?:NaN|empty|infinite): (.*)\)")  # what a meaning says of missing values
 SYMBOLS = {
     "mean_velocity": "⟨X′⟩",
@@ -175,7 +174,7 @@ def study_view(
         facets, dims = [], tuple(chosen["status"].dims)
         axes, points = _scattered(chosen)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
-    settle = dataset.attrs.get("settle")
+    case, settle = case_of(dataset), dataset.attrs.get("settle")
     band = float(dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO))
     if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
@@ -188,8 +187,8 @@ def study_view(
         axes,
         panels,
         points,
-        case_label(chosen, fixed),
-        runs_label(chosen),
+        case_label(chosen, case, fixed),
+        runs_label(chosen, case),
     )
 
 
@@ -323,14 +322,20 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
     return "  ".join(word for word in words if word) + bracketed(unit)
 
 
-def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
+def case_of(dataset: Any) -> Case | None:
+    """The case of a study; None where a dataset tells of none."""
+    try:
+        return case_from_text(str(dataset.attrs["case"]))
+    except (KeyError, CaseError):
+        return None
+
+
+def case_label(dataset: Any, case: Case | None, fixed: Mapping[str, str]) -> str:
     """The case in brief: the kinds of its parts, and the parameters that the study left as they are.
 
     Of the environment these are those that are not as usual: a slope, a drag, a force.
     """
-    try:
-        case = case_from_text(str(dataset.attrs["case"]))
-    except (KeyError, CaseError):
+    if case is None:
         return ", ".join(f"{path} = {value}" for path, value in fixed.items())
     varied = {str(name) for name in dataset.coords} - set(fixed)
     if case.system.units is not None:
@@ -356,7 +361,7 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def runs_label(dataset: Any) -> str:
+def runs_label(dataset: Any, case: Case | None) -> str:
     """How the runs were made."""
     runs, periods, settle = dataset["status"].size, dataset.attrs.get("periods"), dataset.attrs.get("settle")
     words = [f"{runs:,} runs"]
@@ -365,15 +370,11 @@ def runs_label(dataset: Any) -> str:
         words[0] += f" of {'at most ' if settle else ''}{periods} periods{settled}"
     if "runs_computed" in dataset.attrs:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
-    return "; ".join([*words, "in SI" if _in_si(dataset) else "all dimensionless"])
-
-
-def _in_si(dataset: Any) -> bool:
-    """Whether the numbers of a study, those of its case too, are in SI."""
-    try:
-        return case_from_text(str(dataset.attrs["case"])).system.units is not None
-    except (KeyError, CaseError):
-        return any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
+    if case is None:
+        in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
+    else:
+        in_si = case.system.units is not None
+    return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
 
 
 def panel_title(path: str, value: float | str) -> str:

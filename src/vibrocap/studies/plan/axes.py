@@ -1,7 +1,6 @@
 """Axes: along each of them one quantity takes a row of values; a grid is every combination of them."""
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,30 +9,18 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
-from vibrocap.studies.plan.runs import Block, Runs, values_array
+from vibrocap.studies.plan.runs import Block, Column, Runs
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
+EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
-
-
-@dataclasses.dataclass(frozen=True)
-class Axis:
-    """What varies, by its path, and the values it takes: numbers or words, in the order in which they were given."""
-
-    path: str
-    values: tuple[float | str, ...]
-
-    @functools.cached_property
-    def array(self) -> np.ndarray:
-        """The values: floats, or objects where there are words."""
-        return values_array(self.values)
 
 
 @dataclasses.dataclass(frozen=True)
 class Grid(Runs):
     """Every combination of the values of some axes; the axes are the dimensions, in their order."""
 
-    axes: tuple[Axis, ...]
+    axes: tuple[Column, ...]
 
     kind = "grid"
     gridded = True
@@ -53,13 +40,13 @@ class Grid(Runs):
         """The paths of the axes."""
         return self.dims
 
-    def axis(self, path: str) -> Axis:
+    def axis(self, path: str) -> Column:
         """The axis of a path."""
         return self.axes[self.dims.index(path)]
 
     def is_text(self, path: str) -> bool:
         """Whether some value along an axis is a word."""
-        return self.axis(path).array.dtype == object
+        return self.axis(path).is_text
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block, in C order."""
@@ -74,15 +61,15 @@ class Grid(Runs):
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> "Grid":
         """The grid of a record."""
-        return cls(tuple(Axis(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
+        return cls(tuple(Column(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
 
 
-def axis_of(path: str, given: Any) -> tuple[Axis, list[str]]:
+def axis_of(path: str, given: Any) -> tuple[Column, list[str]]:
     """The axis that text, a number or a sequence describes, and what is wrong with it."""
     values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
     if not complaints:
         complaints = _row_complaints(path, values)
-    return Axis(path, tuple(values)), [Complaint(path, complaint) for complaint in complaints]
+    return Column(path, tuple(values)), [Complaint(path, complaint) for complaint in complaints]
 
 
 def _listed_values(given: Any) -> tuple[list[Any], list[str]]:
@@ -175,6 +162,14 @@ def end_complaints(low: float, high: float, logarithmic: bool, given: Any) -> li
     if logarithmic and low <= 0:
         return [f"a logarithmic range should begin above 0, got {shown(given)}"]
     return []
+
+
+def even_in_logarithm(values: np.ndarray) -> bool:
+    """Whether the values of an axis are positive and evenly spaced in their logarithm."""
+    if len(values) < 3 or values[0] <= 0.0:
+        return False
+    ratios = values[1:] / values[:-1]
+    return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
 
 
 def _row_complaints(path: str, values: list[Any]) -> list[str]:

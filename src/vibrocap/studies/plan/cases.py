@@ -1,7 +1,6 @@
 """Lists of cases: each run with values of its own."""
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -11,25 +10,12 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.dimensions.conversion import INITIAL
-from vibrocap.studies.plan.runs import Block, Runs, values_array
-
-
-@dataclasses.dataclass(frozen=True)
-class Column:
-    """The values that cases give at one path; None where a case gives none, and the study's own case speaks."""
-
-    path: str
-    values: tuple[float | str | None, ...]
-
-    @functools.cached_property
-    def array(self) -> np.ndarray:
-        """The values: floats with NaN for None, or objects where there are words."""
-        return values_array(self.values)
+from vibrocap.studies.plan.runs import Block, Column, Runs
 
 
 @dataclasses.dataclass(frozen=True)
 class CaseList(Runs):
-    """A list of cases, along the dimension "case"."""
+    """A list of cases, along the dimension "case"; where one has no value, the study's own case speaks."""
 
     columns: tuple[Column, ...]
 
@@ -52,7 +38,7 @@ class CaseList(Runs):
 
     def is_text(self, path: str) -> bool:
         """Whether some case gives a word."""
-        return self.columns[self.paths.index(path)].array.dtype == object
+        return self.columns[self.paths.index(path)].is_text
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the cases in a block."""

@@ -12,10 +12,10 @@ from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.system import System
-from vibrocap.studies.plan.axes import Axis, Grid
+from vibrocap.studies.plan.axes import Grid
 from vibrocap.studies.plan.cases import CaseList
 from vibrocap.studies.plan.designs import Drawn
-from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.runs import Column, Runs
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
 LIMIT = 20_000  # combinations tried before any work (some 20 microseconds each); the others are looked at tile by tile
@@ -63,7 +63,7 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
     return complaints
 
 
-def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[Axis], bool]]:
+def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[Column], bool]]:
     """(kinds, axes of one part, whether that part has rules between its fields), for all kinds and parts.
 
     Where a part has such rules, values that are good one by one may be refused together.
@@ -71,7 +71,7 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[A
     for kinds in kind_choices(plan):
         chosen = kinds_chosen(system, kinds)
         numbered = [axis for axis in plan.axes if not is_kind(axis.path) and not axis.path.startswith(INITIAL)]
-        parts: dict[str, list[Axis]] = {}
+        parts: dict[str, list[Column]] = {}
         for axis in numbered:
             parts.setdefault(axis.path.partition(".")[0], []).append(axis)
         for part, axes in parts.items():
@@ -97,16 +97,16 @@ def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
             yield first | kinds | values
 
 
-def _crossed(axes: list[Axis]) -> Iterator[dict[str, Any]]:
+def _crossed(axes: list[Column]) -> Iterator[dict[str, Any]]:
     for values in itertools.product(*(axis.values for axis in axes)):
         yield dict(zip((axis.path for axis in axes), values, strict=True))
 
 
-def _along(axes: list[Axis], ruled: bool) -> Iterator[dict[str, Any]]:
+def _along(axes: list[Column], ruled: bool) -> Iterator[dict[str, Any]]:
     """Each axis on its own; between the corners of the others where values must suit each other."""
     share = max(1, LIMIT // (len(axes) * (2 ** (len(axes) - 1) if ruled else 1)))
     for axis in axes:
-        others = [Axis(other.path, _ends(other)) for other in axes if other is not axis] if ruled else []
+        others = [Column(other.path, _ends(other)) for other in axes if other is not axis] if ruled else []
         step = -(-len(axis.values) // share)
         thinned = dict.fromkeys([*_ends(axis), *axis.values[::step]])
         for rest in itertools.islice(_crossed(others), LIMIT):
@@ -114,8 +114,8 @@ def _along(axes: list[Axis], ruled: bool) -> Iterator[dict[str, Any]]:
                 yield rest | {axis.path: value}
 
 
-def _ends(axis: Axis) -> tuple[Any, ...]:
-    numbers = [value for value in axis.values if not isinstance(value, str)]
+def _ends(axis: Column) -> tuple[Any, ...]:
+    numbers = [value for value in axis.values if isinstance(value, (int, float))]
     return tuple(dict.fromkeys([*([min(numbers), max(numbers)] if numbers else []), axis.values[0]]))
 
 

@@ -85,10 +85,6 @@ class Drawn(Runs):
         """The paths of the ranges."""
         return tuple(each.path for each in self.ranges)
 
-    def is_text(self, path: str) -> bool:
-        """Never: ranges hold numbers."""
-        return False
-
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block: for each run the same, whatever the block."""
         start, stop, _ = block[0].indices(self.design.runs)

@@ -14,10 +14,10 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
-from vibrocap.studies.plan.cases import CaseList, Column, case_list
+from vibrocap.studies.plan.cases import CaseList, case_list
 from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
-from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.runs import Column, Runs
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, values_chosen, with_varied_parts
 

@@ -5,6 +5,7 @@ study of any size needs memory for one block only.
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -12,6 +13,28 @@ from typing import Any, ClassVar
 import numpy as np
 
 Block = tuple[slice, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Column:
+    """The values at one path in the order in which they were given: numbers, words, or None where there is none."""
+
+    path: str
+    values: tuple[float | str | None, ...]
+
+    @functools.cached_property
+    def array(self) -> np.ndarray:
+        """Floats, NaN for None; with words among them an array of objects."""
+        if any(isinstance(value, str) for value in self.values):
+            found = np.empty(len(self.values), dtype=object)
+            found[:] = self.values
+            return found
+        return np.array([np.nan if value is None else value for value in self.values], dtype=float)
+
+    @property
+    def is_text(self) -> bool:
+        """Whether some value is a word."""
+        return self.array.dtype == object
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,7 +65,7 @@ class Runs:
 
     def is_text(self, path: str) -> bool:
         """Whether some value at a path is a word."""
-        raise NotImplementedError
+        return False
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
         """Values of the runs in a block, in C order: arrays [runs of the block] by path.
@@ -66,11 +89,6 @@ class Runs:
         return math.prod(self.shape)
 
 
-def values_array(values: Any) -> np.ndarray:
-    """Numbers as floats, None as NaN; with words among them an array of objects."""
-    values = list(values)
-    if any(isinstance(value, str) for value in values):
-        found = np.empty(len(values), dtype=object)
-        found[:] = values
-        return found
-    return np.array([np.nan if value is None else value for value in values], dtype=float)
+def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
+    """How many tiles there are along each dimension."""
+    return tuple(-(-length // each) for length, each in zip(shape, tile, strict=True))

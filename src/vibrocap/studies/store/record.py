@@ -9,11 +9,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.runs import Runs, tile_counts
 from vibrocap.studies.plan.study import FORMAT, PLANS
 from vibrocap.studies.store.checksums import ChecksumError, sealed, unsealed
 from vibrocap.studies.store.places import RESULTS, STRANGE, STUDY, read_plain, why_strange
-from vibrocap.studies.tile import tile_counts
 
 FIRST_FORMAT = "vibrocap study, format 1"  # without checksums: it is read, and not gone on with
 LARGEST = 2**30  # bytes of study.json: of some ten million values

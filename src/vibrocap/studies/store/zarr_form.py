@@ -28,18 +28,11 @@ from vibrocap.studies.store.marks import DamageError, is_finished, read_first
 from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, STRANGE, names, read_plain, why_strange
 from vibrocap.studies.store.record import measure_names, plan_of
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.variables import coordinate_attributes
+from vibrocap.studies.variables import ALWAYS, coordinate_attributes
 
 METADATA = "zarr.json"
 LARGEST = 2**24  # bytes of such a file
 NUMBERS, TEXT = "float64", "string"
-ALWAYS: dict[str, tuple[str, int | bool]] = {  # of what is stored of every run: its type, what stands for no run
-    "status": ("int8", -1),
-    "settled": ("bool", False),
-    "response_period": ("int16", 0),
-    "window_start": ("int32", -1),
-    "window_periods": ("int32", 0),
-}
 FILLS = {NUMBERS: "NaN", TEXT: ""}
 
 
@@ -171,7 +164,7 @@ def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
         else:
             found[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
     for name in (*ALWAYS, *measure_names(record)):
-        types = (ALWAYS[name][0],) if name in ALWAYS else (NUMBERS, TEXT)
+        types = (ALWAYS[name].dtype.name,) if name in ALWAYS else (NUMBERS, TEXT)
         found[name] = ExpectedArray(plan.dims, plan.shape, tile, types, True)
     return found
 
@@ -246,7 +239,7 @@ def strange_names(path: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
 def _differences(name: str, array: _Array, expected: ExpectedArray) -> list[str]:
     """In what an array, which is of the right form, is not the one that the study has."""
     kind, chunk = array.data_type, array.chunk_grid.configuration.chunk_shape
-    fill = ALWAYS[name][1] if name in ALWAYS else FILLS.get(kind)
+    fill = ALWAYS[name].fill if name in ALWAYS else FILLS.get(kind)
     found = [
         ("data_type", kind in expected.types, " or ".join(expected.types)),
         ("shape", tuple(array.shape) == expected.shape, list(expected.shape)),
