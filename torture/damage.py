@@ -24,7 +24,7 @@ from torture.kills import prepare, study
 from torture.outcome import Outcome
 from vibrocap.numerics.compiler import cache
 
-MEAN, WORD = "results.zarr/mean_velocity/c.1.0", "results.zarr/word/c.1.0"
+MEAN, WORD = "results.zarr/mean_velocity/c.1.0", "results.zarr/mode_sequence/c.1.0"
 GROUP, ARRAY, MARK = "results.zarr/zarr.json", "results.zarr/mean_velocity/zarr.json", "done/1.0"
 
 

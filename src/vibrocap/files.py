@@ -94,11 +94,17 @@ def write_text(path: str | Path, text: str) -> Path:
 
 def write_table(path: str | Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
     """Write a table as CSV, whole or not at all, floats in full precision; WriteError where that cannot be."""
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+    with replacing(path) as temporary:
+        fill_table(temporary, headings, rows)
+    return Path(path)
+
+
+def fill_table(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:
+    """The same to the temporary name that `replacing` gives."""
+    with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(headings)
         table.writerows(rows)
-    return Path(path)
 
 
 def made_folder(folder: str | Path, own: bool = False) -> Path:

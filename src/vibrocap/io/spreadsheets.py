@@ -1,6 +1,5 @@
 """Tables for other programs: CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
 
-import contextlib
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, require
-from vibrocap.files import replacing, write_table
+from vibrocap.files import fill_table, replacing, write_text
 from vibrocap.physics.dimensions.units import suffix
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
@@ -23,13 +22,14 @@ ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
 def write_csv(path: Path, header: Sequence[str], columns: Sequence[str], rows: Iterable[Iterable[str]]) -> None:
     """A table that begins with its headings; the header, lines of TOML, goes into a file of its own beside it.
 
-    Both are written, or none. Nothing goes beside a pipe.
+    The table takes its place last: where either cannot be written, the table that is there stays. Nothing goes beside a
+    pipe.
     """
     alone = path.exists() and not path.is_file()
-    with contextlib.nullcontext() if alone else replacing(beside(path)) as about:
-        if about is not None:
-            about.write_text("".join(f"{line}\n" for line in header), encoding="utf-8", newline="\n")
-        write_table(path, columns, rows)
+    with replacing(path) as temporary:
+        fill_table(temporary, columns, rows)
+        if not alone:
+            write_text(beside(path), "".join(f"{line}\n" for line in header))
 
 
 def headed(names: Iterable[str], unit_of: Callable[[str], str], path: Path, with_units: bool) -> list[str]:
