@@ -17,6 +17,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 
 RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion may be off, over its natural size
+NOT_SETTLED = "not settled"  # why a finished motion is not to be trusted, in words
 FINISHED, NOT_CERTIFIED = (list(Status).index(each) for each in (Status.FINISHED, Status.NOT_CERTIFIED))
 
 
@@ -65,14 +66,17 @@ class Trust:
         return bool(len(known)) and bool(np.ptp(known) > 2.0 * np.max(self.residue))
 
     @property
+    def reasons(self) -> np.ndarray:
+        """Why each motion is not to be trusted, in words; empty where it is."""
+        words = np.array(["" if status is Status.FINISHED else status.value for status in Status])
+        words = words[np.atleast_1d(self.status)]
+        settled = True if self.settled is None else np.asarray(self.settled, dtype=bool)
+        return np.where((words == "") & np.logical_not(settled), NOT_SETTLED, words)
+
+    @property
     def doubts(self) -> dict[str, float]:
         """Share of the runs by the reason why they are not to be trusted; empty where all are."""
-        status, words = np.atleast_1d(self.status), [each.value for each in Status]
-        shares = {words[k]: float(np.mean(status == k)) for k in np.unique(status) if k != FINISHED}
-        if self.settled is not None:
-            waiting = float(np.mean((status == FINISHED) & ~np.atleast_1d(self.settled)))
-            shares |= {"not settled": waiting} if waiting else {}
-        return shares
+        return {str(why): float(np.mean(self.reasons == why)) for why in np.unique(self.reasons) if why}
 
 
 def travel_residue(system: System, threshold: float) -> float:
