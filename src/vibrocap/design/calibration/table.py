@@ -159,8 +159,6 @@ def _in_units_of_case(
     """(name, values) of a column as the case has it: from another unit in its heading or below it, from a period."""
     if system.units is None and heading.endswith(PERIOD) and np.all(values > 0.0):
         return heading.removesuffix(PERIOD) + FREQUENCY, 2.0 * math.pi / values
-    elif heading.endswith(PERIOD):
-        complaints.add(heading, "should carry its unit, such as drive.period_ms, or be positive without units")
     parts = bracketed(heading) or ("", "")
     ways = [(heading, unit_named(unit)), (parts[0], unit_named(parts[1]))]
     ways += [(heading[:k], suffix_unit(heading[k + 1 :])) for k, mark in enumerate(heading) if mark == "_"]
@@ -174,6 +172,9 @@ def _in_units_of_case(
                 return name, (given.factor / wanted.factor) * values
         if names and heading not in [name for name, *_ in names]:
             complaints.add(heading, f"should be in {listed((own for _, own, _ in names), ' or ')}, got {given.name}")
+            return heading, values
+    if heading.endswith(PERIOD):
+        complaints.add(heading, "should be positive, and in SI have its unit, as drive.period_ms")
     return heading, values
 
 

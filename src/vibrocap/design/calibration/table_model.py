@@ -19,7 +19,7 @@ FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
 REFUSED = list(Status).index(Status.NOT_FINITE)  # status of the runs at a point that a part refuses
 BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
 ROUNDS = 4  # of the search at most, each from twice as many points, until chance explains the misfit or two agree
-AGREE = 1e-6  # relative difference of the misfits of rounds that ended in the same minimum
+AGREE = 0.01  # mean squares by which rounds that end in the same minimum may differ: a tenth of a standard error
 UNLIKELY = 1e-3  # probability of a misfit, if errors are as known, below which it is improbable
 KINDS = ("factor", "reversal", "offset")  # of a correction of a column
 
@@ -150,7 +150,7 @@ def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarr
         ends = [refined(model, point, "soft_l1", FIRST_STEPS)[1] for point in begun]
         near = min(ends, key=lambda end: float(np.sum(soft(model.residuals(end[None])))))
         end = refined(model, near)
-        again = abs(end[0] - best[0]) <= AGREE * end[0]
+        again = abs(end[0] - best[0]) <= AGREE * end[0] / len(model.rows)
         best = min(best, end, key=lambda found: found[0])
         if report:
             report((k + 1) / ROUNDS)
