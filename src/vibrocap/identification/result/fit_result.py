@@ -231,7 +231,7 @@ class Fit(Result):
         paths = folder / "fit.json", folder / "friction.toml"
         write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
         rotary, known_load = bool(self.options.get("rotary")), bool(self.options.get("known_load"))
-        section = case_section(law, in_si=scales is None and not rotary)
+        section = case_section(law, in_si=scales is None and not rotary, known_load=known_load)
         write_text(paths[1], heading(scales, rotary, known_load) + section)
         return paths
 
