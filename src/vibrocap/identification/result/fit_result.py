@@ -182,6 +182,7 @@ class Fit(Result):
         lines[0] += f" ({self.rmse:.4g} {self.units.force})"
         if not math.isnan(self.held_out_relative_rmse):
             lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
+            lines[0] += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
         head = ("value", "95 % interval", "unit", "")
         lines += ["", *table([("parameter", *head), *map(_row, self.parameters)])]
         if self.nuisances:
