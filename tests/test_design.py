@@ -961,7 +961,7 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     ],
 )
 def test_what_is_not_to_be_trusted_has_no_direction_and_no_index(system, uncertain, settings, doubt):
-    """One rule (`motion.trust`): residue, failure and transients have neither a wrong way nor a most influential cause."""
+    """One rule (`motion.trust`): of residue, failures and transients neither a wrong way nor an index is derived."""
     found = vc.robustness(system, uncertain, samples=16, **settings)
     assert found.nominal_doubt == doubt
     assert found.wrong_way is None

@@ -181,7 +181,7 @@ class Trajectory(Result):
 
     @functools.cached_property
     def time(self) -> Times:
-        """A uniform grid over the motion, `samples` points per period, both ends included; empty where it never began."""
+        """A uniform grid, `samples` points per period, both ends included; empty of a motion that never began."""
         if not len(self.piece_start):
             return np.empty(0)
         count = max(1, round(self.samples * (self.end - self.start_time) / self.period))

@@ -64,7 +64,7 @@ class Trust:
         """Whether all values are to be trusted and differ by more than their residues: whether they have a variance."""
         return bool(np.all(self.ok)) and bool(np.ptp(values) > 2.0 * np.max(self.residue))
 
-    def doubt(self, run: int) -> str:
+    def doubt(self, run: Any) -> str:
         """Why the numbers of a run are not to be trusted: its status, or "not settled"; empty where they are."""
         if self.status[run] != FINISHED:
             return list(Status)[self.status[run]].value
