@@ -11,8 +11,6 @@ multiplier r, is at most LEFT_TO_GO of the threshold. Otherwise all that the lan
 on as if nothing had been tried, for at least 1, 2, 4 ... periods before the next trial.
 """
 
-import math
-
 from vibrocap.numerics.kernel.generated.ensemble import (
     EXTRAPOLATE,
     KEPT,
@@ -119,7 +117,7 @@ def trial_fails(floats, ints, lane):
             away = max(away, abs(now - floats[STEADY + i * LANES + lane]))
     left = LEFT_TO_GO * floats[THRESHOLD + lane]
     if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
-        rank = weights_of(floats, MARKS, lane, mark, 1, math.inf)
+        rank = weights_of(floats, MARKS, lane, mark, 1)
         if multipliers_within(floats, rank, left / (away + left)):
             ints[ON_TRIAL + lane] = 2
             return False
@@ -153,7 +151,7 @@ def present_sides(floats, lane):
 
 def next_limit(floats, lane, mark):
     """Write the limit of the marks up to this one: (rank, distance from the limit before, what is left of u_3)."""
-    rank = weights_of(floats, MARKS, lane, mark, 1, math.inf)
+    rank = weights_of(floats, MARKS, lane, mark, 1)
     apart = 0.0
     for i in range(MARK_SIZE):
         limit = mark_entry(floats, MARKS, lane, mark, i) + way_to_limit(floats, rank, i)

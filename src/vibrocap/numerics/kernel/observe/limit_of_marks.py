@@ -15,6 +15,7 @@ from vibrocap.numerics.kernel.generated.lane import WORK
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
 
 RANK = 3  # most multipliers that are looked for
+LINEAR = 100.0  # times the last step: larger changes of the steps tell nothing of slow modes
 DEPENDENT = 1e-9  # share of a change of the steps that is left when it depends on the later ones
 # Places behind the point at WORK.
 MARK_STEPS = WORK + STATES  # u_0 ... u_3
@@ -30,11 +31,11 @@ def mark_entry(floats, marks, lane, mark, i):
     return floats[marks + (mark % MARK_COUNT * MARK_SIZE + i) * LANES + lane]
 
 
-def weights_of(floats, marks, lane, mark, stride, reach):
+def weights_of(floats, marks, lane, mark, stride):
     """Write b, g and what they leave of u_3, for marks a stride apart; the number of multipliers, up to RANK.
 
-    |u_3 + sum of b_i (u_{3-i} - u_{2-i})| is made least, over changes of the steps that are not dependent.
-    reach: largest change that counts, over |u_3|: of a far larger one what is not linear may explain anything
+    |u_3 + sum of b_i (u_{3-i} - u_{2-i})| is made least, over changes of the steps that are not dependent, nor far
+    larger than u_3: what is not linear of such a change may explain anything.
     """
     for j in range(RANK + 1):
         for i in range(MARK_SIZE):
@@ -47,7 +48,7 @@ def weights_of(floats, marks, lane, mark, stride, reach):
     for i in range(MARK_SIZE):
         last += floats[REMAINDER + i] * floats[REMAINDER + i]
     for m in range(RANK):
-        if rank == m and takes_column(floats, m, reach * reach * last):
+        if rank == m and takes_column(floats, m, LINEAR * LINEAR * last):
             rank = m + 1
     for i in range(rank - 1, -1, -1):
         factor = floats[FACTORS + i]
@@ -102,6 +103,15 @@ def way_to_limit(floats, rank, i):
     for m in range(rank):
         way += floats[FACTORS + m] * floats[MARK_STEPS + (RANK - m) * MARK_SIZE + i]
     return way
+
+
+def largest_way(floats, marks, lane, mark, stride):
+    """Distance from the last mark to the limit of the last five, a stride apart, over natural sizes."""
+    rank = weights_of(floats, marks, lane, mark, stride)
+    largest = 0.0
+    for i in range(MARK_SIZE):
+        largest = max(largest, abs(way_to_limit(floats, rank, i)))
+    return largest
 
 
 def unexplained_step(floats):

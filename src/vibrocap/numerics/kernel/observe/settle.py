@@ -14,7 +14,7 @@ import math
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
-from vibrocap.numerics.kernel.observe.limit_of_marks import unexplained_step, way_to_limit, weights_of
+from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_way, unexplained_step
 
 LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
@@ -24,7 +24,6 @@ STANDSTILL = 10.0
 SLOWEST = 0.99
 FASTEST = 0.01  # contraction that is believed when looking back for a shorter period
 UNSEEN = 10.0  # times what multipliers do not explain of the last step: its way, if it keeps nine tenths each time
-LINEAR = 100.0  # times the last step: larger changes of the steps tell nothing of slow modes
 FARTHEST = 1e6  # natural sizes by which no two stroboscopic states differ that will settle within three blocks
 
 
@@ -103,7 +102,8 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     block = max(n, 3)
     latest = largest_difference(floats, marks, lane, mark, mark - block, n)
     if latest <= STANDSTILL * tolerance and spread(floats, marks, lane, mark, n) <= STANDSTILL * tolerance:
-        return 0.0, latest
+        farther = min(mark // (RANK + 1), LONGEST_PERIOD) // n * n  # a slow mode shows over many periods
+        return 0.0, max(latest, largest_way(floats, marks, lane, mark, farther))
     older = largest_difference(floats, marks, lane, mark - block, mark - 2 * block, n)
     oldest = largest_difference(floats, marks, lane, mark - 2 * block, mark - 3 * block, n)
     # A difference below one tolerance is no smaller than one tolerance.
@@ -118,11 +118,8 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     for k in range(mark - block + 1, mark + 1):  # earlier ones continued at that rate
         distance = max(distance * per_period, difference(floats, marks, lane, k, k - n))
     distance *= ratio / (1.0 - ratio)
-    rank = weights_of(floats, marks, lane, mark, n, LINEAR)
-    limit = UNSEEN * unexplained_step(floats)
-    for i in range(MARK_SIZE):
-        limit = max(limit, abs(way_to_limit(floats, rank, i)))
-    return ratio, max(distance, limit)
+    way = largest_way(floats, marks, lane, mark, n)
+    return ratio, max(distance, way, UNSEEN * unexplained_step(floats))
 
 
 def shortest_period(floats, marks, lane, mark, n, ratio, threshold):
