@@ -56,7 +56,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     seen = [_contact_evidence(motion, number, index, s) for number in range(1, 1 + motion.piece_sides.shape[1])]
     least = min(each.least for each in seen)
     slack = ROUNDING * max(1.0, *(each.fastest for each in seen))
-    natural_speed = max(_natural_size(motion, recording, scales, name) for name in _velocities(recording))
+    natural_speed = max(_natural_size(motion, recording, scales, name) for name in velocity_names(recording))
     imposed = any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
     if motion.system.machine.imposes_distances or imposed:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
@@ -256,7 +256,7 @@ def changes(
     return found
 
 
-def _velocities(recording: Equations) -> tuple[str, ...]:
+def velocity_names(recording: Equations) -> tuple[str, ...]:
     """Names of the velocities of all contacts."""
     return tuple(numbered("contact_velocity", number) for number in range(1, 1 + len(recording.contacts)))
 
@@ -325,11 +325,11 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
 def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
     """Largest h |y' - f(t, y)| over the natural size of a state; of implicit steps along their stiff directions.
 
-    Nine points of every step, and of Taylor steps five more about the slowest of a finer grid: friction changes most
-    near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
+    Nine points of every step, and of Taylor steps five more about where each contact is slowest: friction changes
+    most near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
     bound is asked again as of an implicit step.
     """
-    stiff = equations(motion.system).maybe_stiff
+    recording = equations(motion.system)
     implicit = np.flatnonzero(motion.piece_implicit)
     even = np.linspace(0.0, 1.0, POINTS)
     index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()
@@ -340,12 +340,13 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
         pieces = taylor[first : first + PIECES_AT_A_TIME]
         h = motion.piece_length[pieces]
         grid = (fine * h[:, None]).ravel()
-        speed = np.abs(motion.piece_observables(("contact_velocity",), np.repeat(pieces, FINE), grid)[0])
-        slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
-        near = slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0)
-        share = np.hstack([np.broadcast_to(even, (len(pieces), POINTS)), np.clip(near, 0.0, 1.0)])
+        shares = [np.broadcast_to(even, (len(pieces), POINTS))]
+        for speed in np.abs(motion.piece_observables(velocity_names(recording), np.repeat(pieces, FINE), grid)):
+            slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
+            shares.append(np.clip(slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0), 0.0, 1.0))
+        share = np.hstack(shares)
         index, s = np.repeat(pieces, share.shape[1]), (share * h[:, None]).ravel()
-        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if stiff else math.inf))))
+        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if recording.maybe_stiff else math.inf))))
     return worst
 
 

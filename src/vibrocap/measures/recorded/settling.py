@@ -53,7 +53,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     where r, the contraction over n periods, is the slowest seen: between the last three blocks of max(n, 3)
     differences, and within the last block; and d is the last difference or, if larger, an earlier one of the last block
     continued at that rate. (For a transient that alternates, n = 2 gives the sharper bound.) Where the states of these
-    blocks lie within 10 tolerances of one another there is no rate to be seen: the motion stands still, and remaining is
+    blocks lie within 10 tolerances of one another there is no rate to be seen: the motion stands still; remaining is
     the largest difference.
 
     A slow mode hides below faster ones, most of all one near -1, whose states two periods apart hardly differ. So
