@@ -192,7 +192,8 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     """The result of a search."""
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
-    reasons = [next(filter(None, each), "") for each in trust.reasons.T.tolist()]
+    doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
+    reasons = [next(filter(None, each), "") for each in doubts]
     not_trusted = {why: tuple(k for k, each in enumerate(reasons) if each == why) for why in sorted({*reasons} - {""})}
     residuals = model.residuals(shares[None])[0]
     spare = len(residuals) - unknowns

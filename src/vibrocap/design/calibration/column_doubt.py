@@ -13,8 +13,8 @@ from vibrocap.design.calibration.table_model import (
     refined,
     soft,
 )
-from vibrocap.design.search.goal import SIGNED
 from vibrocap.design.search.uncertainty import sample_points
+from vibrocap.motion.trust import TRAVEL
 from vibrocap.studies.plan.variation import refusal
 
 SUSPECT = 1e-4  # probability, over all columns, below which chance does not explain what a correction explains
@@ -69,7 +69,7 @@ def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -
 
 def _reversible(model: TableModel, name: str) -> bool:
     """Whether a column may have the wrong sign: what travels, and parameters that may be negative."""
-    return name in SIGNED or (
+    return name in TRAVEL or (
         name in model.table.conditions
         and not refusal(model.system, {name: -float(np.max(np.abs(model.table.column(name))))})
     )

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.design.calibration.table import MeasuredTable
-from vibrocap.design.search.goal import SIGNED, measure_unit
+from vibrocap.design.search.goal import measure_unit
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import Trust
+from vibrocap.motion.trust import TRAVEL, Trust
 from vibrocap.physics.system import System
 
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
@@ -94,7 +94,7 @@ class TableModel:
         status, settled = (runs[name].reshape(many, -1)[:, group] for name in ("status", "settled"))
         trust = Trust(status, settled)
         values = [
-            np.where(trust.finished, scale * runs[name].reshape(many, -1)[:, group], 0.0 if name in SIGNED else np.nan)
+            np.where(trust.finished, scale * runs[name].reshape(many, -1)[:, group], 0.0 if name in TRAVEL else np.nan)
             for name, scale in zip(self.table.measures, self.scales, strict=True)
         ]
         return np.stack(values, axis=1), trust
