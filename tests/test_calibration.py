@@ -134,6 +134,19 @@ def test_verdicts_know_the_misfit(bench, table):
     assert all(TRUTH[each.path] in each for each in found.parameters)  # the intervals have widened by its root
 
 
+def test_the_command_names_rows_that_have_not_settled_and_the_cure(tmp_path, capsys):
+    asked = ["calibrate", "examples/bench-in-si.toml", "--to", "examples/bench-in-si-speeds.csv", "--periods", "3"]
+    asked += ["--over", "friction.coulomb_coefficient,friction.static_coefficient=factor:0.8:1.2", "--starts", "2"]
+    assert main([*asked, "--out", str(tmp_path)]) == 0
+    assert "give more periods, or hold such rows out" in " ".join(capsys.readouterr().out.split())
+    record = json.loads((tmp_path / "calibration.json").read_text(encoding="utf-8"))
+    assert record["rows_not_trusted"] == {"not settled": list(range(1, 25))}
+    (factor,) = record["parameters"]
+    assert factor["verdict"] == "not determined: not all motions can be trusted"
+    assert factor["low"] is factor["high"] is factor["standard_error"] is None
+    assert record["directions"] == []
+
+
 @pytest.mark.slow
 def test_rows_that_have_not_settled_determine_nothing():
     """A damping of 0.001 of which 300 periods show little: nine of 14 rows have not settled, and 0.0037 fits best."""

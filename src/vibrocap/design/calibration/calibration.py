@@ -201,8 +201,9 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
     slopes = model.slopes(shares)
     widen = max(misfit, 1.0) if table.with_errors else misfit
     covariance = widen * inverse(slopes.T @ slopes)
-    verdict, doubt = None, column_doubt(model, shares, residuals)
-    if any(reasons[k] for k in model.rows):
+    fitted = {reasons[k] for k in model.rows}
+    verdict, doubt = None, None if NOT_SETTLED in fitted else column_doubt(model, shares, residuals)
+    if any(fitted):
         covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
     elif doubt or improbable(model, float(np.sum(residuals**2))):
         verdict = Verdict.DOUBTED
