@@ -122,18 +122,19 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
     np.testing.assert_array_equal(sides, record.piece_sides[index])
 
 
-ENTRIES = ("PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
+ENTRIES = ("TIME", "PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
 INT_ENTRIES = ("TO_DECIDE", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
 
 
 @pytest.mark.parametrize("system", cases(OWN))
 def test_the_kernel_begins_as_a_recorded_run_does(system):
-    """Natural sizes, period, segment and sides, which it computes itself from parameters and states."""
+    """Natural sizes, period, segment and sides, which it computes itself from parameters and states; its first step."""
     initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
     given = parameter_values(system), [*initial.values()]
-    layout, advance = motion_kernel(equations(system), series_order(1e-9))
-    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (1, 1))
-    advance(*wanted, 0)
+    layout, advance = motion_kernel(equations(system), series_order(1e-9), literal=True)
+    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (9, 99))
+    while wanted[0][layout.places["TIME"]] == 0.0:
+        advance(*wanted, 1)
     stepped = SteppedCase(Case(system, initial))
     memory, kernel = stepped.memory(), stepped.kernel
     kernel.entry("begin_motion", memory)(0)

@@ -376,6 +376,7 @@ class Trajectory(Result):
         sides = self.piece_sides[:, contact - 1]
         if not len(self.piece_start):
             return Rows()
+        sides = sides[: len(sides) - (len(sides) > 1 and self.piece_length[-1] == 0.0)]  # that of an event at the end
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

@@ -40,7 +40,8 @@ def begin_drive(floats, ints, trace, lane, run):
 def at_corner(floats, ints, trace, lane):
     """Whether the lane, at the end of a step, stands at a corner within the period; then it is turned."""
     until, period = floats[UNTIL + lane], floats[PERIOD + lane]
-    if until >= period or until - floats[TIME + lane] > 2.0 * EPSILON * period:
+    last = ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]
+    if until >= period or (last and floats[TAIL + lane] < until - 2.0 * EPSILON * period):
         return False
     floats[TIME + lane] = floats[UNTIL + lane]
     if not take_segment(floats, ints, trace, lane, ints[SEGMENT + lane] + 1):

@@ -97,7 +97,7 @@ def step(floats, ints, trace, lane):
     remaining = floats[UNTIL + lane] - floats[TIME + lane]
     if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
         remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
-    if remaining <= 2.0 * EPSILON * floats[PERIOD + lane]:
+    if remaining <= 0.0:
         on_instant(floats, ints, trace, lane)
         turn_period(floats, ints, trace, lane)
         return

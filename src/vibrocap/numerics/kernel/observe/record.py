@@ -73,8 +73,9 @@ def on_instant(floats, ints, trace, lane):
     """If there was an event at the last instant, what begins there is a piece of no length."""
     tell_sides(floats, ints, trace, lane)
     last = ints[RECORDED_EVENT_START + lane] + (ints[RECORDED_EVENTS + lane] - 1) * EVENT_SIZE
-    rounding = 2.0 * EPSILON * floats[PERIOD + lane]
-    if ints[RECORDED_EVENTS + lane] > 0 and floats[TIME + lane] - trace[last + 1] <= rounding:
+    if ints[RECORDED_EVENTS + lane] == 0 or trace[last] != ints[PERIOD_COUNT + lane]:
+        return
+    if floats[TIME + lane] - trace[last + 1] <= 2.0 * EPSILON * floats[PERIOD + lane]:
         on_piece(floats, ints, trace, lane, 0.0)
 
 
