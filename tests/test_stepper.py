@@ -145,6 +145,18 @@ def test_the_kernel_begins_as_a_recorded_run_does(system):
             np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
 
 
+@pytest.mark.parametrize("system", cases(OWN))
+def test_what_is_shown_at_the_start_is_decided(system):
+    """Sides and friction before the first step, of contacts that start at rest too."""
+    for initial in ({}, initial_of(system)):
+        begun, first = vc.stepper(system, initial=initial), vc.simulate(system, periods=1e-3, initial=initial)
+        assert begun.sides == tuple(first.piece_sides[0])
+        assert begun.time == 0.0
+        assert not any(begun.events.values())
+        for name in ("friction", "friction_2")[: len(begun.sides)]:
+            assert begun[name] == pytest.approx(first.at(0.0, name)[0], rel=1e-9, abs=1e-12), name
+
+
 @pytest.mark.slow
 def test_what_is_seen_of_an_own_drive_is_what_a_motion_is_asked_for():
     """Observables, of which the trajectory's are computed by numpy: equal but for rounding; and the sides."""
