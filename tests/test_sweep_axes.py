@@ -52,7 +52,7 @@ def test_values_of_an_axis(given, values):
 
 @pytest.mark.parametrize("steps", [2, 3, 7, 10, 41])
 def test_ranges_hold_the_decimals_that_are_meant(steps):
-    """From low to high in steps of a tenth: the number that is written so, whatever the ends; middles of cells alike."""
+    """From low to high in steps of a tenth, and middles of cells: the numbers that are written so."""
     for low in range(-20, 21):
         wanted = [float(f"{low + i}e-1") for i in range(steps + 1)]
         assert values_between(low / 10, (low + steps) / 10, steps + 1).tolist() == wanted

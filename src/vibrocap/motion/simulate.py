@@ -345,7 +345,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         samples=samples,
         start_time=time,
         start_phase=phase,
-        piece_drive_time=begun[:, 1],
+        piece_drive_time=begun[:, 1] % period,
     )
     if phase and len(begun):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)
