@@ -176,7 +176,7 @@ def turn(floats, ints, trace, lane, event, h):
         return
     left = ints[WHOLE_PERIODS + lane] - ints[PERIOD_COUNT + lane]
     if left == 0 or (left == 1 and floats[TAIL + lane] <= 0.0):
-        opens = event != 0 or ends_open(floats, ints, lane, h)
+        opens = ends_open(floats, ints, lane, h) or event != 0
         floats[TIME + lane] = floats[TAIL + lane] if left == 0 else floats[UNTIL + lane]
         if (left == 1 and drive_goes_over(floats, ints, trace, lane)) or opens:
             return

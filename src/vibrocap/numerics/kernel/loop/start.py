@@ -77,7 +77,7 @@ def start_sides(floats, ints, lane):
 
 
 def ends_open(floats, ints, lane, h):
-    """Whether the sides are to be decided once more at the end of a run, after a step of length h without an event.
+    """Whether the sides are to be decided once more at the end of a run, after a step of length h.
 
     What begins there must find what ends there: a velocity that counts as none at a start is none at an end, a hold
     that gives way at once has given way, a kinked law that has passed rest has turned.
@@ -88,7 +88,7 @@ def ends_open(floats, ints, lane, h):
         if STICKS[c] == 1 and side == 0.0:
             hold, limit = series_value(floats, HOLD_OF[c] + lane, h), series_value(floats, LIMIT_OF[c] + lane, h)
             opens = opens or abs(hold) >= (1.0 - DOUBT) * limit
-        elif STICKS[c] + KINKS[c] > 0:
+        elif STICKS[c] + KINKS[c] > 0 and ints[ZEROS + c * LANES + lane] == 0:
             v = present_velocity(floats, lane, c)
             opens = rests_to_rounding(floats, ints, lane, c, v, 2.0) or opens or side * v < 0.0
     return opens
