@@ -188,6 +188,15 @@ def test_bodies_at_a_distance_that_stays_are_one_block():
     assert not found.determined
 
 
+def test_a_load_that_is_negative_at_a_further_contact_is_refused_at_the_start():
+    """Contact 2 would be pulled whatever contact 1 at rest does; where contact 1 slides, that decides its own load."""
+    system = vc.System(vc.LinkageCrawler(), vc.Coulomb(0.2, 0.3), vc.Harmonic())
+    with pytest.raises(ValueError, match=r"the normal load on contact 2 is negative at the start, -0\.4"):
+        vc.simulate(system, initial={"displacement": 0.219, "velocity_2": -2.04})
+    moving = {"displacement": 0.361009, "velocity_2": 1.79063}  # contact 1, at rest, slides at once
+    assert len(vc.simulate(system, initial=moving, periods=1).piece_length)
+
+
 # --- one way to go on, or several -------------------------------------------------------------------------------------
 
 

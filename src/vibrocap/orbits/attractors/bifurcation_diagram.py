@@ -22,6 +22,7 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers
 from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.ranges import values_between
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
@@ -96,7 +97,7 @@ def bifurcation_diagram(
     driven = is_driven(system)
     if driven and section is not None:
         raise ArgumentError("section", "should be None: the drive counts the turns of this system")
-    values = np.linspace(low, high, points)
+    values = values_between(low, high, points)
     check_whole("starts", starts, 1, 100_000)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("kept", kept, 16, 10**6)

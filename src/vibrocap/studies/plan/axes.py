@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.ranges import values_between
 from vibrocap.studies.plan.runs import Block, Column, Runs
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
@@ -112,8 +113,7 @@ def _text_values(text: str) -> tuple[list[Any], list[str]]:
         low, high, logarithmic, count = ends
         if count > MOST_VALUES:
             return [], [_too_many(count)]
-        spaced = np.geomspace if logarithmic else np.linspace
-        return [_float(value) for value in spaced(low, high, count).tolist()], []
+        return values_between(low, high, count, logarithmic).tolist(), []
     words = [word.strip() for word in text.split(",")]
     if "" in words:
         return [], [f"should be {FORMS}, got {text!r}"]
