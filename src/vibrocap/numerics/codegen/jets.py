@@ -11,12 +11,13 @@ from collections import Counter
 from collections.abc import Iterable
 
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
-from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
+from vibrocap.numerics.codegen.straight_line import DIVIDING, ZERO, Code, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Balance
-from vibrocap.numerics.expressions.graph import Expression, Graph, operands_of, reachable
+from vibrocap.numerics.expressions.graph import POWER_ROUNDING, Expression, Graph, operands_of, reachable, rounded_off
 from vibrocap.numerics.expressions.structure import Forms
 
 SUMS = ("add", "sub", "neg")
+AT_REST = (2.0 * POWER_ROUNDING) ** 2  # x^2 + e^2 of a power x^a, up to which x is zero but for rounding
 ONE, TWO = literal(1.0), literal(2.0)
 
 
@@ -228,7 +229,12 @@ class JetWriter:
         newest, first = self.coefficient(a, k), self.coefficient(a, 0)
         if op == "log":
             known = (self._weighted(index, j) * self.coefficient(a, k - j) for j in range(1, k))
-            return (newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)) / first
+            numerator = newest - functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)
+            if rounded_off(self.graph, index) is None:
+                return numerator / first
+            # At rest a power has no series: it stays what it is for a step so short that its share is nothing.
+            inverse = f"where({first.text} > {AT_REST!r}, 1.0 / {first.text}, 0.0)"
+            return numerator * self.named("i", Formula(inverse, first.known + DIVIDING), a)
         if op == "sqrt":
             earlier = self.products(((index, i), (index, k - i)) for i in range(1, k))
             return literal(0.5) * (newest - earlier) / self.coefficient(index, 0)

@@ -37,14 +37,23 @@ import numpy as np
 
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
-from vibrocap.numerics.expressions.structure import Speed, gaps
+from vibrocap.numerics.expressions.graph import (
+    Expression,
+    Graph,
+    evaluate,
+    operands_of,
+    power_parts,
+    reachable,
+    rounded_off,
+    sensitivity,
+)
+from vibrocap.numerics.expressions.structure import Speed, gaps, speeds
 
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
 BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is resolved
-VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
+VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0, "power": 10.0}  # theta
 
 
 @dataclasses.dataclass(frozen=True)
@@ -89,6 +98,7 @@ def sharpness(
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
         watched = op == "div" and operands[1] in divisors
+        watched = watched or rounded_off(graph, index) is not None  # the power that it belongs to is asked
         if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
             found.append(index)
             of_internal = of_internal or by_internal
@@ -159,7 +169,7 @@ def sides_alike(equations: Equations) -> bool:
 
 
 def lacunary(equations: Equations) -> bool:
-    """Whether the series of some sharp function from rest may be lacunary, or the function is a logarithm.
+    """Whether the series of some sharp function from rest of a contact may be lacunary, or it is a logarithm.
 
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
     four vanish.
@@ -167,13 +177,13 @@ def lacunary(equations: Equations) -> bool:
     graph = equations.graph
     draw = np.random.default_rng(0)
     states = draw.uniform(0.1, 0.9, len(equations.rates))
-    states[equations.contact_state] = 0.0
+    states[[each.state for each in equations.contacts]] = 0.0
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations).nodes:
         op, *operands = graph.nodes[node]
-        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index)
+        slopes = [sensitivity(Expression(graph, operands[-1]), each.velocity.index) for each in equations.contacts]
         with np.errstate(all="ignore"):
-            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
+            if op == "log" or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
                 return True
     return False
 
@@ -223,13 +233,20 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     inverses = [f"inverse_scale(floats, {i}, lane)" for i in range(len(equations.rates))]
     text.lines.append("worst = 0.0 * h")
 
-    def near_rest(speed: Speed) -> str:
-        """The tolerance, or the less to which a contact that leaves rest is held, see `resolved.faint`."""
+    def speed_below(base: Expression) -> Speed | None:
+        """The speed of a contact that sticks of which a power is one, if it is."""
+        below = reachable(graph, [base.index])
+        return next((each for each in speeds(equations) if each.sticks and each.expression.index in below), None)
+
+    def near_rest(speed: Speed | None) -> str:
+        """The tolerance, or the less to which a contact that leaves rest is held, see `taylor.last_terms`."""
+        if speed is None or not speed.sticks:
+            return "tolerance"
         fastest = text.name(
             f"{text.size(step.of(speed.expression.index))} / {text.entry(f'SCALE + {speed.state} * LANES')}"
         )
         share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', fastest)}"), "1.0")
-        return text.name(f"tolerance * {share}") if speed.sticks else "tolerance"
+        return text.name(f"tolerance * {share}")
 
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
@@ -253,13 +270,15 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, smooth = _node(graph, node, text, step, start)
-        theta = VISIBLE[graph.nodes[node][0]]
+        power = power_parts(Expression(graph, node))
+        theta = VISIBLE[graph.nodes[node][0] if power is None else "power"]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        negligible = text.name(f"{share} <= tolerance")
+        allowed = "tolerance" if power is None else near_rest(speed_below(power.base))
+        negligible = text.name(f"{share} <= {allowed}")
         text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
@@ -314,6 +333,11 @@ def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosu
     op, *operands = graph.nodes[node]
     least, most = step.of(node)
     varies = text.name(f"{most} - {least}")
+    power = power_parts(Expression(graph, node))
+    if power is not None:
+        below, above = step.of(power.base.index)
+        nearest = text.larger(below, text.name(f"-{above}"))
+        return varies, start.of(node)[0], f"{text.name(f'{above} - {below}')} <= 2.0 * {nearest}"
     if op == "exp":
         return varies, start.of(node)[0], ""
     if op == "tanh":

@@ -81,7 +81,7 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SIDES_ALIKE": sides_alike(equations)}
     constants["LACUNARY"] = lacunary(equations)
-    constants["ROUGH"] = rough(equations, sharp.nodes)
+    constants["ROUGH"] = rough(equations)
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1

@@ -4,6 +4,7 @@ Common subexpressions are merged as they are recorded and constants folded, so t
 Jacobians, NumPy) meets every operation once.
 """
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -241,7 +242,7 @@ def sensitivity(expression: Expression, node: int) -> Expression:
         args = [Expression(graph, i) for i in operands]
         slopes = [sensitivity(a, node) for a in args]
         nothing = op in LINEAR_IN_SLOPES and all(slope.value == 0.0 for slope in slopes)
-        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes)
+        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes, node)
     graph._slopes[key] = result.index
     return result
 
@@ -250,7 +251,9 @@ def sensitivity(expression: Expression, node: int) -> Expression:
 LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "exp", "log")
 
 
-def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
+def _chain_rule(
+    op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression], node: int
+) -> Expression:
     a, da = args[0], slopes[0]
     if op == "neg":
         return -da
@@ -259,7 +262,13 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
     if op == "cos":
         return -(a.sin() * da)
     if op == "exp":
-        return f * da
+        parts = power_parts(f)
+        if parts is None or parts.log.index < node:
+            return f * da
+        # a x^(a - 1), which like the power itself has one rate everywhere: as x x^(a - 2) it would not have it at rest.
+        half, log = parts.half, parts.log
+        slope = 2.0 * half * ((half - 0.5) * log).exp() * sensitivity(parts.base, node)
+        return slope + f * log * sensitivity(half, node)
     if op == "log":
         return da / a
     if op == "sqrt":
@@ -276,6 +285,38 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
     if op == "mul":
         return da * b + a * db
     return (da - f * db) / b
+
+
+@dataclasses.dataclass(frozen=True)
+class Power:
+    """Parts of a node x^a, x >= 0, as `Expression.__pow__` and `elementary.power` record it: exp(a/2 log(x^2 + e^2))."""
+
+    base: Expression
+    half: Expression
+    log: Expression
+
+
+def rounded_off(graph: Graph, index: int) -> Expression | None:
+    """x of a node log(x^2 + e^2), e = POWER_ROUNDING; None of any other."""
+    op, *operands = graph.nodes[index]
+    inner = graph.nodes[operands[0]] if op == "log" else ("",)
+    for one, other in (inner[1:], inner[:0:-1]) if inner[0] == "add" else ():
+        name, *factors = graph.nodes[other]
+        if Expression(graph, one).value == POWER_ROUNDING**2 and name == "mul" and factors[0] == factors[1]:
+            return Expression(graph, factors[0])
+    return None
+
+
+def power_parts(node: Expression) -> Power | None:
+    """Parts of a power that is not whole; None of any other node."""
+    graph = node.graph
+    op, *operands = graph.nodes[node.index]
+    name, *factors = graph.nodes[operands[0]] if op == "exp" else ("",)
+    for half, log in (factors, factors[::-1]) if name == "mul" else ():
+        base = rounded_off(graph, log)
+        if base is not None:
+            return Power(base, Expression(graph, half), Expression(graph, log))
+    return None
 
 
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, power_parts, reachable
 
 FREE = 10**9  # degree of a node that is no polynomial in time
 
@@ -184,11 +184,17 @@ def speeds(equations: Equations) -> list[Speed]:
     return found
 
 
-def rough(equations: Equations, sharp: Sequence[int]) -> bool:
-    """Whether the law of a contact that sticks has a logarithm of its velocity: a power without a series at rest."""
-    graph, contact = equations.graph, equations.contact_velocity.index
-    logs = [node for node in sharp if graph.nodes[node][0] == "log"]
-    return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
+def powers(equations: Equations) -> dict[int, Expression]:
+    """The base of every power in the rates that is not whole, and so has no series at rest."""
+    graph = equations.graph
+    found = {i: power_parts(Expression(graph, i)) for i in reachable(graph, [rate.index for rate in equations.rates])}
+    return {i: parts.base for i, parts in found.items() if parts is not None}
+
+
+def rough(equations: Equations) -> tuple[int, ...]:
+    """Of each contact, 1 where it sticks and a power of its velocity has no series there."""
+    below = set(reachable(equations.graph, [base.index for base in powers(equations).values()]))
+    return tuple(int(each.sticks and each.velocity.index in below) for each in equations.contacts)
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
