@@ -184,17 +184,11 @@ def speeds(equations: Equations) -> list[Speed]:
     return found
 
 
-def powers(equations: Equations) -> dict[int, Expression]:
-    """The base of every power in the rates that is not whole, and so has no series at rest."""
-    graph = equations.graph
-    found = {i: power_parts(Expression(graph, i)) for i in reachable(graph, [rate.index for rate in equations.rates])}
-    return {i: parts.base for i, parts in found.items() if parts is not None}
-
-
-def rough(equations: Equations) -> tuple[int, ...]:
-    """Of each contact, 1 where it sticks and a power of its velocity has no series there."""
-    below = set(reachable(equations.graph, [base.index for base in powers(equations).values()]))
-    return tuple(int(each.sticks and each.velocity.index in below) for each in equations.contacts)
+def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
+    """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
+    graph = velocity.graph
+    powers = (power_parts(Expression(graph, i)) for i in reachable(graph, [each.index for each in expressions]))
+    return any(velocity.index in reachable(graph, [each.base.index]) for each in powers if each is not None)
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
