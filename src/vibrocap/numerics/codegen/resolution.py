@@ -37,19 +37,10 @@ import numpy as np
 
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import (
-    Expression,
-    Graph,
-    evaluate,
-    operands_of,
-    power_parts,
-    reachable,
-    rounded_off,
-    sensitivity,
-)
+from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
 from vibrocap.numerics.expressions.structure import Speed, gaps, speeds
 
-SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
+SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div", "power")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
 BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is resolved
@@ -98,7 +89,6 @@ def sharpness(
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
         watched = op == "div" and operands[1] in divisors
-        watched = watched or rounded_off(graph, index) is not None  # the power that it belongs to is asked
         if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
             found.append(index)
             of_internal = of_internal or by_internal
@@ -183,7 +173,7 @@ def lacunary(equations: Equations) -> bool:
         op, *operands = graph.nodes[node]
         slopes = [sensitivity(Expression(graph, operands[-1]), each.velocity.index) for each in equations.contacts]
         with np.errstate(all="ignore"):
-            if op == "log" or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
+            if op in ("log", "power") or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
                 return True
     return False
 
@@ -233,9 +223,9 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     inverses = [f"inverse_scale(floats, {i}, lane)" for i in range(len(equations.rates))]
     text.lines.append("worst = 0.0 * h")
 
-    def speed_below(base: Expression) -> Speed | None:
+    def speed_below(base: int) -> Speed | None:
         """The speed of a contact that sticks of which a power is one, if it is."""
-        below = reachable(graph, [base.index])
+        below = reachable(graph, [base])
         return next((each for each in speeds(equations) if each.sticks and each.expression.index in below), None)
 
     def near_rest(speed: Speed | None) -> str:
@@ -270,14 +260,14 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, smooth = _node(graph, node, text, step, start)
-        power = power_parts(Expression(graph, node))
-        theta = VISIBLE[graph.nodes[node][0] if power is None else "power"]
+        op, base, *_ = graph.nodes[node]
+        theta = VISIBLE[op]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        allowed = "tolerance" if power is None else near_rest(speed_below(power.base))
+        allowed = near_rest(speed_below(base)) if op == "power" else "tolerance"
         negligible = text.name(f"{share} <= {allowed}")
         text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
@@ -333,26 +323,22 @@ def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosu
     op, *operands = graph.nodes[node]
     least, most = step.of(node)
     varies = text.name(f"{most} - {least}")
-    power = power_parts(Expression(graph, node))
-    if power is not None:
-        below, above = step.of(power.base.index)
-        nearest = text.larger(below, text.name(f"-{above}"))
-        return varies, start.of(node)[0], f"{text.name(f'{above} - {below}')} <= 2.0 * {nearest}"
     if op == "exp":
         return varies, start.of(node)[0], ""
     if op == "tanh":
         far = text.size(start.of(node))
         return varies, text.name(f"1.0 - {far} * {far}"), ""
-    below, above = step.of(operands[-1])
+    argument = operands[1 if op == "div" else 0]
+    below, above = step.of(argument)
     width = text.name(f"{above} - {below}")
-    first_low, first_high = start.of(operands[-1])
+    first_low, first_high = start.of(argument)
     if op == "atan":
         far = text.size((first_low, first_high))
         return varies, text.name(f"{width} / (1.0 + {far} * {far})"), f"{width} <= 1.0"
     nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
     smooth = f"{width} <= {nearest}"
-    if op == "log":
-        return varies, "0.0", f"{width} <= 2.0 * {nearest}"
+    if op in ("log", "power"):
+        return varies, start.of(node)[0] if op == "power" else "0.0", f"{width} <= 2.0 * {nearest}"
     if op == "sqrt":
         return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), smooth
     numerator = text.size(step.of(operands[0]))

@@ -4,7 +4,6 @@ Common subexpressions are merged as they are recorded and constants folded, so t
 Jacobians, NumPy) meets every operation once.
 """
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 from vibrocap.numerics.expressions.refusals import Recordable
 
 LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product, as in `vibrocap.physics.elementary.power`
-POWER_ROUNDING = 1e-10  # where other powers are rounded off, as there, so that they have a series at zero too
+LEAST_BASE = 1e-300  # of a power, whose value at zero is zero by that
 LEAVES = ("constant", "time", "side", "delay", "state", "parameter")
 FUNCTIONS = {
     "sin": math.sin,
@@ -31,8 +30,8 @@ class Graph:
     """The nodes of recorded expressions, in an order in which each comes after its operands.
 
     A node is (op, operands): ("constant", value), ("time",), ("side",) of the first contact, ("side", i) of contact i,
-    ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with
-    a function of FUNCTIONS.
+    ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), ("power", a, b) for
+    a^b with a >= 0 and a constant b, or (function, a) with a function of FUNCTIONS.
     """
 
     def __init__(self):
@@ -175,14 +174,16 @@ class Expression(Recordable):
         return self.graph.node("neg", self.index)
 
     def __pow__(self, exponent):
-        """A product for whole numbers; any other power as `vibrocap.physics.elementary.power`, rounded off at zero."""
+        """A product for whole numbers; any other power is a node of its own, of a base that is never negative."""
         graph = self.graph
         number = exponent.value if isinstance(exponent, Expression) else float(exponent)
         if self.value is not None and number is not None:
             return graph.constant(self.value**number)
         if number is None or number != int(number) or abs(number) > LARGEST_PRODUCT:
-            rest = (self * self + POWER_ROUNDING**2).log()
-            return (0.5 * exponent * rest if number is None else 0.5 * number * rest).exp()
+            power = graph.expression(exponent)
+            if not graph.is_constant_in_time(power.index):
+                return (power * self.log()).exp()
+            return graph.node("power", self.index, power.index)
         product = self if number else graph.constant(1.0)
         for _ in range(abs(int(number)) - 1):
             product = product * self
@@ -242,18 +243,16 @@ def sensitivity(expression: Expression, node: int) -> Expression:
         args = [Expression(graph, i) for i in operands]
         slopes = [sensitivity(a, node) for a in args]
         nothing = op in LINEAR_IN_SLOPES and all(slope.value == 0.0 for slope in slopes)
-        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes, node)
+        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes)
     graph._slopes[key] = result.index
     return result
 
 
 # What the chain rule makes of slopes that are zero is zero then, and no other node is recorded on the way.
-LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "exp", "log")
+LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "power", "exp", "log")
 
 
-def _chain_rule(
-    op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression], node: int
-) -> Expression:
+def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
     a, da = args[0], slopes[0]
     if op == "neg":
         return -da
@@ -262,13 +261,7 @@ def _chain_rule(
     if op == "cos":
         return -(a.sin() * da)
     if op == "exp":
-        parts = power_parts(f)
-        if parts is None or parts.log.index < node:
-            return f * da
-        # a x^(a - 1), which like the power itself has one rate everywhere: as x x^(a - 2) it would not have it at rest.
-        half, log = parts.half, parts.log
-        slope = 2.0 * half * ((half - 0.5) * log).exp() * sensitivity(parts.base, node)
-        return slope + f * log * sensitivity(half, node)
+        return f * da
     if op == "log":
         return da / a
     if op == "sqrt":
@@ -284,39 +277,10 @@ def _chain_rule(
         return da - db
     if op == "mul":
         return da * b + a * db
+    if op == "power":
+        slope = b * a ** (b - 1.0) * da
+        return slope if db.value == 0.0 else slope + 0.5 * f * (a * a + LEAST_BASE).log() * db
     return (da - f * db) / b
-
-
-@dataclasses.dataclass(frozen=True)
-class Power:
-    """Parts of a node x^a, x >= 0, as `Expression.__pow__` and `elementary.power` record it: exp(a/2 log(x^2 + e^2))."""
-
-    base: Expression
-    half: Expression
-    log: Expression
-
-
-def rounded_off(graph: Graph, index: int) -> Expression | None:
-    """x of a node log(x^2 + e^2), e = POWER_ROUNDING; None of any other."""
-    op, *operands = graph.nodes[index]
-    inner = graph.nodes[operands[0]] if op == "log" else ("",)
-    for one, other in (inner[1:], inner[:0:-1]) if inner[0] == "add" else ():
-        name, *factors = graph.nodes[other]
-        if Expression(graph, one).value == POWER_ROUNDING**2 and name == "mul" and factors[0] == factors[1]:
-            return Expression(graph, factors[0])
-    return None
-
-
-def power_parts(node: Expression) -> Power | None:
-    """Parts of a power that is not whole; None of any other node."""
-    graph = node.graph
-    op, *operands = graph.nodes[node.index]
-    name, *factors = graph.nodes[operands[0]] if op == "exp" else ("",)
-    for half, log in (factors, factors[::-1]) if name == "mul" else ():
-        base = rounded_off(graph, log)
-        if base is not None:
-            return Power(base, Expression(graph, half), Expression(graph, log))
-    return None
 
 
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
@@ -346,6 +310,8 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
             values[index] = binary[op](values[operands[0]], values[operands[1]])
         elif op == "neg":
             values[index] = -values[operands[0]]
+        elif op == "power":
+            values[index] = np.maximum(np.abs(values[operands[0]]), LEAST_BASE) ** values[operands[1]]
         else:
             values[index] = getattr(np, op)(values[operands[0]])
     return [values[e.index] for e in expressions]

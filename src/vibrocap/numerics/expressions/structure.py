@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.expressions.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, power_parts, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 
 FREE = 10**9  # degree of a node that is no polynomial in time
 
@@ -187,8 +187,8 @@ def speeds(equations: Equations) -> list[Speed]:
 def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
     """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
     graph = velocity.graph
-    powers = (power_parts(Expression(graph, i)) for i in reachable(graph, [each.index for each in expressions]))
-    return any(velocity.index in reachable(graph, [each.base.index]) for each in powers if each is not None)
+    powers = [i for i in reachable(graph, [each.index for each in expressions]) if graph.nodes[i][0] == "power"]
+    return velocity.index in reachable(graph, powers)
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
@@ -204,7 +204,7 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
         op, *operands = graph.nodes[node]
         argument = Expression(graph, operands[-1])
         for speed in speeds(equations):
-            if op == "log" or speed.expression.index not in reachable(graph, [argument.index]):
+            if op in ("log", "power") or speed.expression.index not in reachable(graph, [argument.index]):
                 continue
             states[speed.state], before = 0.0, states[speed.state]
             (shift,) = evaluate([speed.expression], 0.3, states, 1.0, values)

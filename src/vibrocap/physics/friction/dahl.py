@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from vibrocap.physics.friction.law import AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
 
-ROUNDING = 2e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
+ROUNDING = 1e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
 
 
 @parameters
@@ -21,7 +21,7 @@ class Dahl(Law):
     a corner after a finite way, which is not offered. |xi| <= N eta_c/delta0 is invariant.
 
     Limits: no static level, no Stribeck droop and no lag. The law creeps: loading is softer than unloading, so an
-    oscillating force below the level ratchets. The factor |1 - r|^(i-1) is rounded off within 2e-10 of r = 1 where i is
+    oscillating force below the level ratchets. The factor |1 - r|^(i-1) is rounded off within 1e-10 of r = 1 where i is
     not an odd whole number.
     """
 
@@ -47,7 +47,7 @@ class Dahl(Law):
             return 1.0
         if isinstance(exponent, (int, float)) and exponent in (3, 5, 7):
             return power(rest, exponent - 1.0)
-        return exp(0.5 * (exponent - 1.0) * log(rest * rest + ROUNDING**2))  # no `power`, whose base is never negative
+        return exp(0.5 * (exponent - 1.0) * log(rest * rest + ROUNDING**2))  # rest may have either sign
 
     def force(self, velocity, internal, side, load):
         """Friction force R and rate of the deflection while sliding to `side`.
