@@ -207,6 +207,9 @@ class Real:
     def __rtruediv__(self, other):
         return self._with(other, lambda a, b: b / a)
 
+    def __pow__(self, other):
+        return self._with(other, lambda a, b: abs(a) ** b)
+
     def __neg__(self):
         return Real(-self.value)
 
