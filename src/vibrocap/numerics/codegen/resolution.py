@@ -140,24 +140,6 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def sides_alike(equations: Equations) -> bool:
-    """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
-    graph, nodes = equations.graph, system_sharpness(equations).nodes
-    watching = (*equations.rates, *equations.switches)
-    slopes = [sensitivity(each, node) for node in nodes for each in watching]
-    watched = [*(Expression(graph, node) for node in nodes), *slopes]
-    if not watched:
-        return True
-    draw = np.random.default_rng(0)
-    states = draw.uniform(0.1, 0.9, (len(equations.rates), 5))
-    values = draw.uniform(0.5, 1.5, (len(equations.parameter_paths), 1))
-    mirror = np.resize(equations.symmetry, len(states))[:, None] * states
-    with np.errstate(all="ignore"):
-        one = evaluate(watched, 0.3, states, 1.0, values)
-        other = evaluate(watched, 0.3, mirror, -1.0, values)
-    return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
-
-
 def lacunary(equations: Equations) -> bool:
     """Whether the series of some sharp function from rest of a contact may be lacunary, or it is a logarithm.
 
@@ -223,20 +205,12 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     inverses = [f"inverse_scale(floats, {i}, lane)" for i in range(len(equations.rates))]
     text.lines.append("worst = 0.0 * h")
 
-    def speed_below(base: int) -> Speed | None:
-        """The speed of a contact that sticks of which a power is one, if it is."""
-        below = reachable(graph, [base])
-        return next((each for each in speeds(equations) if each.sticks and each.expression.index in below), None)
-
     def near_rest(speed: Speed | None) -> str:
-        """The tolerance, or the less to which a contact that leaves rest is held, see `taylor.last_terms`."""
+        """The tolerance, or the less to which a contact that leaves rest is held, see `taylor.leaving`."""
         if speed is None or not speed.sticks:
             return "tolerance"
-        fastest = text.name(
-            f"{text.size(step.of(speed.expression.index))} / {text.entry(f'SCALE + {speed.state} * LANES')}"
-        )
-        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', fastest)}"), "1.0")
-        return text.name(f"tolerance * {share}")
+        scale = text.entry(f"SCALE + {speed.state} * LANES")
+        return text.name(f"tolerance * leaving({text.size(step.of(speed.expression.index))} / {scale})")
 
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
@@ -267,7 +241,9 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        allowed = near_rest(speed_below(base)) if op == "power" else "tolerance"
+        under = reachable(graph, [base]) if op == "power" else ()
+        speed = next((each for each in speeds(equations) if each.sticks and each.expression.index in under), None)
+        allowed = near_rest(speed)
         negligible = text.name(f"{share} <= {allowed}")
         text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:

@@ -6,7 +6,6 @@ MAYBE_STIFF = False  # whether a contact has a law with a force for every veloci
 SEVERAL = False  # whether there are several contacts
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
-SIDES_ALIKE = True  # whether these are the same for either direction of sliding
 VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
 FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
 LACUNARY = False  # whether series of the law from rest may be lacunary, or one has a logarithm

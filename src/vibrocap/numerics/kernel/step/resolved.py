@@ -17,7 +17,6 @@ from vibrocap.numerics.kernel.generated.facts import (
     SET_VALUED,
     SHARP,
     SHARP_INTERNAL,
-    SIDES_ALIKE,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     FAR_SPEED,
@@ -125,9 +124,8 @@ def hidden(floats, lane, h, lasting, least, most):
     side = floats[SIDE + lane]
     floats[SIDE + lane] = 1.0
     count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
-    if not SIDES_ALIKE:
-        floats[SIDE + lane] = -1.0
-        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
+    floats[SIDE + lane] = -1.0
+    count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
     floats[SIDE + lane] = side
     return count
 
