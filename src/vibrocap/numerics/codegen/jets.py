@@ -166,7 +166,7 @@ class JetWriter:
         return total(terms)
 
     def _power(self, index: int, a: int, exponent: Formula, k: int) -> Formula:
-        """From p' a = exponent p a'. At a = 0 it has no series: it stays zero, for a step in which it counts for nothing."""
+        """From p' a = exponent p a'. At a = 0 it has no series, and stays zero for a step in which it is negligible."""
         first = self.coefficient(a, 0)
         if k == 0:
             size = Formula(f"max(abs({first.text}), {LEAST_BASE!r})", first.known)

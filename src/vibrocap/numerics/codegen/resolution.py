@@ -7,12 +7,12 @@ law, it is asked over the whole step:
 
     negligible  G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
     resolved    G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
-    smooth      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
+    smooth      x changes by a factor of 2 (1/x, sqrt) or 3 (log, power)    the series converges, whatever it is
 
 From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there, and
 what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
-where the contact leaves stick, see `resolved.faint`. A power that has no series at rest shows in the last terms: those
-of what it is rounded off to.
+where the contact leaves stick, see `taylor.leaving`. A power that is not whole has no series at rest: from there it is
+zero in that of a step in which it is negligible, and then smooth (as a logarithm) until it is resolved.
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
