@@ -5,6 +5,7 @@ Taylor series there for few alpha, whose terms are few and far between; what is 
 that friction falls later.
 """
 
+import dataclasses
 import json
 from collections import Counter
 from pathlib import Path
@@ -274,3 +275,20 @@ def test_bodies_may_be_numbered_either_way(name, laws):
         assert len(one.events) == len(other.events)
         steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
         assert max(steps) <= 1.25 * min(steps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "step"), [("stribeck_exponent", 1e-4), ("stribeck_velocity", 1e-5)])
+def test_gradients_over_the_numbers_of_a_power(name, step):
+    """A tangent starts from rest as the motion does: |v|^(alpha - 1) and |v|^alpha log|v| have no series there."""
+
+    def orbit(shift):
+        return vc.orbit(
+            vc.System(vc.PendulumCapsule(), dataclasses.replace(law, **{name: value + shift}), vc.Harmonic())
+        )
+
+    law = droop(1.5)
+    value = getattr(law, name)
+    (slope,) = orbit(0.0).gradients([f"friction.{name}"]).slopes
+    difference = (orbit(step).mean_velocity - orbit(-step).mean_velocity) / (2.0 * step)
+    assert slope.slope == pytest.approx(difference, rel=1e-6)

@@ -279,7 +279,8 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
         return da * b + a * db
     if op == "power":
         slope = b * a ** (b - 1.0) * da
-        return slope if db.value == 0.0 else slope + 0.5 * f * (a * a + LEAST_BASE).log() * db
+        # a^b log(a), written so that it has a series where the power has one, and is zero where that is
+        return slope if db.value == 0.0 else slope + f * (f + LEAST_BASE).log() * db / b
     return (da - f * db) / b
 
 
