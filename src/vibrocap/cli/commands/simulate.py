@@ -96,6 +96,10 @@ def simulate(
     changed = changes(set_, initial, refused)
     settings = {"periods": periods, "tolerance": tolerance}
     changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
+    try:  # before what is written is looked at: no file that is read is replaced
+        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
+    except CaseError as error:
+        setup = error
     with refused.collected():
         writable_table("--out", out, "xarray")
         with_headings(out, unit_headings, "--out")
@@ -103,11 +107,9 @@ def simulate(
         writable_picture("--plot", plot)
     with refused.collected():
         writable_film("--animate", animate)
-    try:
-        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
-    except CaseError as error:
-        named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
-        raise CaseError([*named, *refused], error.source) from None
+    if isinstance(setup, CaseError):
+        named = by_option(setup.complaints, {path: option for path, (option, _) in changed.items()})
+        raise CaseError([*named, *refused], setup.source)
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
