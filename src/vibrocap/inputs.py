@@ -20,7 +20,7 @@ READ: set[tuple[int, int]] = set()  # files (device, number) that were read
 
 
 def read_input(path: str | Path, most: int) -> bytes:
-    """The content of a file that a user names, or what comes from a pipe or a device until its end; so many bytes at most.
+    """The content of a file that a user names, at most so many bytes; of a pipe or a device what comes until its end.
 
     Within a command such a file is not replaced; what a command continues and writes anew it reads with `read_own`.
     Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.

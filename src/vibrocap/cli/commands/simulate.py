@@ -25,7 +25,7 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
 from vibrocap.physics.names import name_and_number, numbered
-from vibrocap.physics.parameters import described, given_parameters, parameter_table
+from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import computed, units_of
 from vibrocap.quantities.opening import opened_in_si
@@ -363,7 +363,7 @@ def in_words(part: Any, system: System, digits: int = 6) -> str:
     words = []
     for key, value in _values(part, system).items():
         name, unit = own.get(key, (key, "1"))
-        number = value if isinstance(value, str) else f"{value:.{digits}g}"
+        number = brief(value, digits)
         words.append(" ".join((name, number) if unit == "1" else (name, number, unit)))
     return f"{part.name}: {', '.join(words)}"
 
