@@ -3,7 +3,7 @@
 import dataclasses
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +56,8 @@ class CaseError(ValueError):
 class Case:
     """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
 
+    The public functions take a case in place of a system, with its start and, where they simulate as it says, its run.
+
     initial: without units, also of a system in SI, but under a name with its unit ("position_m")
 
     scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
@@ -87,6 +89,10 @@ class Case:
     def run(self) -> dict[str, Any]:
         """The settings of the section [run]."""
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
+
+    def arguments_of_run(self, names: Container[str]) -> dict[str, Any]:
+        """Its run, for a function that takes all settings of a run; a function that takes some means others by them."""
+        return self.run if all(name in names for name in RUN_DEFAULTS) else {}
 
     def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
         """The motion of this case, in SI where its results are."""

@@ -2,10 +2,13 @@
 
 The rooms compute without units. A public function is given records in SI, and numbers in SI of a system that knows its
 scales; what it returns is shown in SI. Where nothing given is in SI, the function is called as it stands.
+
+A case is taken wherever a system is: with its start and its run, where the function takes them and they are not given.
 """
 
 import functools
 import inspect
+import typing
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -24,13 +27,18 @@ def opened_in_si(function: Function) -> Function:
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
         context = _context((*args, *kwargs.values()))
-        if context is None:
+        cases = any(hasattr(type(each), "arguments_of_run") for each in (*args, *kwargs.values()))
+        if context is None and not cases:
             return function(*args, **kwargs)
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError:
             return function(*args, **kwargs)  # which says what is wrong
         hints = call_hints(function)
+        if cases:
+            _take_cases(bound, hints)
+        if context is None:
+            return function(*bound.args, **bound.kwargs)
         inside = context.within(defaults | bound.arguments)
         for name, value in bound.arguments.items():
             bound.arguments[name] = walked(value, hints.get(name, Any), inside, back=True)
@@ -38,6 +46,20 @@ def opened_in_si(function: Function) -> Function:
 
     opened.__module__ = "vibrocap"  # where it is found, also by pickle
     return opened  # type: ignore[return-value]
+
+
+def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None:
+    """Put the system of a case in its place where a system is meant, and its start and run where none are given."""
+    names = bound.signature.parameters
+    for name, case in tuple(bound.arguments.items()):
+        kinds = typing.get_args(hints.get(name)) or (hints.get(name),)
+        if hasattr(type(case), "arguments_of_run") and type(case.system) in kinds and type(case) not in kinds:
+            begins = (
+                {} if hasattr(bound.arguments.get("start"), "state") else {"initial": case.initial}
+            )  # a motion goes on
+            own = begins | case.arguments_of_run(names)
+            bound.arguments |= {name: case.system}
+            bound.arguments |= {key: x for key, x in own.items() if key in names and key not in bound.arguments}
 
 
 def _context(given: tuple[Any, ...]) -> Context | None:
