@@ -333,7 +333,7 @@ def test_a_study_of_a_case_begins_where_the_case_does():
 
 
 def test_every_public_function_of_a_system_takes_a_case():
-    """What it is given is the system, and the case's start where it has one; run settings only where all are its own."""
+    """It is given the system, the case's start where it takes one, and the run where it takes all of that."""
     system, case = cased()
     seen = {}
     for name in vc.__all__:

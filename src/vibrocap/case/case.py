@@ -3,9 +3,9 @@
 import dataclasses
 import sys
 import tomllib
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
 from vibrocap.case.drive_file import with_columns
@@ -72,6 +72,8 @@ class Case:
     max_steps: int = 50_000_000
     scales: Scales | None = None
 
+    is_case: ClassVar = True  # by which the public functions know one, see `quantities.opening`
+
     def __post_init__(self):
         from vibrocap.motion.simulate import check_run, initial_state
 
@@ -89,10 +91,6 @@ class Case:
     def run(self) -> dict[str, Any]:
         """The settings of the section [run]."""
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
-
-    def arguments_of_run(self, names: Container[str]) -> dict[str, Any]:
-        """Its run, for a function that takes all settings of a run; a function that takes some means others by them."""
-        return self.run if all(name in names for name in RUN_DEFAULTS) else {}
 
     def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
         """The motion of this case, in SI where its results are."""

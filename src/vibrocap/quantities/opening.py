@@ -27,7 +27,7 @@ def opened_in_si(function: Function) -> Function:
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
         context = _context((*args, *kwargs.values()))
-        cases = any(hasattr(type(each), "arguments_of_run") for each in (*args, *kwargs.values()))
+        cases = any(hasattr(type(each), "is_case") for each in (*args, *kwargs.values()))
         if context is None and not cases:
             return function(*args, **kwargs)
         try:
@@ -51,15 +51,19 @@ def opened_in_si(function: Function) -> Function:
 def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None:
     """Put the system of a case in its place where a system is meant, and its start and run where none are given."""
     names = bound.signature.parameters
+    others = next((each.name for each in names.values() if each.kind is each.VAR_KEYWORD), None)  # such as **settings
     for name, case in tuple(bound.arguments.items()):
         kinds = typing.get_args(hints.get(name)) or (hints.get(name),)
-        if hasattr(type(case), "arguments_of_run") and type(case.system) in kinds and type(case) not in kinds:
-            begins = (
-                {} if hasattr(bound.arguments.get("start"), "state") else {"initial": case.initial}
-            )  # a motion goes on
-            own = begins | case.arguments_of_run(names)
+        if hasattr(type(case), "is_case") and type(case.system) in kinds and type(case) not in kinds:
+            goes_on = hasattr(bound.arguments.get("start"), "state")  # a motion, from its end
+            own = ({} if goes_on else {"initial": case.initial}) | case.run
+            if others is None and not all(key in names for key in case.run):  # what it means by some is another thing
+                own = {key: x for key, x in own.items() if key == "initial" and key in names}
             bound.arguments |= {name: case.system}
             bound.arguments |= {key: x for key, x in own.items() if key in names and key not in bound.arguments}
+            if others is not None:
+                rest = {key: x for key, x in own.items() if key not in names}
+                bound.arguments[others] = rest | bound.arguments.get(others, {})
 
 
 def _context(given: tuple[Any, ...]) -> Context | None:

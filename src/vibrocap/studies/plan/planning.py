@@ -8,6 +8,7 @@ from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
 from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
 from vibrocap.motion.recording.equations import equations
@@ -59,13 +60,13 @@ def planned_study(
     run["tolerance"] = float(run["tolerance"])
     start = {name: float(value) for name, value in (initial or {}).items()}
     settle, window = settings["settle"], settings["window"]
+    settle = usual_threshold(run["tolerance"]) if settle is None else float(settle) or None  # 0: never
     window = usual_window(run["periods"]) if window is None else int(window)
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
     measures = with_load_watch(system, plan, measures)
     if settle and not equations(system).timed and OUTCOME not in measures:
         measures = (*measures, OUTCOME)
-    settle = None if settle is None else float(settle)
     return Study(Case(system, start, **run), plan, measures, window, settle, extrapolate=bool(settings["extrapolate"]))
 
 
@@ -94,7 +95,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
         limit = f"from 1 to the {settings['periods']} periods of a run"
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():
-        check_threshold("settle", settings["settle"])
+        check_threshold("settle", settings["settle"] or None)
         check_choice("extrapolate", settings["extrapolate"])
     return found
 
