@@ -59,9 +59,6 @@ def study(out, tick=0.0):
         resume=True,
         tile_runs=8,
         progress=lambda share: time.sleep(tick),
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
     )
 
 

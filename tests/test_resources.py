@@ -80,10 +80,10 @@ def test_an_axis_that_cannot_be_listed_is_refused_before_it_is():
 def test_results_that_fit_nowhere_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(SWEEPS, "available_memory", lambda: 1e5)
     with pytest.raises(CaseError, match=r"10,000 runs need 280 kB of memory, 100 kB are free; give a folder"):
-        sweep(SYSTEM, OVER, measures=["mean_velocity"], periods=60, tolerance=1e-8, settle=0)
+        sweep(SYSTEM, OVER, measures=["mean_velocity"])
     monkeypatch.setattr(SWEEPS, "free_disk", lambda path: 1e4)
     with pytest.raises(CaseError, match=r"10,000 runs take roughly 56 kB, 10 kB are free there; .*--yes"):
-        sweep(SYSTEM, OVER, measures=["mean_velocity"], out=tmp_path / "a", periods=60, tolerance=1e-8, settle=0)
+        sweep(SYSTEM, OVER, measures=["mean_velocity"], out=tmp_path / "a")
     assert not (tmp_path / "a").exists()
 
 

@@ -142,7 +142,7 @@ def test_a_stored_study_has_tiles_by_time_unless_told(tmp_path, monkeypatch):
 
 
 def test_memory_and_store_say_the_same(tmp_path):
-    in_memory = sweep(SYSTEM, over=OVER, measures=MEASURES, periods=60, tolerance=1e-8, settle=0)
+    in_memory = sweep(SYSTEM, over=OVER, measures=MEASURES)
     xr.testing.assert_identical(in_memory, stored(tmp_path / "a").load())
     assert list(in_memory) == list(open_study(tmp_path / "a"))
     assert in_memory["mean_velocity"].dims == tuple(OVER)
@@ -155,8 +155,7 @@ def test_memory_and_store_say_the_same(tmp_path):
 @pytest.mark.parametrize("tile_runs", [1, 4, 21, 1000])
 def test_tiles_make_no_difference(tmp_path, tile_runs):
     xr.testing.assert_identical(
-        stored(tmp_path / "a", tile_runs=tile_runs).load(),
-        sweep(SYSTEM, over=OVER, measures=MEASURES, tile_runs=5, periods=60, tolerance=1e-8, settle=0),
+        stored(tmp_path / "a", tile_runs=tile_runs).load(), sweep(SYSTEM, over=OVER, measures=MEASURES, tile_runs=5)
     )
 
 
@@ -209,7 +208,7 @@ def test_files_are_those_that_zarr_writes(over):
         cases=None if over else cases,
         design=None,
         initial=None,
-        settings={"window": 10, "settle": 0, "extrapolate": True, **RUN_DEFAULTS},
+        settings={"window": 10, "settle": None, "extrapolate": True, **RUN_DEFAULTS},
     )
     shape = study.plan.shape
     tile = tile_shape(shape, 9 if over else 3)
@@ -322,16 +321,7 @@ def test_another_study_is_refused_and_its_store_untouched(tmp_path):
         (True, other, "machine.stiffness: stored 2.0, asked 3.0"),
     ):
         with pytest.raises(CaseError, match=said):
-            sweep(
-                system,
-                over=OVER,
-                measures=MEASURES,
-                out=tmp_path / "a",
-                resume=resume,
-                periods=60,
-                tolerance=1e-8,
-                settle=0,
-            )
+            sweep(system, over=OVER, measures=MEASURES, out=tmp_path / "a", resume=resume)
     with pytest.raises(CaseError) as caught:
         stored(tmp_path / "a", resume=True, measures=["drift"], periods=61)
     assert len(caught.value.complaints) == 2

@@ -212,15 +212,7 @@ def in_si(tmp_path):
     power = Measure.largest("power", "largest power of friction", lambda now: now.velocity, "1", "m/s")
     system = case_from_text(IN_SI.read_text(encoding="utf-8")).system
     over = {"friction.coulomb_coefficient": [0.05, 0.1]}
-    sweep(
-        system,
-        over=over,
-        measures=("mean_velocity", "mode_sequence", power),
-        out=tmp_path / "si",
-        periods=60,
-        tolerance=1e-8,
-        settle=0,
-    )
+    sweep(system, over=over, measures=("mean_velocity", "mode_sequence", power), out=tmp_path / "si")
     return tmp_path / "si"
 
 
