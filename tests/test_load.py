@@ -27,7 +27,7 @@ SETTINGS = {
     "max_events_per_period": 100,
     "max_steps": 1000,
     "window": 1,
-    "settle": None,
+    "settle": 0,
     "extrapolate": True,
 }
 

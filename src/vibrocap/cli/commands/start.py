@@ -263,12 +263,14 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
     given = pairs("scales", split(scales), refused, "KEY=VALUE, such as pendulum_mass_kg=0.2")
     if to is not None and to not in WORDS:
         refused.add("--to", f"should be {' or '.join(WORDS)}, got {to!r}")
-    with refused.collected():
-        writable_file("--out", out, [".toml"])
     try:
         setup = read_source(case)
     except CaseError as error:
-        raise CaseError([*error.complaints, *refused], error.source) from None
+        setup = error
+    with refused.collected():
+        writable_file("--out", out, [".toml"])
+    if isinstance(setup, CaseError):
+        raise CaseError([*setup.complaints, *refused], setup.source)
     known = setup.system.units or setup.scales
     wanted = to or (DIMENSIONLESS if setup.system.units is not None else SI)
     record = setup.system.machine.si_scales
