@@ -228,9 +228,11 @@ def _nothing_read_is_replaced() -> Iterator[None]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
-    for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who called; what is printed goes nowhere
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - open to the end
+        if isinstance(stream := getattr(sys, name), io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters still gets the numbers
     given = sys.argv[1:] if arguments is None else list(arguments)
     app = app_of(*(name for name in given[:1] if name in COMMANDS))  # one that is named needs no other
     try:
