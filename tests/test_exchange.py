@@ -6,6 +6,7 @@ What the library does as a stepper (inputs, parameters, copies, ends) is asked i
 import csv
 import ctypes
 import importlib.util
+import os
 import shutil
 import subprocess
 import sys
@@ -305,3 +306,28 @@ def test_sources_need_floor_sqrt_and_fabs_only():
     for name in ("sin", "cos", "exp", "log", "tanh", "atan", "pow", "fmod", "fma", "malloc", "free"):
         assert f" {name}(" not in text
         assert f"({name}(" not in text
+
+
+@pytest.mark.parametrize("to", ["c", "rates"])
+def test_an_export_that_was_stopped_can_be_repeated(to, tmp_path, monkeypatch):
+    """After any of its files: what it leaves is seen to be its own."""
+    case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
+    whole, replace = tmp_path / "whole", os.replace
+    assert main(["export", case, "--to", to, "--out", str(whole)]) == 0
+    names = sorted(path.name for path in whole.iterdir())
+    for written in range(len(names)):
+        folder, count = tmp_path / str(written), iter(range(written))
+
+        def stopped(*given, count=count):
+            if next(count, None) is None:
+                raise KeyboardInterrupt
+            replace(*given)
+
+        monkeypatch.setattr("os.replace", stopped)
+        assert main(["export", case, "--to", to, "--out", str(folder)]) == 130
+        monkeypatch.setattr("os.replace", replace)
+        assert len(list(folder.iterdir())) == written
+        assert main(["export", case, "--to", to, "--out", str(folder)]) == 0
+        assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
+            name: (whole / name).read_bytes() for name in names
+        }

@@ -19,6 +19,7 @@ from typing import Any, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap import files, inputs
+from vibrocap.arguments import SettingError
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
@@ -240,7 +241,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = int(app(given, exit_on_error=False, print_error=False) or OK)
         sys.stdout.flush()
         return code
-    except (CaseError, Refusal) as error:
+    except (CaseError, Refusal, SettingError) as error:
         complain(str(error))
     except CycloptsError as error:
         complain(f"{error}\nvibrocap --help shows the commands with an example each.")

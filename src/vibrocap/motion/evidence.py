@@ -191,6 +191,9 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
     if "reaction" not in motion.observable_names:
         return None, ()
     (reaction,) = motion.piece_observables(("reaction",), index, s)
+    if len(beyond := index[~np.isfinite(reaction)]):
+        when = motion.piece_start[beyond[0]]
+        return None, (f"the normal load is beyond all numbers, first about time {when:.4g}: nothing is known of it",)
     pieces, least = _least_of_pieces(motion, reaction.reshape(-1, POINTS))
     if np.min(least) >= 0.0 or motion.system.machine.follows_load:
         return float(np.min(least)), ()

@@ -51,8 +51,8 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
 def netcdf_attributes(path: Path) -> Iterator[dict[str, Any]]:
     """The attributes of a NetCDF file; within the block, whatever its reader raises is a CaseError about the file.
 
-    On damage h5py and what is built on it raise KeyError, RuntimeError and others; a file whose own attributes cannot be
-    read is refused before h5netcdf opens it, which would complain once more when it is forgotten.
+    On damage h5py and what is built on it raise KeyError, RuntimeError and others. A file whose own attributes cannot
+    be read is refused before h5netcdf opens it, which would complain once more when it is forgotten.
     """
     import h5py
 
