@@ -23,7 +23,7 @@ PART = ".part"  # before the ending of a temporary name, which writers look at
 ABANDONED = 3600.0  # s without a change, after which a temporary file is one of a process that died
 ESCAPED = "backslashreplace"  # what is done with characters that UTF-8 does not hold
 FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # what text begins with that spreadsheets run
-_NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)  # which follows no link either
 
 
 class WriteError(OSError):
@@ -174,7 +174,7 @@ def _begun(target: Path) -> Path:
     prefix, ending = f".{target.stem[:40]}-", f"{PART}{target.suffix}"
     _remove_abandoned(target.parent, re.compile(f"{re.escape(prefix)}[0-9a-f]{{12}}{re.escape(ending)}"))
     temporary = target.with_name(f"{prefix}{secrets.token_hex(6)}{ending}")
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
+    handle = os.open(temporary, _NEW, 0o666)
     os.close(handle)
     if rights != 0o666:
         with contextlib.suppress(OSError):
