@@ -25,12 +25,11 @@ def test_a_phase_just_short_of_a_whole_period_is_none():
     assert Start(phase=3.0 - 3e-12).phase_of(1.0) == pytest.approx(1.0 - 3e-12, abs=1e-14)
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_start_just_beyond_a_stop_is_at_the_stop(side):
+def test_a_start_just_beyond_a_stop_is_at_the_stop():
     """1e-12 of 1 + |x|: a start that was printed with all digits is none beyond."""
-    assert begun(STOPS, None, {"displacement": side * (1.0 + 1e-12)})[0]["displacement"] == side * (1.0 + 1e-12)
+    assert begun(STOPS, None, {"displacement": 1.0 + 1e-12})[0]["displacement"] == 1.0 + 1e-12
     with pytest.raises(ArgumentError, match="displacement"):
-        begun(STOPS, None, {"displacement": side * (1.0 + 1e-11)})
+        begun(STOPS, None, {"displacement": 1.0 + 1e-11})
 
 
 def test_ways_to_go_on_are_told_apart_by_a_billionth():
@@ -42,7 +41,7 @@ def test_ways_to_go_on_are_told_apart_by_a_billionth():
 
 @pytest.fixture(scope="module")
 def motion():
-    return vc.simulate(vc.System(vc.PendulumCapsule(), vc.Coulomb(0.15, 0.45), vc.Harmonic(1.8)), periods=4)
+    return vc.simulate(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(1.8)), periods=4)
 
 
 @pytest.mark.parametrize(("excess", "fails"), [(3e-10, False), (3e-9, True)])
