@@ -165,13 +165,14 @@ def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
         assert floats[3] == counted * length * 7.0
 
 
-def test_two_dips_of_a_guard_close_together_are_two_while_they_are_deeper_than_rounding(block):
-    """At 1/200 of a step: the first root is that of the first dip, the search must not take both for one touch."""
-    middle, half, deep = 0.4, 1.0 / 400.0, 1e-13
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_of_two_dips_of_a_guard_close_together_the_one_that_is_below_zero_is_found(block, side):
+    """At 1/500 of a step, by less than 1e-12 of the terms, which is still a hundred times rounding."""
+    middle, half, deep = 0.4, 1e-3, 1e-13
     dips = np.polynomial.polynomial.polypow(np.polynomial.polynomial.polyfromroots([middle - half, middle + half]), 2)
-    dips[0] -= deep
+    dips[:2] += side * deep / half * np.array([-middle, 1.0])  # the one falls by so much, the other rises
     row = block.series(0)
     row[:] = 0.0
     row[:5] = dips
     root, _ = block["first_root"](block.floats, block["SERIES"], 4, 1.0, 0, 1.0)
-    assert root == pytest.approx(middle - np.sqrt(half**2 + np.sqrt(deep)), abs=2e-5)
+    assert root == pytest.approx(middle - side * half - np.sqrt(deep) / (2.0 * half), abs=5e-5)
