@@ -31,7 +31,7 @@ test-slow: $(READY) ## the slow tests alone
 test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
 	@$(TESTS) -m exhaustive
 
-torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands: fifteen minutes (docs/trust.md)
+torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands (docs/trust.md)
 	@$(BIN)/python -m torture
 
 lint: $(READY) ## style, format and import contracts
