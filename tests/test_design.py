@@ -17,6 +17,7 @@ from vibrocap.design.search.ascent import ascend
 from vibrocap.design.search.population import evaluated
 from vibrocap.design.search.problem import stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns
+from vibrocap.design.search.uncertainty import CRITERIA, Samples
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -932,6 +933,20 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     assert front.values == pytest.approx(known.values * [speed, cost], rel=1e-6)
     assert abs(front.orbits[0].mean_velocity) == pytest.approx(front.values[0, 0], rel=1e-9)
     assert front.table()[0]["mean_velocity"] == front.values[0, 0]
+
+
+@pytest.mark.parametrize("many", [16, 40])
+def test_what_counts_of_samples_is_the_worst_their_mean_or_the_mean_of_the_worst_tenth(many):
+    merits = np.random.default_rng(2).permuted(np.tile(np.arange(1.0, many + 1.0) ** 2, (3, 1)), axis=1)
+    of = {each: Samples((), np.zeros((many, 1)), each).chosen(merits) for each in CRITERIA}
+    tenth = {16: (1 + 4) / 2, 40: (1 + 4 + 9 + 16) / 4}[many]  # of 16, a tenth are two
+    assert of["cvar"] == pytest.approx([tenth] * 3, rel=1e-15)
+    assert of["worst"] == pytest.approx([1.0] * 3, rel=1e-15)
+    assert of["mean"] == pytest.approx([(many + 1) * (2 * many + 1) / 6] * 3, rel=1e-14)
+    merits[1, 5] = np.nan
+    for each in CRITERIA:
+        found = Samples((), np.zeros((many, 1)), each).chosen(merits)
+        assert np.isnan(found).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize(

@@ -326,3 +326,40 @@ def test_si_of_the_command_line(tmp_path, capsys):
     assert cli.main(["equilibria", str(case), "--over", "machine.belt_speed_m_per_s=0.01:1"]) == 0
     assert f"{math.log(20.0 * 0.5 * 10.0 / 0.1) / 20.0:.12g} m/s" in (said := capsys.readouterr().out)
     assert "omega 10 rad/s; subcritical; stability gained" in said
+
+
+class NormalForm:
+    """x' = -omega y + f, y' = omega x + g with all quadratic and cubic terms, as `first_lyapunov_coefficient` asks."""
+
+    count = 2
+
+    def __init__(self, omega, quadratic, cubic):
+        self.linear = np.array([[0.0, -omega], [omega, 0.0]])
+        self.quadratic, self.cubic = quadratic, cubic  # derivatives [2, 2, 2] and [2, 2, 2, 2], symmetric in the last
+
+    def jacobian(self, x):
+        return self.linear
+
+    def curvature(self, x):
+        found = np.zeros((2, 2, 3))
+        found[:, :, :2] = self.quadratic + np.einsum("jklm,m->jkl", self.cubic, x[:2])
+        return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_first_lyapunov_coefficient_has_the_size_of_the_textbook(seed):
+    """16 a = f_xxx + f_xyy + g_xxy + g_yyy + (...)/omega (Guckenheimer and Holmes 1983, eq. 3.4.11); l_1 = 2 a/omega.
+
+    For an eigenvector of length 1: r^2 is twice |z|^2.
+    """
+    draw = np.random.default_rng(seed)
+    omega = draw.uniform(0.5, 3.0)
+    second, third = draw.uniform(-1.0, 1.0, (2, 3)), draw.uniform(-1.0, 1.0, (2, 4))
+    quadratic = np.array([[[row[k + m] for m in (0, 1)] for k in (0, 1)] for row in second])
+    cubic = np.array([[[[row[k + m + n] for n in (0, 1)] for m in (0, 1)] for k in (0, 1)] for row in third])
+    (fxx, fxy, fyy), (gxx, gxy, gyy) = second
+    products = fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy
+    a = (third[0, 0] + third[0, 2] + third[1, 1] + third[1, 3] + products / omega) / 16.0
+    located = bifurcations.Located(np.zeros(3), 0.0, omega, np.array([3.0, -3.0j]))
+    found = bifurcations.first_lyapunov_coefficient(NormalForm(omega, quadratic, cubic), located)
+    assert found == pytest.approx(2.0 * a / omega, rel=1e-9)

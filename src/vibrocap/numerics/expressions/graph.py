@@ -284,6 +284,7 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
     return (da - f * db) / b
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is beyond all numbers shows in the values
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
     """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape.
 
