@@ -53,7 +53,7 @@ def crust(draw=None):
     return system, place, speed, (b - a) * load / length * (1.0 + mass * speed**2 / (a * load * length))
 
 
-@pytest.mark.parametrize("seed", [None, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(60))])
+@pytest.mark.parametrize("seed", [None, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24))])
 def test_equilibria_of_sizes_that_differ_by_ten_decades(seed):
     """One state of steady sliding, unstable below (b - a)(N/D_c)(1 + m v^2/(a N D_c)) (Rice and Ruina 1983)."""
     system, place, speed, critical = crust(None if seed is None else np.random.default_rng(seed))

@@ -50,8 +50,13 @@ class OrbitStatus(Advised):
     )
     COMES_TO_REST = (
         "comes to rest",
-        "There is no cycle: the motion ends at rest, slides steadily, or comes to rest in the limit, by stops of which "
-        "each is smaller and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+        "There is no cycle: the motion ends at rest, or comes to rest in the limit, by stops of which each is smaller "
+        "and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+    )
+    SLIDES_STEADILY = (
+        "slides steadily",
+        "There is no cycle: the motion ends with a contact that slides at a constant velocity. `equilibria` shows "
+        "where; start elsewhere for a cycle.",
     )
     CONTRADICTED = (
         "multipliers contradicted",
@@ -60,7 +65,7 @@ class OrbitStatus(Advised):
     )
 
 
-FAILED = (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.COMES_TO_REST)
+CLOSED = (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -137,12 +142,12 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        return self.status in FAILED
+        return self.status not in (*CLOSED, OrbitStatus.CONTRADICTED)
 
     @property
     def closes(self) -> bool:
         """Whether it is closed, with multipliers that nothing contradicts, whatever its certificate says."""
-        return self.status in (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
+        return self.status in CLOSED
 
     def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
         """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
