@@ -20,7 +20,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.dimensions.units import state_keys
-from vibrocap.physics.events import BOUNDS, KINDS
+from vibrocap.physics.events import AMBIGUOUS, BOUNDS, KINDS, PARADOX
 from vibrocap.physics.names import OUTPUT, numbered
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
@@ -85,20 +85,29 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
 
 
 def check_load(system: System, state: Mapping[str, float], time: float) -> None:
-    """ArgumentError for a start at which the ground would have to pull at the machine.
+    """ArgumentError for a start at which the ground would have to pull at the machine, at whichever contact.
 
-    time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
+    time: of the drive. A start at which the loads do not follow from the forces is left to the run, which ends there.
     """
-    y = tuple(state.values())
-    placed = system.placed
-    velocity = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))[0].velocity
-    side = (velocity > 0.0) - (velocity < 0.0)
-    resting = side == 0 and system.friction.kind == "set-valued"
-    flow = system.flow(time, y, side if side or resting else 1)
-    load = flow.loads[1 if resting else 0]
-    if load < 0.0 < (1.0 if resting else flow.bounds[0]):
+    y, laws = tuple(state.values()), system.laws
+    given = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))
+    sides = [(each.velocity > 0.0) - (each.velocity < 0.0) for each in given]
+    sides = tuple(side or int(law.kind != "set-valued") for side, law in zip(sides, laws, strict=True))
+    flow = system.flow(time, y, sides)
+    for k, each in enumerate(flow.contacts):  # what more is needed than can be held slides
+        if len(laws) > 1 and sides[k] == 0 and abs(each.hold) > each.limit:
+            sides = (*sides[:k], 1 if each.hold > 0.0 else -1, *sides[k + 1 :])
+    flow = system.flow(time, y, sides)
+    follows = all(
+        bound > 0.0
+        for bound, kind in zip(flow.bounds[sides[0] == 0 :], flow.bound_kinds[sides[0] == 0 :], strict=True)
+        if BOUNDS[kind] in (PARADOX, AMBIGUOUS)
+    )
+    loads = [flow.loads[int(sides[0] == 0)], *(each.normal for each in flow.contacts[1:])]
+    if follows and min(loads) < 0.0:
+        which = f"the normal load of contact {int(np.argmin(loads)) + 1}" if len(loads) > 1 else "the normal load"
         states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
-        said = f"the normal load is negative at the start, {load:.4g}: the machine would lift off at once ({states})"
+        said = f"{which} is negative at the start, {min(loads):.4g}: the machine would lift off at once ({states})"
         raise ArgumentError("initial", said)
 
 

@@ -131,12 +131,8 @@ def check_gradients(system: System) -> None:
 
 
 def _numbers(system: System) -> list[str]:
-    """Paths of all parameters that are numbers."""
-    return [path for path in system.parameter_paths if _is_number(system.parameter(path))]
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    """Paths of all parameters that change continuously: numbers, but no counts."""
+    return [path for path in system.parameter_paths if isinstance(system.parameter(path), float)]
 
 
 class _Ends:
@@ -320,8 +316,9 @@ def _recorded(system: System, path: str) -> System:
     """The system with the parameter as a number of the equations; ArgumentError for what is none."""
     from vibrocap.orbits.maps.closing_map import recorded_with
 
-    if not _is_number(value := system.parameter(path)):
-        raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {value!r}")
+    if not isinstance(value := system.parameter(path), float):
+        kind = "the count " if isinstance(value, int) else ""
+        raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {kind}{value!r}")
     return recorded_with(system, path)
 
 

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
@@ -150,7 +151,12 @@ class PeriodicSolution(Result):
         return self.status in CLOSED
 
     def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
-        """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
+        """The motion along the orbit, over its own period unless told otherwise (in drive periods).
+
+        Raises ArgumentError for an orbit of a run that failed, of which no state is known.
+        """
+        if not np.all(np.isfinite(list(self.state.values()))):
+            raise ArgumentError("orbit", f"has no motion, as no state of it is known: {self.status.value}")
         periods = self.period / self.system.drive.period if periods is None else periods
         options = {"tolerance": max(self.tolerance, 1e-13), **options}
         return simulate(self.system, periods=periods, initial=self.state, **options)
