@@ -15,6 +15,7 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
@@ -311,7 +312,7 @@ def _optimum(
     found = None
     if spread_starts:
         system, start = steady.system, problem.starts[0]
-        begun = {name: x for name, x in start.items() if name in system.state_names}
+        begun = within_room(system, {name: start.get(name, 0.0) for name in system.state_names})
         found = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0 and steady.system.mirrored
