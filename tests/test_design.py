@@ -194,6 +194,7 @@ def test_slopes_where_a_reversal_falls_on_the_switch_of_the_drive():
     found = vc.optimise(system, over, guesses=[guess], evaluations=40, refinement=100, spread_starts=0)
     motion = found.orbit.motion()
     assert min(abs(event.time / motion.end - found.design["drive.duty"]) for event in motion.events) < 1e-8
+    assert found.orbit.gradients().kinks == ("reversal",)
     best, step = system.with_parameters(found.design), 1e-5
     for path, pair in found.slopes.items():
         ends = [

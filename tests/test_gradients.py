@@ -320,6 +320,15 @@ def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
         vc.orbit(system).gradients(["drive.pulses"])
 
 
+def test_an_event_on_a_corner_of_the_drive_is_named():
+    drive = vc.OnOff(1.2, -0.20338534, 0.99187412, 0.21071708)
+    system = vc.System(vc.TwoMassCapsule(damping=0.24770982), vc.Coulomb(0.2, 0.25), drive)
+    found = vc.orbit(system).gradients(["machine.damping"])
+    assert found.kinks == ("reversal",)
+    assert "to one side only: reversal on a corner of the drive" in str(found)
+    assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients(["machine.damping"]).kinks == ()
+
+
 @pytest.mark.slow
 def test_a_segment_that_has_no_length_can_only_become_longer():
     """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""
