@@ -17,6 +17,7 @@ from vibrocap.physics.events import IMPACT
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
+APART = 0.1  # of their sum, by which the slopes to both sides differ where something changes between them
 NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
 
@@ -230,7 +231,7 @@ class ClosingMap:
             x=x,
             mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
-            slope=nudged_slope(image[0], image[m], image[m + 1], alike),
+            slope=nudged_slope(image[0], image[m], image[m + 1], alike, like=None if like is None else like.slope),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)) and possible,
             mode_sequence=words[0],
@@ -261,15 +262,30 @@ class ClosingMap:
 
 
 def nudged_slope(
-    image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str], nudge: float = NUDGE
+    image: np.ndarray,
+    above: np.ndarray,
+    below: np.ndarray,
+    words: list[str],
+    nudge: float = NUDGE,
+    like: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself."""
+    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself.
+
+    like: of a neighbour, which tells the side where words do not: those of a further contact, or a motion that grazes
+    """
     here, up, down = words
-    if up == here and down != here:
-        return (above - image) / nudge
-    if down == here and up != here:
-        return (image - below) / nudge
-    return (above - below) / (2.0 * nudge)
+    onward, back = (above - image) / nudge, (image - below) / nudge
+    apart = np.linalg.norm(onward - back) > APART * (np.linalg.norm(onward) + np.linalg.norm(back))
+    if up == here and (down != here or (apart and like is not None and _nearer(onward, back, like))):
+        return onward
+    if down == here and (up != here or (apart and like is not None)):
+        return back
+    return 0.5 * (onward + back)
+
+
+def _nearer(one: np.ndarray, other: np.ndarray, like: np.ndarray) -> bool:
+    """Whether a slope is nearer to a neighbour's than another is."""
+    return bool(np.linalg.norm(one - like) <= np.linalg.norm(other - like))
 
 
 def recorded_with(system: System, path: str) -> System:

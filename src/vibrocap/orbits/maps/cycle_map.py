@@ -124,7 +124,8 @@ class CycleMap(ClosingMap):
         turned = whole_turns(self.system, ends[0, :n] - state)
         monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
         flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
-        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE)
+        near = None if like is None else like.slope[:-1]
+        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE, near)
         above = np.column_stack((monodromy - np.eye(m), flow * self.start_period, slope))
         section = np.append(self.normal, (0.0, 0.0))
         return CycleClosing(
