@@ -220,8 +220,7 @@ class ClosingMap:
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        first = () if map_.equations.hold is None else (map_.equations.contact_state,)
-        at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
+        at_rest = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
         turned = whole_turns(self.system, ends[0, :n] - state)

@@ -97,8 +97,11 @@ class CycleMap(ClosingMap):
         """The period at a point."""
         return float(x[-2]) * self.start_period
 
-    def coarser(self) -> None:
-        return None
+    def coarser(self) -> "CycleMap":
+        """The map over half the period, of which a cycle that has doubled its period is no fixed point."""
+        other = copy.copy(self)
+        other.start_period = 0.5 * self.start_period
+        return other
 
     def finer(self) -> "CycleMap":
         raise ValueError("special should be of a driven system: what leaves a branch of cycles is not followed")
@@ -118,8 +121,7 @@ class CycleMap(ClosingMap):
         ends = ended.state
         image = ends[:, self.unknowns] / sizes
         at_rest = np.zeros(m + 1, dtype=bool)
-        if map_.equations.hold is not None:
-            at_rest[:m] = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        at_rest[:m] = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
         words = self._words(ended, [0, m, m + 1])
         turned = whole_turns(self.system, ends[0, :n] - state)
         monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]

@@ -76,6 +76,12 @@ class StroboscopicMap:
         vars(other).update(vars(self), system=system)
         return other
 
+    @property
+    def resting(self) -> tuple[int, ...]:
+        """Velocities among the states that are exactly zero while their contact, whichever, rests."""
+        first = () if self.equations.hold is None else (self.equations.contact_state,)
+        return (*first, *self.equations.resting)
+
     def parameters(self) -> np.ndarray:
         """Parameter vector of the system."""
         return np.array(parameter_values(self.system))
