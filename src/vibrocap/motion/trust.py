@@ -17,6 +17,8 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 
 RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion may be off, over its natural size
+NOT_SETTLED = "not settled"
+TRAVEL = ("mean_velocity", "drift", "displacement")  # measures with a direction, which the mirror image turns
 FINISHED, NOT_CERTIFIED = (list(Status).index(each) for each in (Status.FINISHED, Status.NOT_CERTIFIED))
 
 
@@ -59,29 +61,36 @@ class Trust:
         return np.where(np.abs(known) <= self.residue, 0.0, np.sign(known))
 
     def differ(self, values: Any) -> bool:
-        """Whether values that are to be trusted differ by more than their residues, so that they have a variance."""
-        known = self.known(values)
-        known = known[~np.isnan(known)]
-        return bool(len(known)) and bool(np.ptp(known) > 2.0 * np.max(self.residue))
+        """Whether all values are to be trusted and differ by more than their residues: whether they have a variance."""
+        return bool(np.all(self.ok)) and bool(np.ptp(values) > 2.0 * np.max(self.residue))
+
+    def doubt(self, run: Any) -> str:
+        """Why the numbers of a run are not to be trusted: its status, or "not settled"; empty where they are."""
+        if self.status[run] != FINISHED:
+            return list(Status)[self.status[run]].value
+        return "" if self.ok[run] else NOT_SETTLED
 
     @property
     def doubts(self) -> dict[str, float]:
         """Share of the runs by the reason why they are not to be trusted; empty where all are."""
-        status, words = np.atleast_1d(self.status), [each.value for each in Status]
-        shares = {words[k]: float(np.mean(status == k)) for k in np.unique(status) if k != FINISHED}
-        if self.settled is not None:
-            waiting = float(np.mean((status == FINISHED) & ~np.atleast_1d(self.settled)))
-            shares |= {"not settled": waiting} if waiting else {}
-        return shares
+        words = [self.doubt(run) for run in np.flatnonzero(~self.ok)]
+        return {word: words.count(word) / len(self.ok) for word in sorted(set(words))}
+
+    def __getitem__(self, chosen: slice) -> "Trust":
+        settled = None if self.settled is None else self.settled[chosen]
+        return Trust(self.status[chosen], settled, self.residue)
 
 
-def travel_residue(system: System, threshold: float) -> float:
-    """How far the mean velocity of a run that settled to a threshold may be from that of the steady motion.
+def residue(system: System, measure: str, threshold: float) -> float:
+    """How far a measure of a run that settled to a threshold may be from that of the steady motion, without units.
 
-    RESIDUE thresholds of the natural size of the coordinate that travels, in one period of the drive.
+    Of travel: RESIDUE thresholds of the natural size of the coordinate that travels, over the period of the drive where
+    it is a speed. Of other measures 0: their natural size is not known.
     """
+    if measure not in TRAVEL:
+        return 0.0
     recording, parameters = equations(system), parameter_values(system)
     sizes = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), dtype=float)
     (period,) = evaluate([recording.period], 0.0, [], 1.0, parameters)
-    along = system.state_names.index(system.cyclic) if system.cyclic is not None else slice(0, 0)
-    return RESIDUE * threshold * float(np.max(sizes[along], initial=0.0)) / float(period)
+    size = sizes[system.state_names.index(system.cyclic)] if system.cyclic is not None else 0.0
+    return RESIDUE * threshold * float(size / period if measure == "mean_velocity" else size)
