@@ -13,7 +13,7 @@ from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_sequence, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.events import IMPACT
+from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
@@ -32,6 +32,7 @@ class Closing:
     turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
+    lifts_off: whether the run, or one beside it, ended as a contact lost its load
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
     """
 
@@ -48,6 +49,7 @@ class Closing:
     turns: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
+    lifts_off: bool = dataclasses.field(default=False, kw_only=True)
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
@@ -240,7 +242,14 @@ class ClosingMap:
             turns=np.append(self.turns, np.inf),
             impacts=impacts[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
+            lifts_off=self.lifts_off(ended),
         )
+
+    def lifts_off(self, ended: RunResults) -> bool:
+        """Whether a run ended as a contact lost its load."""
+        kinds = [BOUNDS[kind] for kind in self.map.equations.bound_kinds]
+        bound = [codes.BEYOND_BOUND + i for i, kind in enumerate(kinds) if kind == LIFT_OFF]
+        return bool(np.any(np.isin(ended.status, bound)))
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""

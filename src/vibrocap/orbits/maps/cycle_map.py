@@ -145,6 +145,7 @@ class CycleMap(ClosingMap):
             turns=np.append(self.turns, (np.inf, np.inf)),
             impacts=self.impacts_of(ended)[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
+            lifts_off=self.lifts_off(ended),
         )
 
     def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:
