@@ -173,6 +173,49 @@ def test_designs_at_a_bound_are_reached(biharmonic):
     assert np.sum(shares[:, 1] == np.round(shares[:, 1])) >= 3
 
 
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
+    """From where another design has settled, or from a start of one's own, that lies beyond a nearer stop."""
+    system = vc.System(
+        vc.RigidStopCapsule(restitution=0.5), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.2, 1.0, second_amplitude=0.5)
+    )
+    over = {"machine.gap": (0.1, 1.0), "drive.frequency": (0.5, 1.5), "drive.second_phase": (0.0, 6.283)}
+    options = {"evaluations": 120, "refinement": 0, "spread_starts": 4, "seed": seed}
+    for starts in (None, [{"displacement": 0.19}]):
+        assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
+
+
+@pytest.mark.slow
+def test_slopes_where_a_reversal_falls_on_the_switch_of_the_drive():
+    """A kink without a change of the mode sequence: the slopes to both sides are those of one-sided differences."""
+    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.25), vc.OnOff(1.2, 0.0, 1.0, 0.4))
+    over = {"drive.duty": (0.1, 0.9), "drive.frequency": (0.3, 2.0), "machine.damping": (0.05, 1.0)}
+    guess = {"drive.duty": 0.21071708, "drive.frequency": 0.99187412, "machine.damping": 0.24770982}
+    system = system.with_parameters({"drive.offset": -0.20338534})
+    found = vc.optimise(system, over, guesses=[guess], evaluations=40, refinement=100, spread_starts=0)
+    motion = found.orbit.motion()
+    assert min(abs(event.time / motion.end - found.design["drive.duty"]) for event in motion.events) < 1e-8
+    assert found.orbit.gradients().kinks == ("reversal",)
+    best, step = system.with_parameters(found.design), 1e-5
+    for path, pair in found.slopes.items():
+        ends = [
+            vc.shoot(best.with_parameters({path: found.design[path] + sign * step}), found.orbit.state).mean_velocity
+            for sign in (-1.0, 1.0)
+        ]
+        sides = (found.value - ends[0]) / step, (ends[1] - found.value) / step
+        assert pair == pytest.approx(sides, rel=2e-3)
+        assert pair[0] > 0.0 > pair[1]
+
+
+def test_a_machine_that_cannot_travel_has_no_best_design():
+    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8))
+    over = {"drive.frequency": (0.6, 1.2), "machine.damping": (0.1, 0.5)}
+    found = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
+    assert found.status is vc.OptimumStatus.NO_TRAVEL
+    assert (found.design, found.value, found.slopes, found.nearest) == (None, None, {}, None)
+    assert "no design travels" in str(found)
+
+
 @pytest.mark.slow
 def test_constraint_that_no_design_fulfils(biharmonic):
     found = optimise(biharmonic, FREQUENCY_AND_PHASE, subject_to="least_reaction > 100", starts=START, evaluations=32)
