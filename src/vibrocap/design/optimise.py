@@ -17,7 +17,7 @@ from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import Trust, travel_residue
+from vibrocap.motion.trust import Trust, residue
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
@@ -303,12 +303,9 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
 def _differ(problem: Problem, every: Population) -> bool:
     """Whether allowed designs travel differently, by more than their runs may still be from the steady motion."""
     allowed = np.flatnonzero(every.best_cost < INFEASIBLE)
-    run, names = (allowed, every.best_start[allowed]), list(Status)
-    residue = travel_residue(problem.system, problem.settle)
-    if problem.goal.measure != "mean_velocity":
-        residue *= problem.system.drive.period
-    trust = Trust(np.full(len(allowed), names.index(Status.FINISHED)), every.settled[run], residue)
-    return trust.differ(every.found[problem.goal.measure][run])
+    run, measure = (allowed, every.best_start[allowed]), problem.goal.measure
+    trust = Trust(every.status[run], every.settled[run], residue(problem.system, measure, problem.settle))
+    return trust[trust.ok].differ(every.found[measure][run][trust.ok])
 
 
 def _optimum(
