@@ -230,6 +230,6 @@ def test_cases_that_are_none():
 def test_an_axis_is_labelled_by_the_part_that_it_belongs_to():
     """Oscillators have a stiffness, too."""
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"])
+    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"], tolerance=1e-8, settle=0)
     assert found["machine.stiffness"].attrs["symbol"] == "rho"
     assert found["machine.stiffness"].attrs["long_name"].startswith("torsional spring")

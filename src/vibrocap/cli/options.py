@@ -19,7 +19,7 @@ from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 from vibrocap.physics.dimensions.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
-PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf", ".tex"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
+PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
 
 
 Settings = Annotated[list[str] | None, Parameter(name="--set")]
@@ -153,13 +153,6 @@ def writable_picture(option: str, path: Path | None) -> None:
     if path is not None:
         writable_file(option, path, PICTURES)
         needs(option, "matplotlib")
-        if path.suffix.lower() == ".tex":
-            from vibrocap.plotting.look.tex import tex_system
-
-            try:
-                tex_system()
-            except ArgumentError as error:
-                raise Refusal(f"{option}: {error.complaint.text}") from None
 
 
 def writable_film(option: str, path: Path | None) -> None:
@@ -198,8 +191,11 @@ def writable_table(option: str, path: Path | None, *packages: str, rows: int = 0
             raise Refusal(f"{option}: {rows:,} rows are more than a sheet of Excel holds; write a .csv or .nc")
 
 
-def writable_folder(option: str, folder: Path) -> None:
-    """Refusal for a folder that cannot be written into, or made."""
+def writable_folder(option: str, folder: Path, *names: str) -> None:
+    """Refusal for a folder that cannot be written into, or made; names: of files in it that are written anew."""
+    for path in (folder / name for name in names):
+        if said := other_place(path):
+            raise Refusal(f"{option}: {str(path)!r} cannot be written: {said}")
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         raise Refusal(f"{option}: {str(there)!r} is a file; give a folder")

@@ -88,7 +88,7 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
 def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     """ArgumentError for a start at which the ground would have to pull at the machine, whatever contacts at rest do.
 
-    time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
+    time: of the drive. A start at which the loads do not follow from the forces is left to the run, which ends there.
     """
     y = tuple(state.values())
     contacts = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))

@@ -66,7 +66,7 @@ def steer(
     out
         a folder for steering.json, schedule.csv and steered.toml, a case that runs the schedule
     plot
-        FILE.png, .svg, .pdf or .tex: position over time with the target and the schedule, and the samples
+        FILE.png, .svg or .pdf: position over time with the target and the schedule, and the samples
     json
         print one JSON object in full precision instead of a table
     """
@@ -86,7 +86,7 @@ def steer(
     if complaints:
         raise Refusal(*complaints)
     if out is not None:
-        writable_folder("--out", out)
+        writable_folder("--out", out, "steering.json", "schedule.csv", "steered.toml")
     writable_picture("--plot", plot)
     arguments = ("tolerance", "within", "least", "hold", "samples", "levels")
     with progress("Looking for a schedule") as report, refusing(*arguments, target="--to", system="CASE"):

@@ -194,7 +194,8 @@ def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
             initial=study.case.initial,
             threads=request.threads,
             progress=lambda done, wanted: report(done / wanted, f"Mapping, {done:,} runs so far"),
-            **{name: value for name, value in study.settings.items() if name != "device"},
+            **{name: value for name, value in study.settings.items() if name not in ("device", "settle")},
+            settle=study.settle or 0.0,
         )
     status = dataset["status"].values
     settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None
@@ -317,7 +318,7 @@ def plot(
     measure
         the measure to draw, or status, settled, response_period [default: the first measure]
     out
-        FILE.png, .svg, .pdf or .tex [default: a .png beside the study, named after it and the measure]
+        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border

@@ -13,7 +13,7 @@ from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.closing.periodic_solution import named_states, state_vector
-from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, default_sections, recurrence
+from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, recurrence, returns_of
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_range, system_at
@@ -186,8 +186,7 @@ def _returns_at_point(
             response[run] = FAILED
             continue
         ends[run] = state_vector(system, motion.state)
-        which = section or next(iter(default_sections(motion)), None)
-        times = np.empty(0) if which is None else which.times(motion)[-kept - 1 :]
+        times = next(returns_of(motion, section), np.empty(0))[-kept - 1 :]
         if len(times) < 2:
             if runs.response_period[run] > 0:  # at rest, or sliding steadily
                 response[run], found[run, 0] = 1, ends[run]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, shown, suggestion
+from vibrocap.arguments import Complaint, listed, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.ranges import values_between
 from vibrocap.studies.plan.runs import Block, Column, Runs
@@ -67,6 +67,8 @@ class Grid(Runs):
 
 def axis_of(path: str, given: Any) -> tuple[Column, list[str]]:
     """The axis that text, a number or a sequence describes, and what is wrong with it."""
+    if isinstance(given, str) and ":" in given and is_kind(path):
+        return Column(path, ()), [Complaint(path, f"should be a list of {listed(kinds_of(path.partition('.')[0]))}")]
     values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
     if not complaints:
         complaints = _row_complaints(path, values)
