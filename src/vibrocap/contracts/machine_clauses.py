@@ -1,7 +1,7 @@
 """The contract of a machine, clause by clause: each takes a machine and says what is wrong, or None."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from vibrocap.contracts.growth import EPSILON, balance, explicit_rates, growth_terms, rounding_of_machine
@@ -225,8 +225,8 @@ def load_made(given: Any) -> str | None:
 
         lift, above, bound = balance(rising, load, machine, t, y, drive, frictions)
         if not abs(above - lift) <= bound:
-            found, made = above + machine.loads()[0], machine.loads()[0] + lift
-            told = f"the load is {found:g}, the mean and the rate of the momentum make {made:g}"
+            mean = machine.loads()[0]
+            told = f"the load is {mean + above:g}, the mean and the rate of the momentum make {mean + lift:g}"
             return f"contacts, vertical_momentum: {told}; they should be equal ({_place(y, drive, frictions)})"
     return None
 
@@ -299,8 +299,7 @@ def _ground(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[flo
 
 def ground_changes(given: Any) -> bool:
     """Whether the ground moves at a speed that changes in time, which `ground_speed` cannot tell."""
-    at = next(_moving(given, 1))[2:]
-    speeds = [_ground(machine, t, *at) for machine, t, *_ in _moving(given, 10)]
+    speeds = [_ground(machine, t, *next(_moving(given, 1))[2:]) for machine, t, *_ in _moving(given, 10)]
     return max(speeds) - min(speeds) > 1e3 * EPSILON * max(1.0, *map(abs, speeds))
 
 
