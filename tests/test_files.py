@@ -13,7 +13,7 @@ import pytest
 from interrupts import heard
 from vibrocap import files
 from vibrocap.cli.main import main
-from vibrocap.files import WriteError, made_folder, replacing, write_text
+from vibrocap.files import WriteError, made_folder, replacing, write_table, write_text
 
 try:
     import resource
@@ -90,6 +90,14 @@ def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
         monkeypatch.setattr(files.os, name, lambda *given, n=name, true=true: (calls.append(n), true(*given))[1])
     write_text(tmp_path / "run.csv", "new")
     assert calls[:2] == ["fsync", "replace"]
+
+
+def test_bytes_of_a_name_that_are_not_utf8_are_written_as_escapes(tmp_path):
+    """Python holds them as half characters, which UTF-8 refuses."""
+    write_text(tmp_path / "a.html", "c\udcff.toml")
+    write_table(tmp_path / "a.csv", ["c\udcff"], [["d\udcfe"]])
+    assert (tmp_path / "a.html").read_bytes() == rb"c\udcff.toml"
+    assert (tmp_path / "a.csv").read_bytes() == b"c\\udcff\nd\\udcfe\n"
 
 
 def test_rights_stay(tmp_path):

@@ -38,6 +38,7 @@ STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
+AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at the end, its drive is asked for
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,8 +165,9 @@ class Trajectory(Result):
         numbers of its segment in the parameter vector are arrays.
         """
         if self.piece_drive_time is not None:
-            start = self.piece_drive_time[index]
-            return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
+            start, length = self.piece_drive_time[index], self.piece_length[index]
+            inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
+            return start + s, parameters_at(self.system, start + inside)
         start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
         begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
         return start - begun + s, parameter_values(self.system)
@@ -181,7 +183,9 @@ class Trajectory(Result):
 
     @functools.cached_property
     def time(self) -> Times:
-        """A uniform grid over the motion, `samples` points per period, both ends included."""
+        """A uniform grid, `samples` points per period, both ends included; empty of a motion that never began."""
+        if not len(self.piece_start):
+            return np.empty(0)
         count = max(1, round(self.samples * (self.end - self.start_time) / self.period))
         return np.linspace(self.start_time, self.end, count + 1)
 
@@ -224,6 +228,10 @@ class Trajectory(Result):
     def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times as an array, the piece of each and the time since its start."""
         t = np.atleast_1d(np.asarray(t, dtype=float))
+        if len(t) and not len(self.piece_start):
+            raise ValueError(
+                f"this motion ended where it began ({self.status.value}): nothing of it is known but its start"
+            )
         if np.any((t < self.start_time - 1e-12 * abs(self.start_time)) | (t > self.end + 1e-12 * abs(self.end))):
             raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")
         index = self.piece_at(t)
@@ -323,7 +331,7 @@ class Trajectory(Result):
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
         points = 0.5 * s[:, None] * (1.0 + nodes)
         powers = self.piece_observables(names or self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
-        return (powers.reshape(-1, *points.shape) @ weights) * 0.5 * s
+        return (powers.reshape(len(powers), *points.shape) @ weights) * 0.5 * s
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
         """States and integrals at times t: array [states + integrals, len(t)]."""
@@ -376,6 +384,7 @@ class Trajectory(Result):
         sides = self.piece_sides[:, contact - 1]
         if not len(self.piece_start):
             return Rows()
+        sides = sides[: len(sides) - (len(sides) > 1 and self.piece_length[-1] == 0.0)]  # that of an event at the end
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

@@ -23,6 +23,7 @@ from vibrocap.numerics.expressions.equations import (
 )
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
+from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
@@ -139,9 +140,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     mechanical = y[: len(placed.states)]
     first, *others = flow.contacts
     observables = {
-        "friction": first.friction,
-        "holding_force": first.held,
-        "contact_velocity": first.contact.velocity,
+        **_contact_observables(flow, 1),
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
@@ -149,12 +148,9 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
     for number, each in enumerate(others, start=2):
-        own = {"friction": each.friction, "contact_velocity": each.contact.velocity}
+        observables |= _contact_observables(flow, number)
         if system.machine.follows_load:
-            own["reaction"] = each.normal
-            if each.contact.sticks:
-                own |= {"holding_limit": each.limit, "holding_centre": each.middle}
-        observables |= {numbered(name, number): value for name, value in own.items()}
+            observables[numbered("reaction", number)] = each.normal
     contact = system.state_names.index(system.machine.contact_states[0])
     balance = Balance(
         momentum=expression(observables["momentum"]),
@@ -165,8 +161,6 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         acceleration=expression(flow.rates[contact]),
         normal=_normal_balance(graph, placed, mechanical, flow),
     )
-    if flow.bounds and first.limit is not None:
-        observables |= {"holding_limit": first.limit, "holding_centre": first.middle}
     reaction = flow.reaction
     if reaction is not None:
         inertia, own, *slopes = reaction
@@ -217,6 +211,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         if flow.loads or reaction is None
         else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
+
+
+def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
+    """What is known of a contact at every instant; what it can hold only where its load may change."""
+    each = flow.contacts[number - 1]
+    own = {"friction": each.friction, "holding_force": each.held, "contact_velocity": each.contact.velocity}
+    if flow.bounds and each.contact.sticks:
+        own |= {"holding_limit": each.limit, "holding_centre": each.middle}
+    return {numbered(name, number): value for name, value in own.items()}
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
@@ -323,11 +326,14 @@ def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[Cont
     found, states = [], system.state_names
     for i, (each, law, name) in enumerate(zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)):
         internal = (states.index(numbered(own, i + 1)) for own in law.internal if own not in law.switched)
+        velocity, kind = expression(each.contact.velocity), system.contact_kinds[i]
+        if kind == "smooth" and no_series_at_rest(velocity, [expression(each.contact.force)]):
+            kind = "kinked"  # so that steps end where it passes rest
         found.append(
             ContactEquations(
-                velocity=expression(each.contact.velocity),
+                velocity=velocity,
                 state=states.index(name),
-                kind=system.contact_kinds[i],
+                kind=kind,
                 hold=None if each.hold is None else expression(each.hold),
                 limit=None if each.limit is None else expression(each.limit),
                 internal=tuple(internal),

@@ -122,6 +122,7 @@ def step_simd(floats, ints, trace, running):
     if SLOWED:
         slow = running & slow_lanes(floats)
     turning = damped  # so near rest that the sign of its velocity counts
+    free = longest
     reach = longest
     if MAYBE_STIFF and SEVERAL:
         rate = load(floats, DECAY_RATE)
@@ -196,7 +197,7 @@ def step_simd(floats, ints, trace, running):
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
-        follow_manifolds(floats, slow, settled, near, far, plain, h)
+        follow_manifolds(floats, slow, settled, near, far, plain, h, where(slow, max(h, free), 0.0))
     move_simd(floats, ints, trace, plain, h, end)
     if SEVERAL or BRANCHES > 0:
         store(floats, EVENT_CONTACT, which)
@@ -265,6 +266,7 @@ def finish_simd(floats, ints, trace, events, turns):
         return
     for lane in range(LANES):
         if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
+            event = 0
             if (events >> lane) & 1:
                 event = 1
                 c = int(floats[EVENT_CONTACT + lane]) if SEVERAL or BRANCHES > 0 else 0
@@ -275,4 +277,4 @@ def finish_simd(floats, ints, trace, events, turns):
                     event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
             if (turns >> lane) & 1 and ints[STATUS + lane] == RUNNING:
-                turn(floats, ints, trace, lane)
+                turn(floats, ints, trace, lane, event, floats[STEP + lane])
