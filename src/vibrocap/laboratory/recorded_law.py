@@ -61,7 +61,7 @@ class RecordedLaw:
             writer = ScalarWriter(self.graph)
             names = ", ".join([writer.name(expression) for expression in expressions])
             source = "\n    ".join(["def values(floats, side, point=0):", *writer.lines, f"return [{names}]"])
-            namespace: dict[str, Any] = {"math": _NUMPY}
+            namespace: dict[str, Any] = {"math": _NUMPY, "max": np.maximum}
             exec(source, namespace)
             self._functions[key] = namespace["values"]
         return self._functions[key]
