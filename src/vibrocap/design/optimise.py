@@ -17,7 +17,7 @@ from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import Trust, travel_residue
+from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
@@ -300,15 +300,13 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
     return problem.space.design(every.shares[k]), why
 
 
-def _differ(problem: Problem, every: Population) -> bool:
-    """Whether allowed designs travel differently, by more than their runs may still be from the steady motion."""
+def _travels(problem: Problem, every: Population) -> bool:
+    """Whether an allowed design travels, by more than its run may still be from the steady motion."""
     allowed = np.flatnonzero(every.best_cost < INFEASIBLE)
-    run, names = (allowed, every.best_start[allowed]), list(Status)
-    residue = travel_residue(problem.system, problem.settle)
-    if problem.goal.measure != "mean_velocity":
-        residue *= problem.system.drive.period
-    trust = Trust(np.full(len(allowed), names.index(Status.FINISHED)), every.settled[run], residue)
-    return trust.differ(every.found[problem.goal.measure][run])
+    run = allowed, every.best_start[allowed]
+    left = residue(problem.system, problem.goal.measure, problem.settle)
+    trust = Trust(np.full(len(allowed), FINISHED), every.settled[run], left)
+    return bool(np.any(trust.direction(every.found[problem.goal.measure][run]) != 0.0))
 
 
 def _optimum(
@@ -317,7 +315,7 @@ def _optimum(
     """The result of a search."""
     goal, starts = problem.goal, tuple(dict(each) for each in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
-    stands = near is not None and goal.travels and not _differ(problem, every)
+    stands = near is not None and goal.travels and not _travels(problem, every)
     if near is None or stands:
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
         status = OptimumStatus.NO_TRAVEL if stands else status

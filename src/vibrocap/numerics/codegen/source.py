@@ -139,7 +139,7 @@ def evidence_source(equations: Equations) -> str:
     """`evidence` of one lane: what `kernel/observe/evidence.py` asks of the equations."""
     zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
     for each in equations.contacts:
-        asked += (each.hold, each.limit) if each.sticks else (zero, zero)
+        asked += [zero if value is None else value for value in (each.hold, each.limit)]
     return stored_source("evidence", equations.graph, asked)
 
 
