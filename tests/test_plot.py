@@ -320,12 +320,26 @@ def test_no_number_of_the_ground_stands_under_an_arrow(uphill):
     for number in range(len(times)):
         scene.show(number)
         arrow = scene.arrow.get_window_extent()
-        for label in scene.numbers.values():
+        for label in scene.numbers:
             if label.get_visible():
                 assert not label.get_window_extent().overlaps(arrow)
             else:
                 hidden += 1
     assert 0 < hidden <= len(times)
+
+
+def test_what_a_film_draws_does_not_grow_with_the_travel():
+    """Of a block that slides on and on: as many numbers of the ground as of one that stays, and the right ones."""
+    system = vc.System(vc.Oscillator(), vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=0.3))
+    near = vc.simulate(system, periods=2)
+    far = vc.simulate(system, periods=2, initial={"position": 1e5})
+    scenes = [Scene(each, np.linspace(0.0, 0.99, 4) * each.end) for each in (near, far)]
+    assert len(scenes[1].numbers) < 200
+    for scene in scenes:
+        scene.show(1)
+        labels = [(each.get_position()[0], each.get_text()) for each in scene.numbers]
+        for place, text in labels:
+            assert float(text) == pytest.approx(place + scene.camera[1], rel=1e-3, abs=1e-9)
 
 
 def test_film_of_a_case_in_si_is_in_seconds():
