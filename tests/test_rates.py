@@ -174,6 +174,6 @@ def test_what_has_no_rates_is_named(tmp_path, capsys):
         assert main(["export", case, "--to", "rates", "--out", str(tmp_path / "new")]) == 2
         assert said in capsys.readouterr().err
     assert main(["export", str(README), "--to", "rates", "--out", str(tmp_path / "new")]) == 0
-    assert "capsule.h, capsule.c, main.c, README.txt" in capsys.readouterr().out
+    assert "capsule.c, capsule.h, main.c, README.txt" in capsys.readouterr().out
     with pytest.raises(ValueError, match="name should be up to 31"):
         rates_files(read_case(README), "Capsule-1")

@@ -99,7 +99,7 @@ def test_samples_and_actions_are_at_whole_multiples_exactly():
     """k h and k h + d to the last bit or so, without a clock that drifts."""
     motion = vc.simulate(servo(sample_time=1e-3, delay=3e-4, drive=vc.Constant(duration=2.0)), periods=4, initial=START)
     times = np.array([event.time for event in motion.events if event.kind == "sample"])
-    expected = np.sort(np.concatenate((np.arange(1, 8000) * 1e-3, np.arange(8000) * 1e-3 + 3e-4)))
+    expected = np.sort(np.concatenate((np.arange(1, 8001) * 1e-3, np.arange(8000) * 1e-3 + 3e-4)))
     assert times == pytest.approx(expected, abs=4e-15)  # four roundings at 8
 
 
