@@ -20,7 +20,6 @@ from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System
 
 EPSILON = sys.float_info.epsilon
@@ -43,7 +42,7 @@ def system_of(part: Any) -> System:
             times = {"sample_time": time, "delay": None if part.delay is None else 0.3 * time}
             part = dataclasses.replace(part, **times)  # type: ignore[type-var]
         return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
-    if isinstance(part, Imposed):
+    if part.imposes_motion:
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
     return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))
 
@@ -118,7 +117,7 @@ def surrounded(machine: Any) -> str | None:
         rest = tuple(v - velocity if i == contact else v for i, v in enumerate(y))
         sides = (0.0, *((side,) * (len(machine.contact_states) - 1)))  # of the others as they are
         rate = float(evaluate([acceleration], t, rest, sides, values)[0])
-        if not abs(rate) <= (1e3 * EPSILON if isinstance(machine, Imposed) else 0.0):
+        if not abs(rate) <= (1e3 * EPSILON if machine.imposes_motion else 0.0):
             return f"rates: on a slope a contact at rest should be held exactly, got an acceleration of {rate:g}"
     return None
 

@@ -150,7 +150,9 @@ class Environment(Part):
         push = total = self.force - drag
         at_rest = self.linear_drag * ground
         push_at_rest = self.force - at_rest
-        if self.has_weight(machine):
+        if self.has_weight(machine) and machine.weighs:
+            powers = (*powers, -machine.gravity[1] * machine.momentum(t, y))
+        elif self.has_weight(machine):
             along, masses = machine.gravity[1], dict(machine.masses())
             own = masses.pop(machine.contact_states[0])
             push, push_at_rest = push - own * along, push_at_rest - own * along

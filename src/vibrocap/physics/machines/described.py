@@ -1,0 +1,400 @@
+"""A machine that says what it is made of: all of the contract of a machine follows (`vibrocap.physics.mechanics`)."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, ClassVar
+
+from vibrocap.physics.bodies import Mechanism, Shape
+from vibrocap.physics.machines.machine import IMPACT, Contact, Machine
+from vibrocap.physics.mechanics.derivation import Derivation
+from vibrocap.physics.mechanics.formulas import Program
+from vibrocap.physics.mechanics.parts import Coordinate, Signal, as_sum
+from vibrocap.physics.mechanics.pictures import filled, mechanism_of, mechanism_results, scene_of
+from vibrocap.physics.mechanics.speeds import TIME, Inputs
+from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, stopped
+from vibrocap.physics.mechanics.sums import Sum, total, written
+from vibrocap.physics.names import numbered
+from vibrocap.physics.parameters import parameter_table
+
+BELT = "belt"  # channel of the energy that supports put in
+NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
+NUMBER = object()  # stands for a parameter that is a number
+SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # states at which a machine is compared with its mirror image
+
+
+class Form:
+    """The mechanics of all machines of a class whose parameters that are no numbers are the same.
+
+    pattern: the parameters in order, NUMBER for each that is one. Programs are derived when they are first asked for.
+    """
+
+    def __init__(self, kind: type["Described"], pattern: tuple, states: tuple[str, ...], level: bool = True):
+        names = [info.name for info in parameter_table(kind)]
+        numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
+        made = object.__new__(kind)
+        signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
+        contacts = len(kind.contact_states) if states else 0
+        self.inputs = Inputs(len(states), contacts, len(numbers), signals)
+        vars(made).update(zip(names, pattern, strict=True))
+        vars(made).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
+        self.kind, self.states = kind, states
+        at = dict(zip(states, self.inputs.states, strict=True))
+        self.derived = Derivation(
+            made.parts,
+            kind.coordinates,
+            self.inputs,
+            kind.gravity if level and states else self.inputs.gravity,
+            at or None,
+            kind.counts,
+            {i: at[name] for name, i in kind.stops.items()} if states else {},
+        )
+        self._programs: dict[str, Program] = {}
+
+    def __call__(self, name: str, inputs: list) -> Any:
+        """What a function of the machine gives, by its name."""
+        if name not in self._programs:
+            self._programs[name] = Program(RESULTS[name](self), self.inputs.count)
+        return self._programs[name](inputs)
+
+    # --- results by name ---------------------------------------------------------------------------------------------
+
+    def rates(self) -> tuple:
+        found = self.derived.rate_results()
+        return tuple(found.get(name, 0.0) for name in self.states)
+
+    def powers(self) -> tuple:
+        drive, damper, support = self.derived.powers()
+        known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
+        return tuple(known[name] for name in self.kind.channels)
+
+    def masses(self) -> Any:
+        return written(total(as_sum(m.mass) for m in self.derived.masses))
+
+    def outcomes(self) -> tuple:
+        """All states after each guard."""
+        number, found = dict(self.kind.stops), []
+        for each in outcomes(self.derived):
+            after = {
+                name: each.get(number.get(name, name), old)
+                for name, old in zip(self.states, self.inputs.states, strict=True)
+            }
+            found.append(tuple(after.values()))
+        return tuple(found)
+
+    def scene(self) -> tuple:
+        self.shapes = scene_of(self.derived)
+        return tuple(each.points for each in self.shapes)
+
+    def mechanism(self) -> Any:
+        self.bodies = mechanism_of(self.derived)
+        return mechanism_results(self.bodies)
+
+
+RESULTS: dict[str, Callable[[Form], Any]] = {
+    "rates": Form.rates,
+    "contacts": lambda form: form.derived.contact_results(),
+    "energy": lambda form: form.derived.energy(),
+    "momentum": lambda form: form.derived.momentum(),
+    "vertical_momentum": lambda form: form.derived.vertical_momentum(),
+    "outer_force": lambda form: form.derived.outer_force(),
+    "wall_force": lambda form: form.derived.wall_force(),
+    "powers": Form.powers,
+    "actuator": lambda form: form.derived.actuators(),
+    "loads": lambda form: form.derived.loads(),
+    "ground_speed": lambda form: form.derived.ground_speed(),
+    "masses": Form.masses,
+    "switches": lambda form: guards(form.derived),
+    "after_switch": Form.outcomes,
+    "bounds": lambda form: ends(form.derived),
+    "room": lambda form: rooms(form.derived),
+    "scene": Form.scene,
+    "mechanism": Form.mechanism,
+}
+
+
+class Kind:
+    """What is the same of all machines of a class: it follows from one in which every part is there that may be."""
+
+    def __init__(self, kind: type["Described"]):
+        table = parameter_table(kind)
+        pattern = tuple(NUMBER if not isinstance(info.default, (str, bool, tuple)) else info.default for info in table)
+        whole = Form(kind, pattern, ()).derived
+        stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
+        self.contact_states = tuple(whole.speeds)
+        self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
+        self.switched = tuple(self.stops)
+        pairs = ((name, whole.rates[name]) for name in whole.names)
+        self.states = (*(name for pair in pairs for name in pair), *self.switched)
+        self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
+        bounces = [stop for _, stop in stops if stop.restitution is not None]
+        self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()
+        moved = any(each.along.slope(TIME) or each.height.slope(TIME) or each.turn.slope(TIME) for each in whole.bodies)
+        moved = moved and not whole.imposes
+        self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
+        self.place = whole.place
+        self.rates = dict(whole.rates)
+        rises = any(m.height.slope(name) for m in whole.masses for name in whole.names)
+        self.gravity = (1.0, 0.0) if rises else None
+
+
+class Derived:
+    """A constant of a class that follows from what its machines are made of; computed when it is first asked for."""
+
+    def __init__(self, value: Callable[[Any, type], Any]):
+        self.value = value
+
+    def __get__(self, instance: Any, owner: type["Described"]) -> Any:
+        return self.value(owner.kind(), owner)
+
+
+class Described(Machine):
+    """A machine that says in `parts` what it is made of, as a function of its coordinates; all else follows.
+
+    A class declares its parameters, its coordinates, `angle = coordinate("theta", "angle of the pendulum", "rad")`, its
+    name and what the drive is (`effort`). With the effort "displacement" or "number" the drive imposes a motion,
+    `q.drive`; along `q.imposed(path)` what this takes is shown as the actuator's.
+    """
+
+    declared: ClassVar[Mapping[str, Any]] = {}
+    weighs: ClassVar[bool] = True
+    states: ClassVar[Any] = Derived(lambda kind, _: kind.states)
+    contact_states: ClassVar[Any] = Derived(lambda kind, _: kind.contact_states)
+    switched: ClassVar[Any] = Derived(lambda kind, _: kind.switched)
+    switch_events: ClassVar[Any] = Derived(lambda kind, _: kind.switch_events)
+    strikes_ground: ClassVar[Any] = Derived(lambda kind, _: kind.strikes_ground)
+    channels: ClassVar[Any] = Derived(lambda kind, _: kind.channels)
+    stops: ClassVar[Any] = Derived(lambda kind, _: kind.stops)
+    place: ClassVar[Any] = Derived(lambda kind, _: kind.place)
+    gravity: ClassVar[Any] = Derived(lambda kind, _: kind.gravity)
+    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(owner.states))
+    cyclic: ClassVar[Any] = Derived(lambda kind, owner: _cyclic(owner))
+    turns: ClassVar[Any] = Derived(
+        lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
+    )
+    state_units: ClassVar[Any] = Derived(
+        lambda kind, owner: {
+            state: unit
+            for name, each in owner.all_coordinates.items()
+            for state, unit in ((name, each.unit), (kind.rates[name], f"{each.unit}/s"))
+        }
+    )
+
+    def __init_subclass__(cls, **given: Any):
+        super().__init_subclass__(**given)
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, (Coordinate, Signal))}
+        cls.declared = {**cls.declared, **own}
+        for name in own:
+            delattr(cls, name)
+        declared = cls.declared.items()
+        cls.signals = {name: each for name, each in declared if isinstance(each, Signal)}
+        cls.counts = {name: each.count for name, each in declared if isinstance(each, Coordinate) and each.count}
+        cls.all_coordinates = {
+            numbered(name, i + 1): each
+            for name, each in declared
+            if isinstance(each, Coordinate)
+            for i in range(each.count or 1)
+        }
+        cls.coordinates = {
+            numbered(name, i + 1): numbered(each.rate or ("velocity" if name == "position" else f"{name}_rate"), i + 1)
+            for name, each in declared
+            if isinstance(each, Coordinate)
+            for i in range(each.count or 1)
+        }
+
+    def parts(self, q: Any) -> Iterable:
+        """What the machine is made of, at coordinates q."""
+        raise NotImplementedError
+
+    @classmethod
+    def kind(cls) -> Kind:
+        """What is the same of all its machines."""
+        if "_kind" not in vars(cls):
+            cls._kind = Kind(cls)
+            cls._forms: dict[tuple, Form] = {}
+        return cls._kind
+
+    # --- evaluation --------------------------------------------------------------------------------------------------
+
+    def _form(self) -> tuple[Form, list]:
+        """Its form, and its numbers."""
+        cls, values = type(self), vars(self)
+        given = [values[info.name] for info in parameter_table(cls)]
+        numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
+        pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
+        level = self.level  # asks for the kind of the class first
+        form = cls._forms.get((pattern, level))
+        if form is None:
+            form = cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
+        return form, numbers
+
+    def _result(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
+        """What the formulas of this name give."""
+        form, numbers = self._form()
+        y = (0.0,) * len(form.states) if y is None else y
+        frictions = (0.0,) * len(self.contact_states) if frictions is None else frictions
+        signals = [value for each in self._signals() for value in _value(each, t)]
+        normal, along = self.gravity or (1.0, 0.0)
+        return form(name, [t, drive, normal, along, *numbers, *y, *frictions, *signals])
+
+    def _signals(self) -> list:
+        """The waveform of each signal, that of the drive first where it imposes a motion."""
+        own = [each.default for each in type(self).signals.values()]
+        return [self.imposed, *own] if self.imposes_motion else own
+
+    # --- what follows ------------------------------------------------------------------------------------------------
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether its equations are their own mirror image, by what they are at two states."""
+        sample = [SAMPLES[i % len(SAMPLES)] for i in range(len(self.states))]
+        try:
+            return all(self._mirrored(sample, touching) for touching in ((0.0, 1.0) if self.switched else (0.0,)))
+        except (ValueError, ZeroDivisionError):  # the mirror image is beyond what the machine can reach
+            return False
+
+    def _mirrored(self, sample: list[float], touching: float) -> bool:
+        y = tuple(touching if name in self.switched else x for name, x in zip(self.states, sample, strict=True))
+        frictions = tuple(0.3 - 0.2 * i for i in range(len(self.contact_states)))
+        found = []
+        for sign, machine in ((1.0, self.driven_by(Sample(1.0))), (-1.0, self.driven_by(Sample(-1.0)))):
+            at = 0.7, tuple(sign * x for x in y), sign * 0.4, tuple(sign * each for each in frictions)
+            loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
+            pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
+            rates = [sign * each for each in machine.rates(*at)]
+            found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
+        return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))
+
+    @property
+    def follows_load(self) -> bool:
+        """Whether the load on a contact follows the motion."""
+        return self._form()[0].derived.moving_loads
+
+    @property
+    def locked(self) -> Mapping[str, tuple[str, ...]]:  # type: ignore[override]
+        """At a rigid stop the coordinate and its speed stay as they are."""
+        derived = self._form()[0].derived
+        held = {name: derived.stops[i] for name, i in self.stops.items() if derived.stops[i].rigid}
+        names = {name: stopped(derived, stop) for name, stop in held.items()}
+        return {name: (each, derived.rates[each]) for name, each in names.items()}
+
+    @property
+    def bound_kinds(self) -> tuple[str, ...]:  # type: ignore[override]
+        """A run ends at each stop that is neither elastic nor rigid."""
+        ends = [stop for stop in self._form()[0].derived.stops if not stop.switches]
+        return tuple("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+
+    def ground_speed(self):
+        """Speed at which the ground moves under the first contact."""
+        return self._result("ground_speed")
+
+    def masses(self) -> Mapping[str, Any]:
+        """The mass of all."""
+        return {self.contact_states[0]: self._result("masses")}
+
+    def loads(self) -> tuple:
+        """Load on each contact, or the one at rest."""
+        return self._result("loads")
+
+    def contacts(self, t, y, drive) -> tuple[Contact, ...]:
+        """Its contacts."""
+        return tuple(Contact(*each) for each in self._result("contacts", t, y, drive))
+
+    def vertical_momentum(self, t, y) -> Any:
+        """Momentum normal to the ground of what stands on the one contact."""
+        return self._result("vertical_momentum", t, y)
+
+    def rates(self, t, y, drive, frictions) -> tuple:
+        """y'."""
+        return self._result("rates", t, y, drive, frictions)
+
+    def switches(self, t, y, drive, frictions) -> tuple:
+        """Of each stop: it is reached in front, left, reached behind."""
+        return self._result("switches", t, y, drive, frictions)
+
+    def after_switch(self, which, t, y, drive, frictions) -> tuple:
+        """All states after a stop is reached or left."""
+        return self._result("after_switch", t, y, drive, frictions)[which]
+
+    def bounds(self, t, y) -> tuple:
+        """Ways to the stops at which a run ends."""
+        return self._result("bounds", t, y)
+
+    def room(self) -> Mapping[str, tuple[Any, Any]]:
+        """Between the stops that no motion passes."""
+        return {name: (low, high) for name, low, high in self._result("room")}
+
+    def energy(self, t, y):
+        """Kinetic and potential energy, but for that of the weight along a slope."""
+        return self._result("energy", t, y)
+
+    def momentum(self, t, y):
+        """Momentum along the line of sliding."""
+        return self._result("momentum", t, y)
+
+    def outer_force(self, t, y, drive):
+        """Force from outside along the line of sliding, its weight on a slope included."""
+        return self._result("outer_force", t, y, drive)
+
+    def wall_force(self, t, y, drive, frictions):
+        """Force of a rigid stop on the ground that is touched."""
+        return self._result("wall_force", t, y, drive, frictions)
+
+    def powers(self, t, y, drive, frictions) -> tuple:
+        """Power through each channel."""
+        return self._result("powers", t, y, drive, frictions)
+
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
+        """The force along each imposed coordinate, and the power of all."""
+        if not self.imposes_motion or not (found := self._result("actuator", t, y, 0.0, frictions)):
+            return {}
+        name = "actuator_torque" if self.effort == "number" else "actuator_force"
+        named = {numbered(name, i): force for i, force in enumerate(found[:-1], start=1)}
+        return {**named, "actuator_power": found[-1]}
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """Its bodies and joints, where programs of rigid bodies have them."""
+        results = self._result("mechanism", t, y)
+        bodies = self._form()[0].bodies
+        return None if bodies is None else filled(bodies, results)
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """A box for each body that rubs, a disc for each other one, and what joins them."""
+        results = self._result("scene", t, y)
+        shapes = self._form()[0].shapes
+        return tuple(dataclasses.replace(each, points=points) for each, points in zip(shapes, results, strict=True))
+
+
+class Sample:
+    """A motion that a drive may impose, or its mirror image."""
+
+    def __init__(self, sign: float):
+        self.sign = sign
+
+    def value(self, t):
+        """z."""
+        return self.sign * 0.31
+
+    def slope(self, t):
+        """z'."""
+        return self.sign * 0.23
+
+    def curvature(self, t):
+        """z''."""
+        return self.sign * -0.17
+
+
+def _value(signal: Any, t: Any) -> tuple:
+    """(value, slope, curvature) of a waveform; 0 of none."""
+    return (0.0, 0.0, 0.0) if signal is None else (signal.value(t), signal.slope(t), signal.curvature(t))
+
+
+def _cyclic(kind: type[Described]) -> str | None:
+    """The place of the first contact, where nothing depends on it."""
+    whole = kind.kind()
+    table = parameter_table(kind)
+    pattern = tuple(NUMBER if not isinstance(info.default, (str, bool, tuple)) else info.default for info in table)
+    form = Form(kind, pattern, kind.states)
+    place = form.states.index(whole.place)
+    names = ("rates", "energy", "contacts", "switches", "bounds")
+    at = 4 + len(form.inputs.parameters) + place
+    return None if any(at in Program(RESULTS[name](form), form.inputs.count).inputs for name in names) else whole.place
