@@ -130,6 +130,13 @@ class Environment(Part):
         strength = machine.gravity[0] if self.gravity is None else self.gravity
         return machine.tilted(strength * cos(self.inclination), strength * sin(self.inclination))
 
+    def push_at_rest(self, machine: Any):
+        """Force on the body of the first contact along the line, besides friction, while it rests; weight included."""
+        push = self.force - self.linear_drag * machine.ground_speed()
+        if not self.has_weight(machine):
+            return push
+        return push - machine.masses()[machine.contact_states[0]] * machine.gravity[1]
+
     def drag(self, velocity, side):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
         linear = _towards(self.linear_drag, self.linear_drag_back, side)

@@ -4,15 +4,17 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
+from pydantic.dataclasses import is_pydantic_dataclass
+
 from vibrocap.physics.bodies import Mechanism, Shape
 from vibrocap.physics.machines.machine import IMPACT, Contact, Machine
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
-from vibrocap.physics.mechanics.parts import Coordinate, Signal, as_sum
+from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.pictures import filled, mechanism_of, mechanism_results, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, stopped
-from vibrocap.physics.mechanics.sums import Sum, total, written
+from vibrocap.physics.mechanics.sums import Sum
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 
@@ -22,6 +24,17 @@ NUMBER = object()  # stands for a parameter that is a number
 SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # states at which a machine is compared with its mirror image
 
 
+def table(kind: type) -> tuple:
+    """The parameters of a class, or of the last one above it that declares any."""
+    return parameter_table(next(each for each in kind.__mro__ if is_pydantic_dataclass(each)))
+
+
+def whole_pattern(kind: type) -> tuple:
+    """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
+    values = (info.default for info in table(kind))
+    return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
+
+
 class Form:
     """The mechanics of all machines of a class whose parameters that are no numbers are the same.
 
@@ -29,11 +42,11 @@ class Form:
     """
 
     def __init__(self, kind: type["Described"], pattern: tuple, states: tuple[str, ...], level: bool = True):
-        names = [info.name for info in parameter_table(kind)]
+        names = [info.name for info in table(kind)]
         numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
         made = object.__new__(kind)
         signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
-        contacts = len(kind.contact_states) if states else 0
+        contacts = len(kind.kind().contact_states) if states else 0
         self.inputs = Inputs(len(states), contacts, len(numbers), signals)
         vars(made).update(zip(names, pattern, strict=True))
         vars(made).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
@@ -52,9 +65,13 @@ class Form:
 
     def __call__(self, name: str, inputs: list) -> Any:
         """What a function of the machine gives, by its name."""
+        return self.program(name)(inputs)
+
+    def program(self, name: str) -> Program:
+        """The program of a function."""
         if name not in self._programs:
             self._programs[name] = Program(RESULTS[name](self), self.inputs.count)
-        return self._programs[name](inputs)
+        return self._programs[name]
 
     # --- results by name ---------------------------------------------------------------------------------------------
 
@@ -65,10 +82,7 @@ class Form:
     def powers(self) -> tuple:
         drive, damper, support = self.derived.powers()
         known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
-        return tuple(known[name] for name in self.kind.channels)
-
-    def masses(self) -> Any:
-        return written(total(as_sum(m.mass) for m in self.derived.masses))
+        return tuple(known[name] for name in self.kind.kind().channels)
 
     def outcomes(self) -> tuple:
         """All states after each guard."""
@@ -94,7 +108,7 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "rates": Form.rates,
     "contacts": lambda form: form.derived.contact_results(),
     "energy": lambda form: form.derived.energy(),
-    "momentum": lambda form: form.derived.momentum(),
+    "momentum": lambda form: form.derived.common_momentum(),
     "vertical_momentum": lambda form: form.derived.vertical_momentum(),
     "outer_force": lambda form: form.derived.outer_force(),
     "wall_force": lambda form: form.derived.wall_force(),
@@ -102,7 +116,7 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "actuator": lambda form: form.derived.actuators(),
     "loads": lambda form: form.derived.loads(),
     "ground_speed": lambda form: form.derived.ground_speed(),
-    "masses": Form.masses,
+    "masses": lambda form: form.derived.weighing(),
     "switches": lambda form: guards(form.derived),
     "after_switch": Form.outcomes,
     "bounds": lambda form: ends(form.derived),
@@ -116,8 +130,7 @@ class Kind:
     """What is the same of all machines of a class: it follows from one in which every part is there that may be."""
 
     def __init__(self, kind: type["Described"]):
-        table = parameter_table(kind)
-        pattern = tuple(NUMBER if not isinstance(info.default, (str, bool, tuple)) else info.default for info in table)
+        pattern = whole_pattern(kind)
         whole = Form(kind, pattern, ()).derived
         stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
         self.contact_states = tuple(whole.speeds)
@@ -218,7 +231,7 @@ class Described(Machine):
     def _form(self) -> tuple[Form, list]:
         """Its form, and its numbers."""
         cls, values = type(self), vars(self)
-        given = [values[info.name] for info in parameter_table(cls)]
+        given = [values[info.name] for info in table(cls)]
         numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
         pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
         level = self.level  # asks for the kind of the class first
@@ -230,11 +243,16 @@ class Described(Machine):
     def _result(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
         """What the formulas of this name give."""
         form, numbers = self._form()
-        y = (0.0,) * len(form.states) if y is None else y
-        frictions = (0.0,) * len(self.contact_states) if frictions is None else frictions
-        signals = [value for each in self._signals() for value in _value(each, t)]
-        normal, along = self.gravity or (1.0, 0.0)
-        return form(name, [t, drive, normal, along, *numbers, *y, *frictions, *signals])
+        program, contacts = form.program(name), len(form.derived.speeds)
+        normal, along = self.gravity or (0.0, 0.0)
+        inputs = [t, drive, normal, along, *numbers]
+        inputs += (0.0,) * len(form.states) if y is None else y
+        inputs += (0.0,) * contacts if frictions is None else frictions
+        for waveform in self._signals():  # asked for no more than the formulas need
+            for quantity in ("value", "slope", "curvature"):
+                needed = waveform is not None and len(inputs) in program.inputs
+                inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
+        return program(inputs)
 
     def _signals(self) -> list:
         """The waveform of each signal, that of the drive first where it imposes a motion."""
@@ -288,8 +306,8 @@ class Described(Machine):
         return self._result("ground_speed")
 
     def masses(self) -> Mapping[str, Any]:
-        """The mass of all."""
-        return {self.contact_states[0]: self._result("masses")}
+        """The mass whose weight pulls along each contact, on a slope."""
+        return dict(zip(dict.fromkeys(self.contact_states), self._result("masses"), strict=True))
 
     def loads(self) -> tuple:
         """Load on each contact, or the one at rest."""
@@ -383,17 +401,10 @@ class Sample:
         return self.sign * -0.17
 
 
-def _value(signal: Any, t: Any) -> tuple:
-    """(value, slope, curvature) of a waveform; 0 of none."""
-    return (0.0, 0.0, 0.0) if signal is None else (signal.value(t), signal.slope(t), signal.curvature(t))
-
-
 def _cyclic(kind: type[Described]) -> str | None:
     """The place of the first contact, where nothing depends on it."""
     whole = kind.kind()
-    table = parameter_table(kind)
-    pattern = tuple(NUMBER if not isinstance(info.default, (str, bool, tuple)) else info.default for info in table)
-    form = Form(kind, pattern, kind.states)
+    form = Form(kind, whole_pattern(kind), kind.states)
     place = form.states.index(whole.place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     at = 4 + len(form.inputs.parameters) + place

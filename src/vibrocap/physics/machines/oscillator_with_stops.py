@@ -28,7 +28,7 @@ class OscillatorWithStops(Oscillator):
 
     the force W with which the wall then pushes back (`wall_force`). While the block is at rest the wall takes all of
     that force and friction none: how they share it is open, the motion is not, as friction would hold what is left.
-    On a running belt friction slides at the wall. With `stop_stiffness` the stops are springs (`ElasticStops`), whose
+    On a running belt friction slides at the wall. With `stop_stiffness` the stops are springs (`Stop`), whose
     force counts as one from outside.
 
     Units: any consistent ones, see `Oscillator`.

@@ -29,7 +29,7 @@ EndOrRestitution = Annotated[
 
 
 def elastic_stop(machine: Any, stretch: Any, **more: Any) -> Stop:
-    """The elastic stops of a machine that has their parameters, see `ElasticStops`."""
+    """The elastic stops of a machine that has their parameters, see `Stop`."""
     return Stop(
         stretch,
         machine.gap,

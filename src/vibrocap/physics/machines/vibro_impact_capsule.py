@@ -18,7 +18,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     With actuation = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch,
     Pavlovskaia and Yu (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, force in P_f,
     nu = 2 xi and lambda = gamma. A stop may have a damper too, which acts while it is touched, and the stop behind a
-    spring and a damper of its own (`ElasticStops`).
+    spring and a damper of its own (`Stop`).
     """
 
     mass_ratio: Positive = parameter(

@@ -21,7 +21,7 @@ from vibrocap.physics.mechanics.formulas import add, mul, sub
 from vibrocap.physics.mechanics.parts import Contact, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
-from vibrocap.physics.mechanics.stops import elastic_stops, stopped
+from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
 from vibrocap.physics.mechanics.sums import Sum, back_substituted, eliminate, total, written
 
 
@@ -48,7 +48,7 @@ class Derivation(Motion):
             force = force - as_sum(damper.damping) * (stretch.rate * stretch.slope(i))
         for _, stop, touching in self.switching:
             if stop.elastic and (slope := stop.way.slope(i)):
-                force = force - elastic_stops(stop).force(stop.way.value, stop.way.rate, touching) * slope
+                force = force - elastic_force(stop, touching) * slope
         return force
 
     @property
@@ -87,7 +87,7 @@ class Derivation(Motion):
         free = Sum.of(1.0)
         for _, stop, touching in self.switching:
             if stop.rigid and stopped(self, stop) == name:
-                free = free - touching * touching
+                free = free - Sum.of(touching * touching)
         return free
 
     @functools.cached_property
@@ -251,7 +251,7 @@ class Derivation(Motion):
                 force = -written(self.push(name))
                 for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
                     force = add(friction, force) if speed == self.rates[name] else force
-                found = add(found, mul(written(touching * touching), force))
+                found = add(found, mul(touching * touching, force))
         return found
 
     def energy(self) -> Any:
@@ -270,22 +270,27 @@ class Derivation(Motion):
             found = found + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
         for _, stop, touching in self.switching:
             if stop.elastic:
-                found = found + elastic_stops(stop).energy(stop.way.value, touching)
+                found = found + total(0.5 * k * (pressed * pressed) for _, pressed, k, _ in springs(stop, touching))
         return written(found + total(Quantity.of(p.energy).value for p in self.potentials))
 
-    def momentum(self) -> Any:
+    def momentum(self, i: Direction) -> Sum:
+        """Momentum along a direction."""
+        return total(
+            as_sum(m.mass) * (m.along.slope(i) * m.along.rate + m.height.slope(i) * m.height.rate)
+            + as_sum(m.inertia) * (m.turn.slope(i) * m.turn.rate)
+            for m in self.masses
+        )
+
+    def common_momentum(self) -> Any:
         """Momentum along the speeds of all contacts together: of all that moves over one ground the common one."""
         if self.imposes:
             (name,) = self.names
             return written(self.inertia(name, name) * self.speed[name])
-        return written(
-            total(
-                as_sum(m.mass) * (m.along.slope(i) * m.along.rate + m.height.slope(i) * m.height.rate)
-                + as_sum(m.inertia) * (m.turn.slope(i) * m.turn.rate)
-                for m in self.masses
-                for i in self.rubbing
-            )
-        )
+        return written(total(map(self.momentum, self.rubbing)))
+
+    def weighing(self) -> tuple:
+        """Of each contact's speed the mass whose weight along a slope pulls there."""
+        return tuple(written(total(as_sum(m.mass) * m.along.slope(i) for m in self.masses)) for i in self.rubbing)
 
     def outer_force(self) -> Any:
         """The force along the same, but for friction and rigid stops."""
@@ -313,8 +318,9 @@ class Derivation(Motion):
             as_sum(d.damping) * (Quantity.of(d.stretch).rate * Quantity.of(d.stretch).rate) for d in self.dampers
         )
         for _, stop, touching in self.switching:
-            taken = elastic_stops(stop).damper_power(stop.way.rate, touching) if stop.elastic else None
-            lost = lost if taken is None else lost + taken
+            if stop.elastic:
+                rate = stop.way.rate
+                lost = lost - total(c * closed * (rate * rate) for closed, _, _, c in springs(stop, touching))
         return written(driven), written(lost), self._along(TIME)
 
     def _along(self, direction: Direction) -> Any:

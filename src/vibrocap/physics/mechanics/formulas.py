@@ -32,28 +32,28 @@ class Formula:
         return self.index < other.index
 
     def __add__(self, other):
-        return add(self, other)
+        return add(self, other) if isinstance(other, SCALARS) else NotImplemented
 
     def __radd__(self, other):
-        return add(other, self)
+        return add(other, self) if isinstance(other, SCALARS) else NotImplemented
 
     def __sub__(self, other):
-        return sub(self, other)
+        return sub(self, other) if isinstance(other, SCALARS) else NotImplemented
 
     def __rsub__(self, other):
-        return sub(other, self)
+        return sub(other, self) if isinstance(other, SCALARS) else NotImplemented
 
     def __mul__(self, other):
-        return mul(self, other)
+        return mul(self, other) if isinstance(other, SCALARS) else NotImplemented
 
     def __rmul__(self, other):
-        return mul(other, self)
+        return mul(other, self) if isinstance(other, SCALARS) else NotImplemented
 
     def __truediv__(self, other):
-        return div(self, other)
+        return div(self, other) if isinstance(other, SCALARS) else NotImplemented
 
     def __rtruediv__(self, other):
-        return div(other, self)
+        return div(other, self) if isinstance(other, SCALARS) else NotImplemented
 
     def __neg__(self):
         return self.operands[0] if self.op == "neg" else self.tape.formula("neg", self)
@@ -106,6 +106,9 @@ def mul(a: Any, b: Any) -> Any:
 def div(a: Any, b: Any) -> Any:
     """a/b; nothing is recorded for a zero over it and for a one under it."""
     return 0.0 if is_number(a, 0) else a if is_number(b, 1) else _binary("div", a, b)
+
+
+SCALARS = (Formula, int, float)
 
 
 class Tape:

@@ -163,7 +163,7 @@ class Stop:
     """Stops of a stretch s, in front at s = gap and, where it is given, behind at s = -back_gap.
 
     stiffness: of an elastic stop, a spring without mass that is touched and left where it carries nothing; damping: of
-        the damper beside it; those of the stop behind, where they differ (`ElasticStops`)
+        the damper beside it; those of the stop behind, where they differ (`Stop`)
     restitution: e of a rigid one, s' := -e s'; of neither, the run ends at the stop, as "stop reached"
     between: two bodies in place of a stretch, the second in front of the first; None, or a support: the ground, which
         takes the impulse

@@ -90,9 +90,9 @@ class Motion:
         )
 
     @property
-    def switching(self) -> Iterator[tuple[int, Stop, Sum]]:
+    def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
         """Stops that are touched and left: number, stop and state: 1 in front, -1 behind, 0 where it is not touched."""
-        return ((i, self.stops[i], Sum.of(each)) for i, each in self.touching.items() if self.stops[i].switches)
+        return ((i, self.stops[i], each) for i, each in self.touching.items() if self.stops[i].switches)
 
     def _space(self, places, slopes, rates, curvatures) -> SimpleNamespace:
         """What `parts` is given."""

@@ -5,7 +5,6 @@ that all speeds jump by M^-1 times it, unless the ground takes it; friction is f
 that is pushed against a stop stays there, s' = 0, until the stop would have to pull.
 """
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.mechanics.formulas import add, div, mul, sub
 from vibrocap.physics.mechanics.parts import MechanicsError, Stop, as_sum
-from vibrocap.physics.mechanics.sums import Sum, solved, written
+from vibrocap.physics.mechanics.sums import Sum, named, solved, total, written
 
 LEAST_PULL = 1e-12  # of the force of a stop: with this acceleration a body leaves it, so that the way is no rounding
 
@@ -31,89 +30,30 @@ def which_stop(touching):
     return 0.5 * touching * (touching + 1.0), 0.5 * touching * (touching - 1.0)
 
 
-@dataclasses.dataclass(frozen=True)
-class ElasticStops:
-    """A spring without mass, and where it has one a damper beside it, at a way gap in front, and at back_gap behind.
+def springs(stop: Stop, touching: Any) -> list[tuple]:
+    """(1 while it is touched, how far it is pressed, stiffness, damping) of the springs of an elastic stop.
 
-    They are touched and left where their springs carry nothing:
+    A spring without mass, and where it has one a damper beside it, is touched and left where it carries nothing,
 
-        F = k_s (z - gap) + c_s z'   in front,     F = k_b (z + back_gap) + c_b z'   behind
+        F = k (s - gap) + c s'   in front,     F = k_b (s + back_gap) + c_b s'   behind
 
-    A damper therefore pulls, by at most c_s |z'|, just before the mass leaves. What is None is not there; behind, the
-    spring and the damper are then those in front.
+    so that a damper pulls, by at most c |s'|, just before the mass leaves. Stops that are alike are one spring.
     """
-
-    gap: Any
-    back_gap: Any
-    stiffness: Any
-    back_stiffness: Any = None
-    damping: Any = None
-    back_damping: Any = None
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether there are two that are alike."""
-        alike = self.back_stiffness in (None, self.stiffness) and self.back_damping in (None, self.damping or 0.0)
-        return self.back_gap == self.gap and alike
-
-    def _closed(self, touching):
-        return (touching, 0.0) if self.back_gap is None else which_stop(touching)
-
-    def _pressed(self, z, touching):
-        """(way into the stop in front, into the one behind: negative); the latter None where there is none."""
-        front, back = self._closed(touching)
-        return front * (z - self.gap), None if self.back_gap is None else back * (z + self.back_gap)
-
-    def _damping(self, touching):
-        """c of the stop that is touched; None where neither has a damper."""
-        front, back = self._closed(touching)
-        if self.back_gap is None or self.back_damping is None:
-            return None if self.damping is None else (front + back) * self.damping
-        return back * self.back_damping if self.damping is None else front * self.damping + back * self.back_damping
-
-    def force(self, z, rate, touching):
-        """F."""
-        front, back = self._pressed(z, touching)
-        if back is None or self.back_stiffness is None:
-            force = self.stiffness * (front if back is None else front + back)
-        else:
-            force = self.stiffness * front + self.back_stiffness * back
-        damping = self._damping(touching)
-        return force if damping is None else force + damping * rate
-
-    def energy(self, z, touching):
-        """Stored in the spring that is touched."""
-        front, back = self._pressed(z, touching)
-        if back is None or self.back_stiffness is None:
-            pressed = front if back is None else front + back
-            return 0.5 * self.stiffness * (pressed * pressed)
-        return 0.5 * (self.stiffness * (front * front) + self.back_stiffness * (back * back))
-
-    def damper_power(self, rate, touching):
-        """What the damper of the stop that is touched takes, <= 0; None where neither has one."""
-        damping = self._damping(touching)
-        return None if damping is None else -damping * rate * rate
-
-    def guards(self, z, touching, width, back_width):
-        """Positive while it lasts: the front stop is reached, a stop is left, the one behind is reached.
-
-        width, back_width: natural sizes of the ways to the stops
-        """
-        front, back = self._closed(touching)
-        reaches = front + back + (1.0 - front - back) * (self.gap - z) / width
-        if self.back_gap is None:
-            return reaches, 1.0 - front + front * (z - self.gap) / width
-        leaves = 1.0 - front - back + front * (z - self.gap) / width - back * (z + self.back_gap) / back_width
-        return reaches, leaves, front + back + (1.0 - front - back) * (z + self.back_gap) / back_width
+    way, k, c = stop.way.value, as_sum(stop.stiffness), as_sum(stop.damping or 0.0)
+    if stop.back_gap is None:
+        return [(touching, named(touching * (way - as_sum(stop.gap))), k, c)]
+    front, back = which_stop(touching)
+    pressed, pressed_back = named(front * (way - as_sum(stop.gap))), named(back * (way + as_sum(stop.back_gap)))
+    if stop.back_stiffness is None and stop.back_damping is None:
+        return [(front + back, named(pressed + pressed_back), k, c)]
+    k_back = k if stop.back_stiffness is None else as_sum(stop.back_stiffness)
+    c_back = c if stop.back_damping is None else as_sum(stop.back_damping)
+    return [(front, pressed, k, c), (back, pressed_back, k_back, c_back)]
 
 
-# --- stops of a machine that is described ----------------------------------------------------------------------------
-
-
-def elastic_stops(stop: Stop) -> ElasticStops:
-    """The springs and dampers of a stop."""
-    numbers = stop.gap, stop.back_gap, stop.stiffness, stop.back_stiffness, stop.damping, stop.back_damping
-    return ElasticStops(*(None if each is None else as_sum(each) for each in numbers))
+def elastic_force(stop: Stop, touching: Any) -> Sum:
+    """F of an elastic stop."""
+    return total(k * pressed + c * closed * stop.way.rate for closed, pressed, k, c in springs(stop, touching))
 
 
 def sizes(stop: Stop) -> tuple[Sum, Sum]:
@@ -161,7 +101,11 @@ def guards(motion: Any) -> tuple:
     for _, stop, touching in motion.switching:
         way, (size, back_size), gap = stop.way, sizes(stop), as_sum(stop.gap)
         if stop.elastic:
-            found += [written(each) for each in elastic_stops(stop).guards(way.value, touching, size, back_size)]
+            front, back = (touching, 0.0) if stop.back_gap is None else which_stop(touching)
+            open_, ahead = 1.0 - front - back, (way.value - gap) / size
+            behind = Sum() if stop.back_gap is None else (way.value + as_sum(stop.back_gap)) / back_size
+            found += [written(front + back - open_ * ahead), written(open_ + front * ahead - back * behind)]
+            found += [] if stop.back_gap is None else [written(front + back + open_ * behind)]
             continue
         free = 1.0 - touching * touching
         found += [written(1.0 - free + free * ((gap - way.value) / size)), _pressed(motion, stop, touching)]
@@ -196,18 +140,16 @@ def _at_rest(motion: Any, stop: Stop, touching: Sum) -> Mapping[str, Any]:
 
 
 def _moved(motion: Any, stop: Stop, way: Any, rate: Any) -> dict[str, Any]:
-    """Coordinates and speeds once the stretch of a stop has this value and this rate: the blow acts along its slope."""
-    name = stopped(motion, stop)
-    found = dict(motion.states)
-    others = [each for each in motion.names if each != name]
-    jump = rate - stop.way.rate
+    """All states once the stretch of a stop has this value and this rate; all other momenta stay, but at the ground."""
+    name, speeds = stopped(motion, stop), motion.rates
+    after = {name: Sum.of(way) + (motion.states[name] - stop.way.value)}
+    after[speeds[name]] = motion.speed[name] + (rate - stop.way.rate)
+    found = {**motion.states, **after}
     if not stop.on_ground:
-        rows = [[*(motion.inertia(i, j) for j in others), -(motion.inertia(i, name) * jump)] for i in others]
+        still, others = motion.at(found), [each for each in motion.names if each != name]
+        rows = [[*(still.inertia(i, j) for j in others), motion.momentum(i) - still.momentum(i)] for i in others]
         for each, (change,) in zip(others, solved(rows, len(others)), strict=True):
-            found[motion.rates[each]] = Sum.of(add(written(found[motion.rates[each]]), change))
-    value = motion.states[name]
-    found[name] = Sum.of(way) + (value - stop.way.value)
-    found[motion.rates[name]] = Sum.of(motion.speed[name]) + jump
+            found[speeds[each]] = Sum.of(add(written(found[speeds[each]]), change))
     return found
 
 

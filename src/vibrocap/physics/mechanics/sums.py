@@ -119,6 +119,11 @@ class Sum:
         return self._function("atan")
 
 
+def named(x: Any) -> Sum:
+    """A sum as one atom, which is not multiplied out."""
+    return Sum.of(written(x))
+
+
 def total(items: Iterable[Any]) -> Sum:
     """The sum of all."""
     return sum(items, start=Sum())
