@@ -1,6 +1,7 @@
 """A machine that says what it is made of: all of the contract of a machine follows (`vibrocap.physics.mechanics`)."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
@@ -226,6 +227,14 @@ class Described(Machine):
             cls._forms: dict[tuple, Form] = {}
         return cls._kind
 
+    @classmethod
+    def form(cls, pattern: tuple, level: bool = True) -> Form:
+        """The form of its machines with these parameters that are no numbers."""
+        cls.kind()
+        if (pattern, level) not in cls._forms:
+            cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
+        return cls._forms[pattern, level]
+
     # --- evaluation --------------------------------------------------------------------------------------------------
 
     def _form(self) -> tuple[Form, list]:
@@ -234,11 +243,7 @@ class Described(Machine):
         given = [values[info.name] for info in table(cls)]
         numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
         pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
-        level = self.level  # asks for the kind of the class first
-        form = cls._forms.get((pattern, level))
-        if form is None:
-            form = cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
-        return form, numbers
+        return cls.form(pattern, self.level), numbers
 
     def _result(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
         """What the formulas of this name give."""
@@ -263,24 +268,8 @@ class Described(Machine):
 
     @property
     def symmetric(self) -> bool:
-        """Whether its equations are their own mirror image, by what they are at two states."""
-        sample = [SAMPLES[i % len(SAMPLES)] for i in range(len(self.states))]
-        try:
-            return all(self._mirrored(sample, touching) for touching in ((0.0, 1.0) if self.switched else (0.0,)))
-        except (ValueError, ZeroDivisionError):  # the mirror image is beyond what the machine can reach
-            return False
-
-    def _mirrored(self, sample: list[float], touching: float) -> bool:
-        y = tuple(touching if name in self.switched else x for name, x in zip(self.states, sample, strict=True))
-        frictions = tuple(0.3 - 0.2 * i for i in range(len(self.contact_states)))
-        found = []
-        for sign, machine in ((1.0, self.driven_by(Sample(1.0))), (-1.0, self.driven_by(Sample(-1.0)))):
-            at = 0.7, tuple(sign * x for x in y), sign * 0.4, tuple(sign * each for each in frictions)
-            loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
-            pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
-            rates = [sign * each for each in machine.rates(*at)]
-            found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
-        return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))
+        """Whether its equations are their own mirror image."""
+        return _symmetric(self)
 
     @property
     def follows_load(self) -> bool:
@@ -403,9 +392,30 @@ class Sample:
 
 def _cyclic(kind: type[Described]) -> str | None:
     """The place of the first contact, where nothing depends on it."""
-    whole = kind.kind()
-    form = Form(kind, whole_pattern(kind), kind.states)
-    place = form.states.index(whole.place)
+    form, place = kind.form(whole_pattern(kind)), kind.kind().place
+    at = 4 + len(form.inputs.parameters) + form.states.index(place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
-    at = 4 + len(form.inputs.parameters) + place
-    return None if any(at in Program(RESULTS[name](form), form.inputs.count).inputs for name in names) else whole.place
+    return None if any(at in form.program(name).inputs for name in names) else place
+
+
+@functools.lru_cache(maxsize=256)
+def _symmetric(machine: Described) -> bool:
+    """Whether the equations of a machine are their own mirror image, by what they are at two states."""
+    sample = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
+    try:
+        return all(_mirrored(machine, sample, touching) for touching in ((0.0, 1.0) if machine.switched else (0.0,)))
+    except (ValueError, ZeroDivisionError):  # the mirror image is beyond what the machine can reach
+        return False
+
+
+def _mirrored(given: Described, sample: list[float], touching: float) -> bool:
+    y = tuple(touching if name in given.switched else x for name, x in zip(given.states, sample, strict=True))
+    frictions, found = tuple(0.3 - 0.2 * i for i in range(len(given.contact_states))), []
+    for sign in (1.0, -1.0):
+        machine = given.driven_by(Sample(sign))
+        at = 0.7, tuple(sign * x for x in y), sign * 0.4, tuple(sign * each for each in frictions)
+        loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
+        pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
+        rates = [sign * each for each in machine.rates(*at)]
+        found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
+    return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))

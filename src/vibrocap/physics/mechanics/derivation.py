@@ -30,11 +30,12 @@ class Derivation(Motion):
 
     def inertia(self, i: Direction, j: Direction) -> Sum:
         """M_ij."""
-        return total(
-            as_sum(m.mass) * (m.along.slope(i) * m.along.slope(j) + m.height.slope(i) * m.height.slope(j))
-            + as_sum(m.inertia) * (m.turn.slope(i) * m.turn.slope(j))
-            for m in self.masses
-        )
+        found = []
+        for m in self.masses:
+            for along, size in ((m.along, m.mass), (m.height, m.mass), (m.turn, m.inertia)):
+                if i in along.slopes and j in along.slopes:
+                    found.append(as_sum(size) * (along.slope(i) * along.slope(j)))
+        return total(found)
 
     def applied(self, i: Direction) -> Sum:
         """Force of drive, springs, dampers and elastic stops along a direction."""

@@ -67,8 +67,11 @@ class Sum:
         if not isinstance(other, (Sum, Formula, int, float)):
             return NotImplemented
         found: dict[Product, float] = {}
+        others = Sum.of(other).terms
+        if not self.terms or not others:
+            return Sum()
         for a, x in self.terms.items():
-            for b, y in Sum.of(other).terms.items():
+            for b, y in others.items():
                 product = _times(a, b)
                 found[product] = found.get(product, 0.0) + x * y
         return _reduced(found)
@@ -126,7 +129,11 @@ def named(x: Any) -> Sum:
 
 def total(items: Iterable[Any]) -> Sum:
     """The sum of all."""
-    return sum(items, start=Sum())
+    found: dict[Product, float] = {}
+    for each in items:
+        for product, c in Sum.of(each).terms.items():
+            found[product] = found.get(product, 0.0) + c
+    return Sum({product: c for product, c in found.items() if c != 0.0})
 
 
 def _times(a: Product, b: Product) -> Product:
