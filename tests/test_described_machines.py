@@ -56,7 +56,7 @@ CASES = [
     (PendulumCrawler, {"motion": "angle"}),
     (PendulumCrawler, {"motion": "displacement"}),
 ]
-DRAWS = 200
+FEW, MANY = 10, 200  # draws
 ROUNDING = 1e-14
 AROUND = {
     "slope": {"environment": vc.Environment(0.2, 0.1, 0.2, force=0.05, gravity=1.1)},
@@ -132,14 +132,15 @@ def at_stop(machine, y, side):
     return [rest.get(name, value) for name, value in zip(machine.states, y, strict=True)]
 
 
+@pytest.mark.parametrize("draws", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("by_hand", "given"), CASES, ids=lambda x: getattr(x, "name", None) or ",".join(x))
-def test_described_machines_agree_with_those_derived_by_hand(by_hand, given):
+def test_described_machines_agree_with_those_derived_by_hand(by_hand, given, draws):
     draw, worst = random.Random(1), {}
 
     def compared(name, a, b):
         worst[name] = max(worst.get(name, 0.0), far(a, b))
 
-    for _ in range(DRAWS):
+    for _ in range(draws):
         old, new = pair(by_hand, given, draw)
         if new.imposes_motion:
             drive = vc.Biharmonic(draw.uniform(0.1, 0.5), 1.1)
@@ -228,7 +229,7 @@ def test_they_agree_on_slopes_behind_actuators_and_under_controllers(by_hand, ar
     sloped = around.startswith("slope") and not by_hand().masses()
     if (imposed and "environment" not in given) or sloped or (belt and around == "slope"):
         pytest.skip("there is no such system")
-    for _ in range(20):
+    for _ in range(5):
         old, new = (vc.System(m, vc.LuGre(), vc.Harmonic(0.8, 1.1), **given) for m in pair(by_hand, {}, draw))
         y = tuple(draw.uniform(-0.15, 0.15) if name not in old.switched else 0.0 for name in old.state_names)
         a, b = old.flow(0.7, y, 1), new.flow(0.7, y, 1)

@@ -7,17 +7,14 @@ from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 
 
 def along(function: Callable, states: int) -> Callable[[float, tuple, Any], float]:
-    """d/dt of a function of the mechanical state, of (t, state, rates): by its partial derivatives, recorded once.
-
-    None of it by the time.
-    """
+    """d/dt of a function of time and mechanical state, of (t, state, rates): by partial derivatives, recorded once."""
     graph = Graph()
     recorded = graph.expression(function(graph.node("time"), tuple(graph.node("state", i) for i in range(states))))
-    partial = [derivative(recorded, i) for i in range(states)]
+    partial = [derivative(recorded, i) for i in range(-1, states)]  # by the time first
 
     def growth(t: float, y: tuple, rates: Any) -> float:
         slopes = evaluate(partial, t, y, 1.0, ())
-        return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
+        return sum(slope * rate for slope, rate in zip(slopes, (1.0, *rates), strict=True))
 
     return growth
 

@@ -273,6 +273,8 @@ def _functions(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[
 
 def place(given: Any) -> str | None:
     """The place of the first contact moves with it and the ground."""
+    if not given.over_ground:
+        return None
     for machine, t, y, drive, frictions in _moving(given, 10):
         name = machine.place or machine.cyclic
         rate = machine.rates(t, y, drive, frictions)[machine.states.index(name)]

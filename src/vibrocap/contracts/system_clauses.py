@@ -83,15 +83,10 @@ def surrounded(machine: Any) -> str | None:
     first = machine.contact_states[0]
     if masses and first not in masses:
         return f"masses: should have that of the body at the first contact, under {first}, got {masses}"
-    environment = Environment(
-        inclination=0.2 if masses else 0.0,
-        linear_drag=0.3,
-        linear_drag_back=None if machine.ground_speed() else 0.7,
-        quadratic_drag=0.0 if machine.ground_speed() else 0.4,
-        quadratic_drag_back=None if machine.ground_speed() else 0.1,
-        force=0.1,
-        gravity=None if machine.gravity else 1.7,
-    )
+    drags = {"linear_drag": 0.3, "force": 0.1} if machine.over_ground else {}
+    if machine.over_ground and not machine.ground_speed():
+        drags |= {"linear_drag_back": 0.7, "quadratic_drag": 0.4, "quadratic_drag_back": 0.1}
+    environment = Environment(inclination=0.2 if masses else 0.0, gravity=None if machine.gravity else 1.7, **drags)
     system = dataclasses.replace(system_of(machine), environment=environment)
     formulas, values = equations(system), parameter_values(system)
     known, contact, placed = formulas.observables, machine.states.index(first), system.placed

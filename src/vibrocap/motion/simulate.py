@@ -89,17 +89,18 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
 
     time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
     """
-    y = tuple(state.values())
-    placed = system.placed
-    velocity = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))[0].velocity
-    side = (velocity > 0.0) - (velocity < 0.0)
-    resting = side == 0 and system.friction.kind == "set-valued"
-    flow = system.flow(time, y, side if side or resting else 1)
-    load = flow.loads[1 if resting else 0]
-    if load < 0.0 < (1.0 if resting else flow.bounds[0]):
-        states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
-        said = f"the normal load is negative at the start, {load:.4g}: the machine would lift off at once ({states})"
-        raise ArgumentError("initial", said)
+    y, placed = tuple(state.values()), system.placed
+    found = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))
+    signs = [(each.velocity > 0.0) - (each.velocity < 0.0) for each in found]
+    sides = tuple(s if s or law.kind == "set-valued" else 1 for s, law in zip(signs, system.laws, strict=True))
+    flow = system.flow(time, y, sides)
+    loads = [flow.loads[0 if sides[0] else 1], *(each.normal for each in flow.contacts[1:])]
+    for number, load in enumerate(loads, start=1):
+        if load < 0.0 < (flow.bounds[0] if sides[0] else 1.0):
+            states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
+            where = f" at contact {number}" if len(loads) > 1 else ""
+            said = f"the normal load{where} is negative at the start, {load:.4g}: the machine would lift off at once"
+            raise ArgumentError("initial", f"{said} ({states})")
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:

@@ -31,7 +31,7 @@ CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Machine: (
         "machine",
         "vibrocap.physics.machines",
-        ("states", "cyclic", "contact_states", "symmetry", "channels", "normal_load"),
+        ("states", "cyclic", "contact_states", "symmetry", "channels"),
         ("contacts", "rates", "energy", "momentum", "powers"),
     ),
     Drive: ("drive", "vibrocap.physics.drives", (), ("value", "period", "odd")),

@@ -96,6 +96,10 @@ class Environment(Part):
                 "environment.inclination",
                 f"should be 0 with the {machine.name}, which does not know its weight (masses), got {self.inclination}",
             )
+        for name in () if machine.over_ground else ("linear_drag", "quadratic_drag", "force"):
+            if given := getattr(self, name):
+                what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {given:g}"
+                raise ArgumentError(f"environment.{name}", what)
         if self.inclination != 0.0 and not self.has_weight(machine):
             raise ArgumentError(
                 "environment.gravity",
@@ -158,7 +162,7 @@ class Environment(Part):
         at_rest = self.linear_drag * ground
         push_at_rest = self.force - at_rest
         if self.has_weight(machine) and machine.weighs:
-            powers = (*powers, -machine.gravity[1] * machine.momentum(t, y))
+            powers = (*powers, -machine.gravity[1] * machine.line_momentum(t, y))
         elif self.has_weight(machine):
             along, masses = machine.gravity[1], dict(machine.masses())
             own = masses.pop(machine.contact_states[0])

@@ -11,7 +11,7 @@ from vibrocap.physics.bodies import Mechanism, Shape
 from vibrocap.physics.machines.machine import IMPACT, Contact, Machine
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
-from vibrocap.physics.mechanics.parts import Coordinate, Signal
+from vibrocap.physics.mechanics.parts import Coordinate, Signal, is_word
 from vibrocap.physics.mechanics.pictures import filled, mechanism_of, mechanism_results, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, stopped
@@ -116,7 +116,8 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "powers": Form.powers,
     "actuator": lambda form: form.derived.actuators(),
     "loads": lambda form: form.derived.loads(),
-    "ground_speed": lambda form: form.derived.ground_speed(),
+    "ground_speeds": lambda form: form.derived.ground_speeds(),
+    "line_momentum": lambda form: form.derived.line_momentum(),
     "masses": lambda form: form.derived.weighing(),
     "switches": lambda form: guards(form.derived),
     "after_switch": Form.outcomes,
@@ -147,8 +148,9 @@ class Kind:
         self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
         self.place = whole.place
         self.rates = dict(whole.rates)
+        dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
         rises = any(m.height.slope(name) for m in whole.masses for name in whole.names)
-        self.gravity = (1.0, 0.0) if rises else None
+        self.gravity = (1.0, 0.0) if rises or dynamic else None
 
 
 class Derived:
@@ -290,9 +292,21 @@ class Described(Machine):
         ends = [stop for stop in self._form()[0].derived.stops if not stop.switches]
         return tuple("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
 
+    @property
+    def over_ground(self) -> bool:  # type: ignore[override]
+        """Whether all contacts are of bodies with the ground, which stands or moves uniformly, the same under all."""
+        program, inputs = self._form()[0].program("ground_speeds"), self._form()[0].inputs
+        fixed = range(2, 4 + len(inputs.parameters))
+        speeds = set(program.results)
+        return len(speeds) == 1 and None not in speeds and program.inputs <= {*fixed}
+
     def ground_speed(self):
-        """Speed at which the ground moves under the first contact."""
-        return self._result("ground_speed")
+        """Speed at which the ground moves uniformly under all contacts."""
+        return self._result("ground_speeds")[0] if self.over_ground else 0.0
+
+    def line_momentum(self, t, y):
+        """Momentum of all masses along the line."""
+        return self._result("line_momentum", t, y)
 
     def masses(self) -> Mapping[str, Any]:
         """The mass whose weight pulls along each contact, on a slope."""

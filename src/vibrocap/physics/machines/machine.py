@@ -114,6 +114,7 @@ class Machine(Part):
     gravity: its parts normal to the line and along it, against forward, as `tilted` gives them; of the class that on
     level ground, None where the units of the machine say nothing of it. weighs: whether its equations hold all of its
     weight along a slope; else `masses` says how the environment adds it.
+    over_ground: whether all contacts are of bodies with the ground, which stands or moves at `ground_speed`.
     imposes_motion: whether the drive is a motion, by its effort. `driven_by` tells the machine of slope and curvature;
     contact velocities then depend on the time, and jump where the slope does.
     """
@@ -138,9 +139,9 @@ class Machine(Part):
     state_units: ClassVar[Mapping[str, str]] = {}
     gravity: ClassVar[Any] = None
     weighs: ClassVar[bool] = False
+    over_ground: ClassVar[bool] = True
     imposes_motion: ClassVar[bool] = False
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
-    normal_load: Any  # of the first contact: a number, or a word that the machine knows
 
     def __init_subclass__(cls, **given: Any):
         """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
@@ -274,6 +275,10 @@ class Machine(Part):
     def momentum(self, t, y):
         """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less all friction."""
         raise NotImplementedError
+
+    def line_momentum(self, t, y):
+        """Momentum of all masses along the line: `momentum`, unless contacts are not all with the ground."""
+        return self.momentum(t, y)
 
     def outer_force(self, t, y, drive):
         """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import add, mul, sub
-from vibrocap.physics.mechanics.parts import Contact, as_sum, is_word
+from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
 from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
@@ -149,7 +149,8 @@ class Derivation(Motion):
         """Whether the motion changes what presses on a contact."""
         lift = contact.body.lift
         borne = [m for m in self.masses if m.height.slope(lift) or m.along.slope(lift)]
-        return any(m.along.slope(lift) or m.height.curvature or any(map(m.height.slope, self.names)) for m in borne)
+        moved = any(m.along.slope(lift) or m.height.curvature or any(map(m.height.slope, self.names)) for m in borne)
+        return moved or bool(self.applied(lift))
 
     @functools.cached_property
     def moving_loads(self) -> bool:
@@ -289,6 +290,14 @@ class Derivation(Motion):
             return written(self.inertia(name, name) * self.speed[name])
         return written(total(map(self.momentum, self.rubbing)))
 
+    def line_momentum(self) -> Any:
+        """Momentum of all masses along the line, over the ground at rest."""
+        return (
+            self.common_momentum()
+            if self.imposes
+            else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
+        )
+
     def weighing(self) -> tuple:
         """Of each contact's speed the mass whose weight along a slope pulls there."""
         return tuple(written(total(as_sum(m.mass) * m.along.slope(i) for m in self.masses)) for i in self.rubbing)
@@ -303,9 +312,14 @@ class Derivation(Motion):
         given = not is_word(contact.load) and Quantity.of(contact.load).moves
         return None if others or given or self.imposes or not found else written(found)
 
-    def ground_speed(self) -> Any:
-        """Speed at which the ground moves under the first contact."""
-        return written(-self.paths[0].slope(TIME))
+    def ground_speeds(self) -> tuple:
+        """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""
+        found = []
+        for contact, path in zip(self.contacts, self.paths, strict=True):
+            slides = isinstance(contact.body, Mass) and isinstance(contact.on, (Support, type(None)))
+            slides = slides and contact.path is None and not isinstance(contact.body.on, Support)
+            found.append(written(-path.slope(TIME)) if slides else None)
+        return tuple(found)
 
     def powers(self) -> tuple:
         """(of the drive, of dampers, of supports)."""

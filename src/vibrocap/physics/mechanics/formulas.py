@@ -154,7 +154,7 @@ class Program:
             self.reached[each] = start + len(code)
             code.append((OPERATIONS[each.op], at[0], at[1] if len(at) > 1 else -1))
         self.inputs = frozenset(each.operands[0] for each in formulas if each.op == "input")
-        self._constants, self._code, self._results = constants, code, results
+        self._constants, self._code, self.results = constants, code, results
 
     def __len__(self) -> int:
         return len(self._code)
@@ -164,7 +164,7 @@ class Program:
         values = [*inputs, *self._constants]
         for operation, a, b in self._code:
             values.append(operation(values[a]) if b < 0 else operation(values[a], values[b]))
-        return self._put_in(self._results, values)
+        return self._put_in(self.results, values)
 
     def _put_in(self, results: Any, values: list) -> Any:
         if isinstance(results, tuple):

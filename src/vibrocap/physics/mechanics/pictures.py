@@ -30,6 +30,8 @@ def mechanism_of(motion: Any) -> Mechanism | None:
             sum_of(motion.drives, lambda each: Quantity.of(each.path), "share", joint, *carried),
         )
 
+    if any(isinstance(each.on, Mass) for each in motion.contacts):
+        return None
     bodies, links, joints = [], [], {}
     for m in motion.masses:
         joint = _joint(motion, m)
