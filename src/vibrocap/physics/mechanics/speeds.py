@@ -9,6 +9,7 @@ Where the drive imposes a motion, u is the velocity of the common centre of mass
 of the drive jumps.
 """
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -51,6 +52,7 @@ class Inputs:
         (self.t, self.drive), self.gravity = block(2), block(2)
         self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
         self.signals = {name: block(3) for name in signals}
+        self.changing = {each.operands[0] for each in (self.t, *self.states, *itertools.chain(*self.signals.values()))}
         self.count = 4 + states + contacts + parameters + 3 * len(signals)
 
 
@@ -80,6 +82,7 @@ class Motion:
         self.imposes = "drive" in inputs.signals
         self.rates = dict(coordinates)
         self._find_speeds()
+        self._judge()
         if states is not None:
             self._move(states)
 
@@ -135,9 +138,10 @@ class Motion:
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
         sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate(self.names)}
         self._take(self._space(sample, unit, nothing, nothing))
-        self._judge()
         self.pivots: dict[str, int] = {}
         self.speeds: list[str] = []  # of the contacts, names of states
+        if not self.contacts:
+            raise MechanicsError("there is no Contact: something should rub")
         if self.imposes:
             self.speeds, self.place = [self.rates[self.names[0]]] * len(self.contacts), self.names[0]
             return
@@ -156,8 +160,6 @@ class Motion:
 
     def _judge(self) -> None:
         """MechanicsError for what the parts cannot mean."""
-        if not self.contacts:
-            raise MechanicsError("there is no Contact: something should rub")
         if self.imposes and (len(self.names) != 1 or any(self.drives)):
             raise MechanicsError("a machine whose drive imposes a motion has one coordinate, and no Drive")
         for name in self.names:
@@ -169,6 +171,9 @@ class Motion:
             if each.name in seen:
                 raise MechanicsError(f"two bodies have the name {each.name!r}")
             seen.add(each.name)
+        held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
+        if held and len(self.contacts) > 1:
+            raise MechanicsError("a rigid stop should not bound what rubs, where there are several contacts")
         for each in self.contacts:
             if isinstance(each.load, str) and each.load not in WORDS:
                 raise MechanicsError(f"the load on {each.body.name} should be one of {', '.join(WORDS)}, or a quantity")
