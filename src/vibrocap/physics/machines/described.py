@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.bodies import Mechanism, Shape
 from vibrocap.physics.machines.machine import Contact, Machine
-from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, table, whole_pattern
+from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, own_states, table, whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.pictures import filled
 from vibrocap.physics.mechanics.stops import stopped
@@ -48,7 +48,8 @@ class Described(Machine):
 
     A class declares its parameters, its coordinates, `angle = coordinate("theta", "angle of the pendulum", "rad")`, its
     name and what the drive is (`effort`). With the effort "displacement" or "number" the drive imposes a motion,
-    `q.drive`; along `q.imposed(path)` what this takes is shown as the actuator's.
+    `q.drive`; along `q.imposed(path)` what this takes is shown as the actuator's. A class with `switched` states of its
+    own has them as `q.NAME`, and defines `switches` and `after_switch`.
     """
 
     declared: ClassVar[Mapping[str, Any]] = {}
@@ -62,7 +63,7 @@ class Described(Machine):
     stops: ClassVar[Any] = Derived()
     place: ClassVar[Any] = Derived()
     gravity: ClassVar[Any] = Derived()
-    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(owner.states))
+    symmetry: ClassVar[Any] = Derived(lambda _, owner: tuple(1 if n in own_states(owner) else -1 for n in owner.states))
     cyclic: ClassVar[Any] = Derived(lambda kind, owner: _cyclic(owner))
     turns: ClassVar[Any] = Derived(
         lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
@@ -278,9 +279,10 @@ def _mirrored(given: Described, sample: list[float], touching: float) -> bool:
     frictions, found = tuple(0.3 - 0.2 * i for i in range(len(given.contact_states))), []
     for sign in (1.0, -1.0):
         machine = given.driven_by(Sample(sign))
-        at = 0.7, tuple(sign * x for x in y), sign * 0.4, tuple(sign * each for each in frictions)
+        mirrored = tuple(sign * x if s < 0 else x for s, x in zip(given.symmetry, y, strict=True))
+        at = 0.7, mirrored, sign * 0.4, tuple(sign * each for each in frictions)
         loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
         pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
-        rates = [sign * each for each in machine.rates(*at)]
+        rates = [sign * x if s < 0 else x for s, x in zip(given.symmetry, machine.rates(*at), strict=True)]
         found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
     return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))

@@ -294,7 +294,7 @@ class Derivation(Motion):
 
     @functools.cached_property
     def straight(self) -> bool:
-        """Whether masses move along fixed lines with the speeds of all contacts together; else no balance of momentum is stated."""
+        """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
         places = [each for m in self.masses for each in (m.along, m.height, m.turn)]
         slopes = tuple(written(total(map(each.slope, self.rubbing))) for each in places)
         return Program(slopes, 0).inputs.isdisjoint(self.inputs.changing)
