@@ -50,7 +50,7 @@ def blocks(q, c, *more):
 
 FAULTS = {
     "there is no Contact": lambda q, c: swings(q, c, contact=False),
-    "'bob' moves twice as far as 'position'; its x counts from 'capsule', on which it stands: leave 'position' out there": (
+    "'bob' moves twice as far as 'position'; its x counts from 'capsule', on which it stands: leave 'position'": (
         lambda q, c: swings(q, c, x=q.position - sin(q.angle))
     ),
     "take sin, cos, sqrt, exp, tanh and atan from vibrocap.mechanics, not from math": (
