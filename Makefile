@@ -31,7 +31,7 @@ test-slow: $(READY) ## the slow tests alone
 test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
 	@$(TESTS) -m exhaustive
 
-torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands: fifteen minutes (docs/trust.md)
+torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands (docs/trust.md)
 	@$(BIN)/python -m torture
 
 lint: $(READY) ## style, format and import contracts
@@ -82,6 +82,7 @@ lock: ## resolve the dependencies anew (needs uv)
 	@printf '%s\n' 'fmpy>=0.3.22' 'gymnasium>=1.0' 'mujoco>=3.3' 'ziglang>=0.13' | \
 		$(LOCK) - --constraint requirements.lock --constraint .ci/site-requirements.txt \
 		--output-file .ci/exchange-requirements.txt
+	@printf '%s\n' 'crc32c==2.8' 'xarray==2026.1.0' 'zarr==3.1.3' | $(LOCK) - --no-deps --output-file .ci/lowest-requirements.txt
 	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \
 		$(LOCK) - --no-deps --output-file .ci/llvmlite-$$version-requirements.txt; done
 

@@ -125,7 +125,7 @@ def compare(law: str, threads: int, peers: Sequence[Peer], rounds: int = 5) -> N
     for _ in range(rounds):
         for peer, sweep in sweeps.items():
             before = time.perf_counter()
-            final[peer] = sweep()
+            final[peer] = sweep(periods=60, tolerance=1e-8, settle=0)
             times[peer].append(time.perf_counter() - before)
     first = None
     print(f"  {'':30s}{'ns/run/period':>14s}{'ratio':>9s}{'99 % error':>12s}{'runs':>7s}")

@@ -258,8 +258,8 @@ def _prepared(motion, law: str, masses: np.ndarray, threads: int, accuracy: floa
         if threads > 1:
             numba.set_num_threads(threads)
             numba.set_parallel_chunksize(CHUNK)
-        sweep(masses, accuracy, final)
+        sweep(masses, accuracy, final, periods=60, tolerance=1e-8, settle=0)
         return final.copy()
 
-    sweep(masses[:1], accuracy, final)
+    sweep(masses[:1], accuracy, final, periods=60, tolerance=1e-8, settle=0)
     return run

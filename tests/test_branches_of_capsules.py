@@ -269,3 +269,13 @@ def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
     assert record["status"] == "not settled"
     assert record["class"]["kind"] == "chaotic"
     assert "largest Lyapunov exponent" in record["class"]["reason"]
+
+
+@pytest.mark.slow
+def test_a_branch_under_a_dynamic_load_ends_where_it_lifts_off():
+    machine = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=2.5)
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=1.9))
+    found = vc.branch(system, "drive.amplitude", (1.8, 2.5), towards="up", settle_periods=300)
+    assert found.ends[1] is vc.BranchEnd.LIFT_OFF
+    assert found.parameter[-1] == pytest.approx(1.98138, abs=1e-4)
+    assert 0.0 < found.orbit(len(found) - 1).motion().certificate.least_reaction < 1e-4

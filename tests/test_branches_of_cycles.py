@@ -194,3 +194,19 @@ def test_command_follows_cycles(tmp_path, capsys):
     output = capsys.readouterr()
     assert "ends at 0.71015" in output.out
     assert "was not followed to its end" in output.err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("section", [None, "slip_back_2", vc.Section(observable="position", value=0.4, direction=-1)])
+def test_a_branch_of_doubled_cycles_ends_at_the_flip_of_the_short_one(section):
+    """Whatever its section, which may lie in a stick of either contact; not past it along the short cycle, nor back."""
+    row = vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=0.3)
+    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
+    blocks = vc.System(row, laws, vc.Constant(duration=10.0))
+    start = {"position": 1.0, "position_2": 1.0}
+    cycle = vc.orbit(blocks, initial=start, settle_periods=120, section=section)
+    found = vc.branch(blocks, "machine.belt_speed", (0.25, 0.4), orbit=cycle, towards="up")
+    assert found.ends[1] is BranchEnd.FLIP
+    assert found.special_points[-1].kind is vc.SpecialKind.FLIP
+    assert found.special_points[-1].parameter == pytest.approx(0.2571722021, abs=1e-9)
+    assert found.period[-1] == pytest.approx(2.0 * 4.5772738414, abs=1e-7)

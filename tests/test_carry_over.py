@@ -111,6 +111,8 @@ def test_a_sweep_over_kinds_in_si_has_the_case_s_numbers(tmp_path, monkeypatch, 
         cases=[{"friction.law": "coulomb"}, {"friction.law": "exponential", "friction.decay_rate_s_per_m": 50.0}],
         periods=3,
         measures=["peak_friction"],
+        tolerance=1e-8,
+        settle=0,
     )
     assert found["friction.law"].values.tolist() == ["coulomb", "exponential"]
 
@@ -225,6 +227,6 @@ def test_words_vary_where_the_symmetry_of_a_machine_depends_on_its_numbers():
     for machine in (vc.RigidStopCapsule(), vc.VibroImpactCapsule()):
         system = vc.System(machine, vc.Coulomb(), vc.Harmonic())
         over = {"machine.actuation": ["internal", "external"], "machine.gap": [0.1, 0.2]}
-        found = vc.sweep(system, over, periods=2, measures=["response_period"])
+        found = vc.sweep(system, over, periods=2, measures=["response_period"], tolerance=1e-8, settle=0)
         assert found["machine.actuation"].values.tolist() == ["internal", "external"]
         assert found.sizes == {"machine.actuation": 2, "machine.gap": 2}

@@ -1,10 +1,13 @@
 """Case files: what they say is what runs, and every complaint names its field and what would be right."""
 
 import dataclasses
+import inspect
 import itertools
 import math
 import sys
 import textwrap
+import types
+import typing
 
 import pytest
 
@@ -15,6 +18,8 @@ from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.quantities.hints import call_hints
+from vibrocap.quantities.opening import opened_in_si
 
 PLAIN = """
 [machine]
@@ -285,6 +290,80 @@ def test_dict_with_numbers_that_toml_does_not_know():
     with pytest.raises(CaseError) as caught:
         case_from_dict(case)
     assert len(caught.value.complaints) == 2
+
+
+# --- a case in place of a system --------------------------------------------------------------------------------------
+START = {"angle": -1.0}
+
+
+def cased(units=None):
+    """A case that starts where the motion that it settles to travels backwards, and runs as few periods."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(), units=units)
+    return system, Case(system, START, periods=4, tolerance=1e-8)
+
+
+def test_a_case_is_simulated_as_it_says():
+    """By the public function, the command and the case itself: with its start and its run, unless others are given."""
+    system, case = cased()
+    wanted = vc.simulate(system, initial=START, periods=4, tolerance=1e-8)
+    assert vc.simulate(case).state == case.simulate().state == wanted.state
+    assert vc.simulate(case, periods=2, initial={}).state == vc.simulate(system, periods=2, tolerance=1e-8).state
+    again = vc.simulate(case, start=wanted, periods=1)  # a motion that goes on begins where it was
+    assert again.initial == wanted.state
+    assert vc.simulate(case, start=2.0).start_time == 2.0
+    assert vc.simulate(case, start=2.0).initial == wanted.initial
+
+
+def test_a_case_in_si_answers_in_si():
+    system, case = cased(vc.PendulumScales(0.2, 0.25))
+    assert vc.simulate(case).unit_of("position") == "m"
+    assert vc.simulate(case).state == vc.simulate(system, initial=START, periods=4, tolerance=1e-8).state
+
+
+def test_a_study_of_a_case_begins_where_the_case_does():
+    pytest.importorskip("xarray")
+    system, case = cased()
+    over = {"drive.amplitude": [1.8, 1.9]}
+    run = {"initial": START, "periods": 4, "tolerance": 1e-8}
+    assert list(vc.ensemble(case, over)["mean_velocity"]) == list(vc.ensemble(system, over, **run)["mean_velocity"])
+    found, wanted = vc.sweep(case, over), vc.sweep(system, over, **run)
+    assert found.identical(wanted)
+    assert found.attrs["periods"] == 4
+
+
+def test_every_public_function_of_a_system_takes_a_case():
+    """It is given the system, the case's start where it takes one, and the run where it takes all of that."""
+    system, case = cased()
+    seen = {}
+    for name in vc.__all__:
+        function = getattr(vc, name)
+        if not isinstance(function, types.FunctionType):
+            continue
+        for parameter, hint in call_hints(function).items():
+            kinds = typing.get_args(hint) or (hint,)
+            if parameter != "return" and vc.System in kinds:
+                seen[name] = parameter, kinds
+    assert len(seen) >= 25
+    for name, (parameter, kinds) in seen.items():
+        signature = inspect.signature(getattr(vc, name))
+        if vc.Case in kinds:
+            continue
+        given = {}
+
+        def plain(*args, signature=signature, given=given, **kwargs):
+            given.update(signature.bind_partial(*args, **kwargs).arguments)
+
+        others = {
+            each.name: None
+            for each in signature.parameters.values()
+            if each.default is each.empty and each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)
+        }
+        plain.__wrapped__ = inspect.unwrap(getattr(vc, name))
+        opened_in_si(plain)(**(others | {parameter: case}))
+        assert given[parameter] is system, name
+        assert given.get("initial", START) == START, name
+        assert ("initial" in given) == ("initial" in signature.parameters), name
+        assert ("max_steps" in given) == (given.get("periods") == 4), name
 
 
 def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):

@@ -255,6 +255,18 @@ def test_values_of_pieces_do_not_depend_on_how_they_are_asked():
     )
 
 
+@pytest.mark.parametrize("mass_ratio", [1e150, 1e160])
+def test_a_load_beyond_all_numbers_is_told_and_ends_nothing(mass_ratio):
+    """B (lambda + 1) overflows beyond lambda = 1e154; the motion does not ask for it under a constant load."""
+    motion = vc.simulate(
+        vc.System(vc.PendulumCapsule(mass_ratio=mass_ratio), vc.Exponential(), vc.Harmonic()), periods=2
+    )
+    certificate = motion.certificate
+    assert certificate.ok
+    assert (certificate.least_reaction is None) == (mass_ratio > 1e154)
+    assert ("beyond all numbers" in " ".join(certificate.warnings)) == (mass_ratio > 1e154)
+
+
 CRUST = vc.RateAndStateAgeing(0.6, 0.015, 0.02, 0.1, 1e-6)  # rates of ten decades, as of crustal faults
 CRUSTAL_START = {"position": -63.45, "sliding_velocity": 1e-9, "log_age": 6.9}
 

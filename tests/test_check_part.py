@@ -8,6 +8,7 @@ import pytest
 
 import vibrocap as vc
 from hand_machines import pendulum_capsule as by_hand
+from hand_machines.oscillator import Oscillator as BY_HAND
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.contracts.system_clauses import motion_of, moves, system_of
@@ -148,7 +149,7 @@ FAULTS = {
     ),
     "the second is held by another force": (
         held_otherwise(vc.TwoBodyCrawler, 2, holding_force=0.1),
-        "rates: with its holding_force as friction the rate of velocity_2 should be exactly 0, got",
+        "rates: with its holding_force as friction the rate of velocity_2 should be 0, got",
     ),
     "two forms": (
         held_otherwise(vc.LinkageCrawler, 2, acceleration=None, response=(), holding_force=0.0),
@@ -209,6 +210,103 @@ def test_a_fault_is_found_and_said(what):
     assert not report.ok
     assert any(said in each for each in report.wrong), str(report)
     assert str(report).startswith(f"The {report.kind} changed breaks ")
+
+
+# --- parts that are right ---------------------------------------------------------------------------------------------
+
+
+def led(t):
+    """How far the anchor of a spring is led, or the speed of a belt, with the period of the drive of `system_of`."""
+    return 0.3 * sin(1.3 * t)
+
+
+def led_rate(t):
+    return 0.39 * cos(1.3 * t)
+
+
+def anchored(self, t, y):
+    return (y[0] - led(t), y[1])
+
+
+def anchor_power(self, t, y, drive, frictions):
+    stretch = y[0] - led(t)
+    return *BY_HAND.powers(self, t, y, drive, frictions), -self.stiffness * stretch * led_rate(t)
+
+
+LED_ANCHOR = {
+    "outer_force": lambda self, t, y, drive: BY_HAND.outer_force(self, t, anchored(self, t, y), drive),
+    "energy": lambda self, t, y: BY_HAND.energy(self, t, anchored(self, t, y)),
+    "powers": anchor_power,
+    "channels": (*BY_HAND.channels, "anchor"),
+    "symmetric": False,
+    "mechanism": lambda self, t, y: None,
+}
+LED_BELT = {
+    "states": ("position", "velocity"),
+    "contact_states": ("velocity",),
+    "outer_force": lambda self, t, y, drive: drive - self.stiffness * y[0] - self.damping * y[1],
+    "contacts": lambda self, t, y, drive: (
+        Contact(y[1] - led(t), self.outer_force(t, y, drive) - self.mass * led_rate(t)),
+    ),
+    "rates": lambda self, t, y, drive, frictions: (y[1], (self.outer_force(t, y, drive) - frictions[0]) / self.mass),
+    "masses": lambda self: {"velocity": self.mass},
+    "energy": lambda self, t, y: 0.5 * self.mass * y[1] * y[1] + 0.5 * self.stiffness * y[0] * y[0],
+    "momentum": lambda self, t, y: self.mass * y[1],
+    "powers": lambda self, t, y, drive, frictions: (
+        drive * y[1],
+        -self.damping * y[1] * y[1],
+        -led(t) * frictions[0],
+    ),
+    "symmetric": False,
+    "mechanism": lambda self, t, y: None,
+}
+
+
+def summed_otherwise(self, t, y, drive, frictions):
+    velocity = y[1] + self.belt_speed
+    return velocity, (drive - frictions[0] - self.damping * velocity - self.stiffness * y[0]) / self.mass
+
+
+def pressed(self, t, y, drive):
+    (found,) = BY_HAND.contacts(self, t, y, drive)
+    return (dataclasses.replace(found, reaction=(1.0, self.normal_load + 0.2 * drive, 0.0)),)
+
+
+RIGHT = {
+    "an energy that depends on time": of(BY_HAND, **LED_ANCHOR),
+    "a belt whose speed depends on time": of(BY_HAND, **LED_BELT),
+    "forces summed in another order": of(BY_HAND, rates=summed_otherwise),
+    "a load given by the drive": of(
+        BY_HAND, contacts=pressed, follows_load=property(lambda self: True), symmetric=False
+    ),
+    "large numbers and a slow belt": BY_HAND(mass=1e3, stiffness=5e5, damping=4.5e6, belt_speed=-1e-8, normal_load=5e7),
+}
+
+
+@pytest.mark.parametrize("what", RIGHT)
+def test_a_part_that_is_right_is_not_called_wrong(what):
+    report = vc.check_part(RIGHT[what], motion=False)
+    assert report.wrong == ()
+
+
+@pytest.mark.parametrize(
+    ("right", "changed", "said"),
+    [
+        (LED_ANCHOR, {"powers": lambda *at: (*BY_HAND.powers(*at), 0.0)}, "energy, powers: the energy grows by"),
+        (LED_BELT, {"contacts": lambda self, t, y, drive: (Contact(y[1] - led(t), drive),)}, "the rate of velocity"),
+        (LED_BELT, {"powers": lambda self, t, y, drive, frictions: (drive * y[1], 0.0, 0.0)}, "energy, powers: the"),
+        ({}, {"ground_speed": lambda self: 0.1}, "rates: position should move with the velocity of the first contact"),
+    ],
+)
+def test_a_fault_of_a_part_that_knows_the_time_is_found(right, changed, said):
+    report = vc.check_part(of(BY_HAND, **(right | changed)), motion=False)
+    assert any(said in each for each in report.wrong), str(report)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", list(RIGHT)[:3])
+def test_a_part_that_is_right_moves(what):
+    assert moves(RIGHT[what]()) is None
 
 
 def test_a_part_that_is_none_of_the_contracts_is_refused():

@@ -199,7 +199,7 @@ def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
         ("other.csv", b"time,position\n0,0\n", "carries no case"),
         ("binary.csv.toml", b"\xff\xfe\x00", "UTF-8"),
         ("note.csv.toml", b"[machine\n", "was not written by vibrocap"),
-        ("other.nc", b"not NetCDF at all", "is not a NetCDF 4 file"),
+        ("other.nc", b"not NetCDF at all", "cannot be read as NetCDF, or is damaged"),
     ],
 )
 def test_exports_without_a_case(name, content, expected, tmp_path, capsys):
@@ -661,3 +661,53 @@ def test_a_command_loads_only_what_it_needs(commands, spared, case, tmp_path):
     loaded = set(answer.stderr.splitlines()[-1].split())
     assert "vibrocap.cli.main" in loaded
     assert not spared & loaded
+
+
+@pytest.mark.parametrize("name", ["stdout", "stderr"])
+def test_a_standard_stream_that_is_closed_takes_nothing_and_ends_nothing(name, case, monkeypatch):
+    """As by `>&-`: Python then has None in its place, and `print` writes to stdout what stderr should take."""
+    monkeypatch.setattr(sys, name, None)
+    assert main(["simulate", str(case), "--json"]) == OK
+    assert main(["simulate", str(case), "--set", "friction.law=none"]) == WRONG_INPUT
+    getattr(sys, name).close()
+
+
+@pytest.mark.parametrize("given", ["log:0.5:3", "0.5:3", "1:3:4"])
+@pytest.mark.parametrize("path", ["friction.law", "drive.waveform", "machine.kind"])
+def test_a_range_of_names_is_refused(given, path, case, capsys):
+    for command in ("optimise", "sweep"):
+        assert f"{path}: should be a list of " in refused(capsys, command, case, "--over", f"{path}={given}")
+
+
+@pytest.mark.parametrize("size", [1e300, 1e-300, 1e51])
+def test_scales_of_which_no_unit_can_be_made_are_refused(size, case, capsys):
+    scales = f"pendulum_mass_kg={size},pendulum_length_m={size}"
+    for name in ("pendulum_mass_kg", "pendulum_length_m"):
+        expected = f"--scales {name}: should be between 1e-50 and 1e50, got {size!r}"
+        assert expected in refused(capsys, "convert", case, "--scales", scales)
+    largest = ("--scales", "pendulum_mass_kg=1e50,pendulum_length_m=1e50,gravity_m_per_s2=1e-50")
+    assert main(["convert", str(case), *largest, "--out", str(case.with_name("si.toml"))]) == OK
+    capsys.readouterr()
+    record = printed_json(capsys, "simulate", case.with_name("si.toml"), "--periods", "1", "--json")
+    assert 0.0 < abs(record["energy"]["drive"]) < math.inf
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are any bytes")
+def test_a_name_that_is_not_utf8_stands_in_what_is_written_as_escapes(case):
+    strange = case.with_name("c\udcff.toml")
+    strange.write_text(CASE)
+    out = case.with_name("d\udcff")
+    words = ["optimise", str(strange), "--over", "drive.frequency=0.9:1.1", "--evaluations", "20", "--out", str(out)]
+    assert main([*words, "--report"]) == OK
+    assert r"c\udcff.toml" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_processor_that_llvm_does_not_know_is_refused(case):
+    """LLVM would print a line and end the process."""
+    for setting, value in (("VIBROCAP_CPU_NAME", "haswel"), ("VIBROCAP_CPU_FEATURES", "+avx3")):
+        command = [sys.executable, "-m", "vibrocap", "simulate", str(case)]
+        environment = os.environ | {setting: value}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == WRONG_INPUT
+        assert f"{setting}={value}: should name a processor in LLVM's words" in done.stderr

@@ -132,6 +132,38 @@ def test_case_gives_the_settings_unless_options_do(options, expected, case, chea
     assert {name: found.get(name) for name in expected} == expected
 
 
+@pytest.mark.parametrize("measure", ["least_reaction", "mean_velocity", "cost_of_transport", "peak_actuator_force"])
+def test_a_measure_that_the_machine_does_not_have_is_refused_before_any_work(capsys, tmp_path, monkeypatch, measure):
+    """By sweeps, maps, designs and samples; where kinds vary, what one of them has is asked of all."""
+    monkeypatch.chdir(tmp_path)
+    assert command("new", "oscillator", "--out", "block.toml") == OK
+    capsys.readouterr()
+    over = ("--over", "drive.amplitude=1:2:3")
+    assert f"--measure: {measure}" in refused(
+        capsys, "sweep", "block.toml", *over, "--measure", measure, "--out", "map"
+    )
+    both = (*over, "--over", "drive.frequency=1:2:3", "--adaptive", "--export", "map.nc")
+    assert "--measure: " in refused(capsys, "sweep", "block.toml", *both, "--measure", measure)
+    design = ("--over", "drive.amplitude=1:2", "--for", measure, "--out", "design")
+    assert "--for: " in refused(capsys, "optimise", "block.toml", *design)
+    assert "--for: " in refused(capsys, "robust", "block.toml", "--uncertain", "drive.amplitude=1:2", "--for", measure)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["block.toml"]
+
+
+def test_what_one_kind_of_machine_has_is_nothing_of_another(tmp_path, monkeypatch):
+    import xarray
+
+    monkeypatch.chdir(tmp_path)
+    assert command("new", "oscillator", "--out", "block.toml") == OK
+    kinds = "machine.kind=oscillator,pendulum-capsule"
+    asked = ("--measure", "drift,least_reaction,peak_friction", "--periods", "12", "--export", "kinds.nc")
+    assert command("sweep", "block.toml", "--over", kinds, *asked) == OK
+    with xarray.open_dataset("kinds.nc") as found:
+        assert np.isfinite(found["peak_friction"].values).all()
+        for name in ("drift", "least_reaction"):
+            assert np.isfinite(found[name].values).tolist() == [False, True]
+
+
 def test_failed_runs_are_results_and_counted(case, cheap, capsys):
     assert command("sweep", case, "--over", "machine.mass_ratio=1:3:100", "--out", "map") == OK
     found = open_study("map")

@@ -18,7 +18,8 @@ from pydantic_core import PydanticUndefined
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
-from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
+from vibrocap.contracts.growth import growth_terms
+from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES
 from vibrocap.contracts.samples import (
     draws,
     instances,
@@ -243,7 +244,7 @@ def test_asymmetric_drive_breaks_the_symmetry(system):
 def test_energy_of_a_system(system):
     """d(machine + contact)/dt = sum of the powers of all channels, sliding and stuck."""
     count, internal = len(system.placed.states), len(system.state_names) - len(system.placed.states)
-    gained = along(system.placed.energy, count)
+    gained = growth_terms(system.placed.energy, count)
 
     def stored_by_laws(t, z):
         total = 0.0
@@ -252,7 +253,7 @@ def test_energy_of_a_system(system):
             total = total + (0.0 if system.machine.follows_load else law.stored_energy(own))
         return total
 
-    stored = along(stored_by_laws, internal)
+    stored = growth_terms(stored_by_laws, internal)
     for draw in draws(SAMPLES // 3):
         t, y, side = system_draw(system, draw)
         contact = system.machine.states.index(system.machine.contact_states[0])
@@ -262,7 +263,7 @@ def test_energy_of_a_system(system):
                 rest = y[contact] - system.placed.contacts(t, y, 0.0)[0].velocity
                 y = tuple(rest if i == contact else v for i, v in enumerate(y))
             flow = system.flow(t, y, mode)
-            growth = gained(t, y[:count], flow.rates[:count]) + stored(t, y[count:], flow.rates[count:])
+            growth = sum((*gained(t, y[:count], flow.rates[:count]), *stored(t, y[count:], flow.rates[count:])))
             size = max(map(abs, (*flow.rates, *flow.powers, 1.0))) ** 2
             assert abs(growth - sum(flow.powers)) <= 32 * EPSILON * size
             assert len(flow.powers) == len(system.channels)

@@ -267,7 +267,7 @@ def test_in_si_the_reference_of_a_capsule_is_a_length_and_its_limit_a_torque(tmp
 def test_gains_are_swept_and_the_digest_knows_them(tmp_path, capsys):
     path = vc.save_case(servo(), tmp_path / "servo.toml", initial=START, periods=20)
     over = {"controller.integral_gain": [2.0, 4.0]}
-    data = vc.sweep(servo(), over, measures=["controller_work"], initial=START, periods=10, settle=None)
+    data = vc.sweep(servo(), over, measures=["controller_work"], initial=START, periods=10, settle=0, tolerance=1e-8)
     for gain, found in zip((2.0, 4.0), data["controller_work"].values, strict=True):
         alone = vc.simulate(servo(integral_gain=gain), initial=START, periods=10)
         assert found == pytest.approx(vc.energy_balance(alone, periods=10).controller / 10.0, rel=1e-8)

@@ -130,7 +130,11 @@ OF_SYSTEMS = {
     "width": lambda system: vc.width_for(system, error=0.2),
     "width for a speed": lambda system: vc.width_for(system, "mean_velocity", error=0.2),
     "ensemble": lambda system: vc.ensemble(system, {OVER: [4.9, 5.0]}, measures=["mean_velocity", "drive_work"]),
-    "sweep": lambda system: columns(vc.sweep(system, {OVER: [4.9, 5.0]}, measures=["drift", "cost_of_transport"])),
+    "sweep": lambda system: columns(
+        vc.sweep(
+            system, {OVER: [4.9, 5.0]}, measures=["drift", "cost_of_transport"], periods=60, tolerance=1e-8, settle=0
+        )
+    ),
     "crossing": lambda system: vc.crossing(system, "mean_velocity", "environment.inclination_deg", (0.0, 6.0)),
     "branches": lambda system: vc.branches(system, OVER, (4.9, 5.1)),
     "bounds": vc.performance_bounds,

@@ -188,6 +188,15 @@ def test_bodies_at_a_distance_that_stays_are_one_block():
     assert not found.determined
 
 
+def test_a_load_that_is_negative_at_a_further_contact_is_refused_at_the_start():
+    """Contact 2 would be pulled whatever contact 1 at rest does; where contact 1 slides, that decides its own load."""
+    system = vc.System(vc.LinkageCrawler(), vc.Coulomb(0.2, 0.3), vc.Harmonic())
+    with pytest.raises(ValueError, match=r"the normal load on contact 2 is negative at the start, -0\.4"):
+        vc.simulate(system, initial={"displacement": 0.219, "velocity_2": -2.04})
+    moving = {"displacement": 0.361009, "velocity_2": 1.79063}  # contact 1, at rest, slides at once
+    assert len(vc.simulate(system, initial=moving, periods=1).piece_length)
+
+
 # --- one way to go on, or several -------------------------------------------------------------------------------------
 
 
@@ -236,6 +245,32 @@ def test_there_is_one_way_to_go_on_for_every_force_exactly_where_all_determinant
         state = dict.fromkeys(machine.states, 0.0)
         assert least_determinant(vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(0.0)), state) < 0.0
         assert max(ways(machine, friction, state, level) for level in np.linspace(-3.0, 3.0, 61).tolist()) == 3
+
+
+@pytest.mark.parametrize("sides", [(0, 0), (1, 0), (0, -1), (1, -1)])
+@pytest.mark.parametrize("law_2", [vc.anisotropic(vc.Coulomb)(0.3, 0.5, back_ratio=1.4), vc.SmoothedTanh(0.3, 0.4)])
+def test_the_determinants_that_a_run_watches_are_those_of_all_modes_within_reach(sides, law_2):
+    """Of R = f N, N = n - C R where a contact slides, of A R/A_ii where it rests; f: both levels from rest."""
+    laws = [vc.anisotropic(vc.Coulomb)(0.2, 0.6, back_ratio=1.7), law_2]
+    system = vc.System(vc.LinkageCrawler(mass_ratio=0.7, mass_ratio_2=0.4, stance=0.8), laws, vc.Constant(0.2))
+    state = dict.fromkeys(system.state_names, 0.1) | {"velocity": 0.3 * sides[0], "velocity_2": 0.3 * sides[1]}
+    flow = system.flow(0.0, tuple(state.values()), sides)
+    A, C = np.array(flow.rows.A, float), np.array(flow.rows.C, float)
+    assert np.all(np.abs(C) > 1e-3)
+    rows = []
+    for i, (law, side) in enumerate(zip(laws, sides, strict=True)):
+        velocity = state[("velocity", "velocity_2")[i]]
+        if law.kind == "set-valued" and side == 0:
+            middle, limit = law.holding_centre(1.0), law.holding_limit(1.0)
+            levels, rest = (middle + limit, middle - limit), [A[i] / A[i, i]]
+        else:
+            levels, rest = (law.force(velocity, (), side, 1.0)[0],) * (3 if law.kind == "set-valued" else 1), []
+        rows.append([np.eye(2)[i] + level * C[i] for level in levels] + rest)
+    wanted = [np.linalg.det(chosen) for chosen in itertools.product(*rows)]
+    assert [*map(float, flow.bounds[-len(wanted) :])] == pytest.approx(wanted, rel=1e-13)
+    assert np.ptp(wanted) > 0.01 or not any(
+        law.kind == "set-valued" and side == 0 for law, side in zip(laws, sides, strict=True)
+    )
 
 
 @pytest.mark.slow

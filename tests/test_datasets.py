@@ -192,6 +192,20 @@ def test_fetch_says_what_came(one_set, capsys, tmp_path):
     assert f"To use it: VIBROCAP_DATA={tmp_path / 'else'}" in capsys.readouterr().out
 
 
+def test_a_fetch_that_stopped_between_two_files_continues(one_set, basalt, server, monkeypatch, capsys):
+    """The checksums that it wrote of the first it reads, and writes with that of the second."""
+    folder, address = server
+    second = Original(f"{address}/more.txt", "more.txt")
+    both = dataclasses.replace(basalt, originals=(*basalt.originals, second))
+    monkeypatch.setitem(fetching.DATA_SETS, basalt.name, both)
+    assert main(["datasets", "fetch", basalt.name]) == INCOMPLETE
+    assert "more.txt" in capsys.readouterr().err
+    (folder / "more.txt").write_text(TEXT)
+    assert main(["datasets", "fetch", basalt.name]) == OK
+    sums = (one_set / basalt.name / SUMS).read_text().splitlines()
+    assert [line.split()[1] for line in sums] == ["basalt.txt", "more.txt"]
+
+
 def test_no_network_ends_with_code_3_and_a_sentence(one_set, basalt, monkeypatch, capsys):
     with contextlib.closing(socket.socket()) as free:
         free.bind(("127.0.0.1", 0))

@@ -15,7 +15,6 @@ import sympy as sp
 
 import vibrocap as vc
 from thinned import slow_but
-from vibrocap.physics import elementary
 
 # Dimensionless, as in docs/model.md. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
 lam, rho, nu, amplitude, omega, load = sp.symbols("lambda rho nu h omega N", positive=True)
@@ -293,9 +292,7 @@ def test_code_exponential_law_is_equation_8(side):
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("exponent", [1, 2, 3, alpha], ids=str)
-def test_code_lugre_law_is_equations_6_7_and_10(monkeypatch, side, exponent):
-    # A symbolic exponent is one that is not whole: proven for the law without its rounding off at rest.
-    monkeypatch.setattr(elementary, "POWER_ROUNDING", 0)
+def test_code_lugre_law_is_equations_6_7_and_10(side, exponent):  # a symbolic exponent is one that is not whole
     law = with_symbols(
         vc.LuGre,
         bristle_stiffness=stiff,

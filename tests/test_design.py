@@ -17,6 +17,7 @@ from vibrocap.design.search.ascent import ascend
 from vibrocap.design.search.population import evaluated
 from vibrocap.design.search.problem import stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns
+from vibrocap.design.search.uncertainty import CRITERIA, Samples
 
 START = [{"angle": np.pi / 3}]
 FREQUENCY_AND_PHASE = {"drive.frequency": (0.5, 3.0), "drive.second_phase": (0.0, 2.0 * np.pi)}
@@ -170,6 +171,49 @@ def test_designs_at_a_bound_are_reached(biharmonic):
     assert np.all((shares >= 0.0) & (shares <= 1.0))
     assert found.design["friction.coulomb_coefficient"] in over["friction.coulomb_coefficient"]
     assert np.sum(shares[:, 1] == np.round(shares[:, 1])) >= 3
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_search_over_the_gap_of_a_rigid_stop_starts_no_design_beyond_it(seed):
+    """From where another design has settled, or from a start of one's own, that lies beyond a nearer stop."""
+    system = vc.System(
+        vc.RigidStopCapsule(restitution=0.5), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.2, 1.0, second_amplitude=0.5)
+    )
+    over = {"machine.gap": (0.1, 1.0), "drive.frequency": (0.5, 1.5), "drive.second_phase": (0.0, 6.283)}
+    options = {"evaluations": 120, "refinement": 0, "spread_starts": 4, "seed": seed}
+    for starts in (None, [{"displacement": 0.19}]):
+        assert vc.optimise(system, over, starts=starts, **options).counts["refused"] == 0
+
+
+@pytest.mark.slow
+def test_slopes_where_a_reversal_falls_on_the_switch_of_the_drive():
+    """A kink without a change of the mode sequence: the slopes to both sides are those of one-sided differences."""
+    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.25), vc.OnOff(1.2, 0.0, 1.0, 0.4))
+    over = {"drive.duty": (0.1, 0.9), "drive.frequency": (0.3, 2.0), "machine.damping": (0.05, 1.0)}
+    guess = {"drive.duty": 0.21071708, "drive.frequency": 0.99187412, "machine.damping": 0.24770982}
+    system = system.with_parameters({"drive.offset": -0.20338534})
+    found = vc.optimise(system, over, guesses=[guess], evaluations=40, refinement=100, spread_starts=0)
+    motion = found.orbit.motion()
+    assert min(abs(event.time / motion.end - found.design["drive.duty"]) for event in motion.events) < 1e-8
+    assert found.orbit.gradients().kinks == ("reversal",)
+    best, step = system.with_parameters(found.design), 1e-5
+    for path, pair in found.slopes.items():
+        ends = [
+            vc.shoot(best.with_parameters({path: found.design[path] + sign * step}), found.orbit.state).mean_velocity
+            for sign in (-1.0, 1.0)
+        ]
+        sides = (found.value - ends[0]) / step, (ends[1] - found.value) / step
+        assert pair == pytest.approx(sides, rel=2e-3)
+        assert pair[0] > 0.0 > pair[1]
+
+
+def test_a_machine_that_cannot_travel_has_no_best_design():
+    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8))
+    over = {"drive.frequency": (0.6, 1.2), "machine.damping": (0.1, 0.5)}
+    found = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
+    assert found.status is vc.OptimumStatus.NO_TRAVEL
+    assert (found.design, found.value, found.slopes, found.nearest) == (None, None, {}, None)
+    assert "no design travels" in str(found)
 
 
 @pytest.mark.slow
@@ -932,6 +976,20 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     assert front.values == pytest.approx(known.values * [speed, cost], rel=1e-6)
     assert abs(front.orbits[0].mean_velocity) == pytest.approx(front.values[0, 0], rel=1e-9)
     assert front.table()[0]["mean_velocity"] == front.values[0, 0]
+
+
+@pytest.mark.parametrize("many", [16, 40])
+def test_what_counts_of_samples_is_the_worst_their_mean_or_the_mean_of_the_worst_tenth(many):
+    merits = np.random.default_rng(2).permuted(np.tile(np.arange(1.0, many + 1.0) ** 2, (3, 1)), axis=1)
+    of = {each: Samples((), np.zeros((many, 1)), each).chosen(merits) for each in CRITERIA}
+    tenth = {16: (1 + 4) / 2, 40: (1 + 4 + 9 + 16) / 4}[many]  # of 16, a tenth are two
+    assert of["cvar"] == pytest.approx([tenth] * 3, rel=1e-15)
+    assert of["worst"] == pytest.approx([1.0] * 3, rel=1e-15)
+    assert of["mean"] == pytest.approx([(many + 1) * (2 * many + 1) / 6] * 3, rel=1e-14)
+    merits[1, 5] = np.nan
+    for each in CRITERIA:
+        found = Samples((), np.zeros((many, 1)), each).chosen(merits)
+        assert np.isnan(found).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize(

@@ -334,7 +334,7 @@ def test_ones_own_leaves_the_equations_alone():
     ("measures", "complaint"),
     [
         (["mean_velocty"], "no measure 'mean_velocty'; did you mean 'mean_velocity'"),
-        ([vc.Measure.mean("bend", "", lambda m: m.bristle)], "'bend' cannot be taken of this system: 'bristle' is not"),
+        ([vc.Measure.mean("bend", "", lambda m: m.bristle)], "bend: is not available: 'bristle' is not"),
         ([vc.Measure.mean("bend", "", lambda m: m["machine.mass"])], "'machine.mass' is not a number of this system"),
         ([vc.Measure.mean("bend", "", lambda m: m.angle if m.angle == 0 else 1)], "cannot branch"),
         ([vc.Measure.mean("drift", "", lambda m: m.angle)], "two measures of the name 'drift'"),

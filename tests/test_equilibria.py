@@ -35,6 +35,43 @@ def test_steady_sliding_on_a_belt():
     assert len(vc.equilibria(found.system)) == 1  # what sticks on a moving belt is none
 
 
+def crust(draw=None):
+    """A system of the sizes of crustal friction, its steady state in closed form and the critical stiffness."""
+    a, b, level = 0.015, 0.02, 0.6
+    mass, stiffness, load, length, reference, speed = 1e6, 5e5, 50e6, 0.1, 1e-6, 1e-8
+    law = vc.RateAndStateAgeing(level, a, b, length, reference)
+    if draw is not None:
+        low, high = (0.0, 3.0, 4.0, -6.0, -8.0), (9.0, 8.0, 8.0, -1.0, -2.0)
+        mass, stiffness, load, length, reference = 10.0 ** draw.uniform(low, high)
+        speed, b = reference * 10.0 ** draw.uniform(-3.0, 2.0), a + draw.uniform(-0.004, 0.01)
+        law = vc.RateAndStateAgeing(level, a, b, length, reference)
+        if draw.random() < 0.5:
+            law = vc.RateAndStateSlip(level, a, b, length, reference, 1e-3 * speed)
+    machine = {"mass": mass, "stiffness": stiffness, "normal_load": load, "belt_speed": -speed}
+    system = belt(law, vc.Constant(0.0, duration=1e4), **machine)
+    place = -load * (level + (a - b) * math.log(speed / reference)) / stiffness
+    return system, place, speed, (b - a) * load / length * (1.0 + mass * speed**2 / (a * load * length))
+
+
+@pytest.mark.parametrize("seed", [None, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24))])
+def test_equilibria_of_sizes_that_differ_by_ten_decades(seed):
+    """One state of steady sliding, unstable below (b - a)(N/D_c)(1 + m v^2/(a N D_c)) (Rice and Ruina 1983)."""
+    system, place, speed, critical = crust(None if seed is None else np.random.default_rng(seed))
+    (found,) = vc.equilibria(system)
+    assert found.state["position"] == pytest.approx(place, rel=1e-9 if seed is None else 1e-5)  # the cutoff velocity's
+    assert found.state["sliding_velocity"] == pytest.approx(speed, rel=1e-9)
+    assert found.stable is bool(system.machine.stiffness > critical)
+
+
+def test_hopf_point_of_sizes_that_differ_by_ten_decades():
+    """The first Lyapunov coefficient is 3.4e-16 there (80 digits), of terms of 5: it has no sign in doubles."""
+    system, _, _, critical = crust()
+    (hopf,) = vc.equilibrium_branch(system, "machine.stiffness", (1e5, 1e8)).special_points
+    assert hopf.kind is vc.EquilibriumPointKind.HOPF
+    assert abs(hopf.parameter - critical) <= hopf.error < 1e-12 * critical
+    assert hopf.criticality == "degenerate"
+
+
 def test_interval_of_rest():
     """|F - k x| <= static level."""
     (found,) = vc.equilibria(belt(vc.Coulomb(1.0, 1.5), vc.Constant(0.3), stiffness=2.0))
@@ -326,3 +363,40 @@ def test_si_of_the_command_line(tmp_path, capsys):
     assert cli.main(["equilibria", str(case), "--over", "machine.belt_speed_m_per_s=0.01:1"]) == 0
     assert f"{math.log(20.0 * 0.5 * 10.0 / 0.1) / 20.0:.12g} m/s" in (said := capsys.readouterr().out)
     assert "omega 10 rad/s; subcritical; stability gained" in said
+
+
+class NormalForm:
+    """x' = -omega y + f, y' = omega x + g with all quadratic and cubic terms, as `first_lyapunov_coefficient` asks."""
+
+    count = 2
+
+    def __init__(self, omega, quadratic, cubic):
+        self.linear = np.array([[0.0, -omega], [omega, 0.0]])
+        self.quadratic, self.cubic = quadratic, cubic  # derivatives [2, 2, 2] and [2, 2, 2, 2], symmetric in the last
+
+    def jacobian(self, x):
+        return self.linear
+
+    def curvature(self, x):
+        found = np.zeros((2, 2, 3))
+        found[:, :, :2] = self.quadratic + np.einsum("jklm,m->jkl", self.cubic, x[:2])
+        return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_first_lyapunov_coefficient_has_the_size_of_the_textbook(seed):
+    """16 a = f_xxx + f_xyy + g_xxy + g_yyy + (...)/omega (Guckenheimer and Holmes 1983, eq. 3.4.11); l_1 = 2 a/omega.
+
+    For an eigenvector of length 1: r^2 is twice |z|^2.
+    """
+    draw = np.random.default_rng(seed)
+    omega = draw.uniform(0.5, 3.0)
+    second, third = draw.uniform(-1.0, 1.0, (2, 3)), draw.uniform(-1.0, 1.0, (2, 4))
+    quadratic = np.array([[[row[k + m] for m in (0, 1)] for k in (0, 1)] for row in second])
+    cubic = np.array([[[[row[k + m + n] for n in (0, 1)] for m in (0, 1)] for k in (0, 1)] for row in third])
+    (fxx, fxy, fyy), (gxx, gxy, gyy) = second
+    products = fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy
+    a = (third[0, 0] + third[0, 2] + third[1, 1] + third[1, 3] + products / omega) / 16.0
+    located = bifurcations.Located(np.zeros(3), 0.0, omega, np.array([3.0, -3.0j]))
+    found = bifurcations.first_lyapunov_coefficient(NormalForm(omega, quadratic, cubic), located)
+    assert found == pytest.approx(2.0 * a / omega, rel=1e-9)

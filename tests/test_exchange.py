@@ -6,10 +6,15 @@ What the library does as a stepper (inputs, parameters, copies, ends) is asked i
 import csv
 import ctypes
 import importlib.util
+import math
+import os
+import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -20,6 +25,7 @@ from thinned import exhaustive_but
 from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
+from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.exchange.rates_library import export_rates
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
@@ -305,3 +311,53 @@ def test_sources_need_floor_sqrt_and_fabs_only():
     for name in ("sin", "cos", "exp", "log", "tanh", "atan", "pow", "fmod", "fma", "malloc", "free"):
         assert f" {name}(" not in text
         assert f"({name}(" not in text
+
+
+@pytest.mark.parametrize("to", ["c", "rates"])
+def test_an_export_that_was_stopped_can_be_repeated(to, tmp_path, monkeypatch):
+    """After any of its files: what it leaves is seen to be its own."""
+    case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
+    whole, replace = tmp_path / "whole", os.replace
+    assert main(["export", case, "--to", to, "--out", str(whole)]) == 0
+    names = sorted(path.name for path in whole.iterdir())
+    for written in range(len(names)):
+        folder, count = tmp_path / str(written), iter(range(written))
+
+        def stopped(*given, count=count):
+            if next(count, None) is None:
+                raise KeyboardInterrupt
+            replace(*given)
+
+        monkeypatch.setattr("os.replace", stopped)
+        assert main(["export", case, "--to", to, "--out", str(folder)]) == 130
+        monkeypatch.setattr("os.replace", replace)
+        assert len(list(folder.iterdir())) == written
+        assert main(["export", case, "--to", to, "--out", str(folder)]) == 0
+        assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
+            name: (whole / name).read_bytes() for name in names
+        }
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_every_variable_of_an_fmu_in_si_has_the_factor_of_its_unit(kind, tmp_path):
+    """By the unit that its description gives: kg^a m^b s^c, from the scales of the case alone. Needs no importer."""
+    case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))
+    export_fmu(case, tmp_path / "bench.fmu", kind=kind, platforms=("none",))
+    with zipfile.ZipFile(tmp_path / "bench.fmu") as file:
+        root = ElementTree.fromstring(file.read("modelDescription.xml"))
+        table = file.read("sources/variables.h").decode()
+    factors = {name: float.fromhex(value) for name, value in re.findall(r'\{"([^"]+)", (\S+), ', table)}
+    bases = {each.get("name"): dict(each.find("BaseUnit").attrib) for each in root.iter("Unit")}
+    one = dict(zip(("kg", "m", "s"), case.system.units.units, strict=True)) | {"rad": 1.0}
+    listed = {each.get("name"): each for each in root.find("ModelVariables")}
+    assert {*factors} == {*listed}
+    for name, each in listed.items():
+        size = math.prod(one[base] ** int(power) for base, power in bases.get(each.get("unit"), {}).items())
+        size /= 2.0 * math.pi if each.get("unit") == "Hz" else 1.0  # cycles, where the equations count in radians
+        assert factors[name] == pytest.approx(size, rel=1e-14), name
+    assert 0.1 < one["s"] < 0.2
+    assert factors["position"] != 1.0
+    if kind == "model-exchange":
+        assert factors["der(angle)"] == pytest.approx(1.0 / one["s"], rel=1e-14)
+        assert factors["der(angle_rate)"] == pytest.approx(1.0 / one["s"] ** 2, rel=1e-14)
+        assert factors["der(velocity)"] == pytest.approx(one["m"] / one["s"] ** 2, rel=1e-14)

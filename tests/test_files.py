@@ -13,7 +13,7 @@ import pytest
 from interrupts import heard
 from vibrocap import files
 from vibrocap.cli.main import main
-from vibrocap.files import WriteError, made_folder, replacing, write_text
+from vibrocap.files import WriteError, made_folder, replacing, write_table, write_text
 
 try:
     import resource
@@ -92,6 +92,14 @@ def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
     assert calls[:2] == ["fsync", "replace"]
 
 
+def test_bytes_of_a_name_that_are_not_utf8_are_written_as_escapes(tmp_path):
+    """Python holds them as half characters, which UTF-8 refuses."""
+    write_text(tmp_path / "a.html", "c\udcff.toml")
+    write_table(tmp_path / "a.csv", ["c\udcff"], [["d\udcfe"]])
+    assert (tmp_path / "a.html").read_bytes() == rb"c\udcff.toml"
+    assert (tmp_path / "a.csv").read_bytes() == b"c\\udcff\nd\\udcfe\n"
+
+
 def test_rights_stay(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("old")
@@ -132,10 +140,41 @@ def test_a_command_does_not_write_over_what_it_reads(tmp_path, capsys):
     case.write_text(CASE)
     os.link(case, same)
     for name in (case, same):
-        assert main(["convert", str(case), "--to", "dimensionless", "--out", str(name)]) == 3
+        assert main(["convert", str(case), "--to", "dimensionless", "--out", str(name)]) == 2
         assert "it is read by this command" in capsys.readouterr().err
     assert case.read_text() == CASE
     assert write_text(case, CASE)  # a user of the package may
+
+
+# what stands in the folder of an earlier run, where the command writes it: (the name, the command on it)
+CONTINUED = {
+    "optimise": ("best.toml", "--over", "drive.frequency=0.5:3"),
+    "optimise front": ("cases/003.toml", "--over", "drive.frequency=0.5:3", "--against", "drift"),
+    "steer": ("steered.toml", "--to", "5", "--tolerance", "0.1"),
+    "calibrate": ("calibrated.toml", "--to", "rows.csv", "--over", "machine.damping=0.5:2"),
+}
+
+
+@pytest.mark.parametrize("what", CONTINUED)
+def test_a_folder_is_refused_before_work_where_the_case_would_be_replaced(tmp_path, capsys, what):
+    name, *options = CONTINUED[what]
+    if "--against" in options:
+        pytest.importorskip("pymoo")
+    case = tmp_path / name
+    case.parent.mkdir(exist_ok=True)
+    case.write_text(CASE)
+    assert main([what.split()[0], str(case), *options, "--out", str(tmp_path)]) == 2
+    assert f"--out: {str(case)!r} cannot be written: it is read by this command" in capsys.readouterr().err
+    assert names(case.parent) == [case.name]
+
+
+def test_a_run_is_not_written_over_the_motion_that_it_is_read_from(tmp_path, capsys):
+    pytest.importorskip("xarray")
+    (tmp_path / "case.toml").write_text(CASE)
+    run = str(tmp_path / "run.nc")
+    assert main(["simulate", str(tmp_path / "case.toml"), "--out", run]) == 0
+    assert main(["simulate", run, "--out", run]) == 2
+    assert "--out: " in capsys.readouterr().err
 
 
 def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):

@@ -306,6 +306,29 @@ def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
     assert said in err
 
 
+def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
+    """The pulses of a period are whole: their height, frequency and modulation have slopes, as differences do."""
+    drive = vc.PulseWidth(amplitude=1.2, frequency=0.8, pulses=4)
+    system = vc.System(vc.TwoMassCapsule(), vc.anisotropic(vc.Coulomb)(0.1, 0.2, back_ratio=1.5), drive)
+    found = vc.orbit(system).gradients()
+    assert not any(each.parameter == "drive.pulses" for each in found.slopes)
+    for path in ("drive.modulation", "drive.amplitude"):
+        value, step = system.parameter(path), 1e-5
+        ends = [vc.orbit(system.with_parameters({path: value + sign * step})).mean_velocity for sign in (1.0, -1.0)]
+        assert found["mean_velocity", path].slope == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-6)
+    with pytest.raises(ValueError, match=r"drive\.pulses should be a number to have a gradient, it is the count 4"):
+        vc.orbit(system).gradients(["drive.pulses"])
+
+
+def test_an_event_on_a_corner_of_the_drive_is_named():
+    drive = vc.OnOff(1.2, -0.20338534, 0.99187412, 0.21071708)
+    system = vc.System(vc.TwoMassCapsule(damping=0.24770982), vc.Coulomb(0.2, 0.25), drive)
+    found = vc.orbit(system).gradients(["machine.damping"])
+    assert found.kinks == ("reversal",)
+    assert "to one side only: reversal on a corner of the drive" in str(found)
+    assert vc.orbit(system.with_parameters({"drive.duty": 0.3})).gradients(["machine.damping"]).kinks == ()
+
+
 @pytest.mark.slow
 def test_a_segment_that_has_no_length_can_only_become_longer():
     """A trapezoid without a hold: its slope by `hold` is one-sided, and refused; all others are given."""

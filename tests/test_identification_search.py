@@ -18,7 +18,7 @@ from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.samples import samples
 from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
-from vibrocap.identification.search.loss import Loss, SearchStatus
+from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.exponential import Exponential
@@ -242,3 +242,36 @@ def test_few_samples_carry_no_intervals():
     assert {one[name].verdict for name in one.free} == {Verdict.TOO_FEW}
     assert all((one[name].low, one[name].high) == (0.0, math.inf) for name in one.free)
     assert "20 samples cannot carry 7 parameters" in one.summary()
+
+
+@pytest.mark.parametrize("kind", LOSSES)
+def test_losses_are_those_of_scipy(kind):
+    """Half the sum of losses of errors, and their slope, within the scale and far beyond it."""
+    from scipy.optimize import least_squares
+
+    errors, loss = np.array([0.02, -0.6, 0.69, 3.0, -40.0]), Loss(kind, 0.7)
+    found = least_squares(lambda x: errors * x, [1.0], loss=kind, f_scale=0.7, max_nfev=1, method="trf")
+    assert found.x == [1.0] or kind == "linear"
+    if kind != "linear":
+        assert loss.cost(errors) == pytest.approx(found.cost, rel=1e-14)
+    assert loss.cost(np.stack((errors, 2.0 * errors))) == pytest.approx(
+        [loss.cost(errors), loss.cost(2.0 * errors)], rel=1e-14
+    )
+    for error in errors:
+        step = 1e-5 * abs(error)
+        rise = (loss.cost(np.array([error + step])) - loss.cost(np.array([error - step]))) / (2.0 * step)
+        assert loss.slope(np.array([error]))[0] * error == pytest.approx(rise, rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", LOSSES[1:])
+def test_every_robust_loss_lets_outliers_pull_less(kind):
+    """A twentieth of the samples far off: the levels stay, where squares are drawn away."""
+    law, motion = Exponential(0.3, 0.5, 4.0), ramp(0.4, 6.0, 300)
+    record = synthetic_record(law, motion, noise=0.01, seed=3)
+    spikes = record.force.copy()
+    spikes[::20] += 2.0 * np.sign(record.velocity[::20])
+    record = dataclasses.replace(record, force=spikes)
+    robust, squares = (fit(record, "exponential", loss=each, seed=1) for each in (kind, "linear"))
+    level = {each.name: each.value for each in robust.parameters}["coulomb_coefficient"]
+    drawn = {each.name: each.value for each in squares.parameters}["coulomb_coefficient"]
+    assert abs(level - 0.3) < 0.01 < 0.05 < abs(drawn - 0.3)

@@ -11,6 +11,7 @@ from test_series import Real
 from vibrocap.contracts.samples import draws, random_internal, random_motion
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import where
 
 EPSILON = float(np.finfo(float).eps)
 each_law = pytest.mark.parametrize("law", LAWS, ids=LAW_NAMES)
@@ -72,6 +73,7 @@ def test_series_of_a_law_solve_its_equations(law):
     followed = [graph.expression(e) for e in (force, *law.switches(velocity, z, graph.node("side"), 1.3))]
     writer = JetWriter(graph, [graph.expression(rate) for rate in rates])
     names = {"math": math, "floats": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding": side}
+    names["where"] = where
     wanted = [[writer.coefficient(e.index, k) for k in range(ORDER + 1)] for e in (*z, *followed)]
     exec("\n".join(writer.code.lines), names)
     series = [[eval(value.text, names) for value in row] for row in wanted]

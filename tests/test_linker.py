@@ -141,7 +141,7 @@ def test_what_is_answered_twice_is_refused(other):
             "loop.one_step",
             "def turn_period(",
             "def turn_the_period(",
-            r"kernel/loop/one_step.py, in `turn`: `turn_period` is defined in no part",
+            r"kernel/loop/one_step.py, in `step`: `turn_period` is defined in no part",
         ),
         ("loop.one_by_one", "def advance(", "def go_on(", "the entry `advance` is defined in no part"),
     ],

@@ -27,7 +27,7 @@ SETTINGS = {
     "max_events_per_period": 100,
     "max_steps": 1000,
     "window": 1,
-    "settle": None,
+    "settle": 0,
     "extrapolate": True,
 }
 
@@ -326,6 +326,20 @@ def test_a_load_that_is_negative_at_the_start_is_refused(law, velocity):
         vc.simulate(capsule(law=law), initial=start)
     assert vc.simulate(capsule(WEIGHT, law), initial=start, periods=0.01).status.ok
     assert vc.simulate(capsule(law=law), initial=start | {"angle_rate": 1.8}, periods=0.01).status.ok
+
+
+@pytest.mark.parametrize("first", [1, 2])
+@pytest.mark.parametrize("standing", [0.0, 0.2])
+def test_the_load_of_every_contact_is_asked_at_the_start(first, standing):
+    """The light body of a linkage whose bodies part fast is lifted, whichever its number is."""
+    light, heavy = 0.05, 5.0
+    masses = (
+        {"mass_ratio": light, "mass_ratio_2": heavy} if first == 1 else {"mass_ratio": heavy, "mass_ratio_2": light}
+    )
+    speeds = {"velocity": 3.0, "velocity_2": standing} if first == 1 else {"velocity": standing, "velocity_2": -3.0}
+    system = vc.System(vc.LinkageCrawler(**masses), [vc.Coulomb(0.2, 0.3)] * 2, vc.Harmonic(amplitude=0.5))
+    with pytest.raises(ValueError, match=f"initial: the normal load on contact {first} is negative at the start, -"):
+        vc.simulate(system, initial=speeds, periods=1)
 
 
 def test_a_load_that_is_negative_at_the_start_ends_the_command_before_any_work(tmp_path, capsys):

@@ -24,6 +24,12 @@ def capsule(law, **parameters):
     return vc.System(vc.PendulumCapsule(), law, vc.Harmonic()).with_parameters(parameters)
 
 
+def test_a_run_that_fails_has_no_certified_exponent(monkeypatch):
+    monkeypatch.setattr(lyapunov, "MOST_STEPS", 0)
+    found = lyapunov_exponent(oscillator(0.1), transient=20, periods=20)
+    assert (found.finished, found.certified, found.periods) == (False, False, 0)
+
+
 def oscillator(damping, stiffness=1.0):
     return vc.System(vc.Oscillator(damping=damping, stiffness=stiffness), FRICTIONLESS, vc.Harmonic(amplitude=0.3))
 

@@ -311,7 +311,7 @@ def test_the_title_of_a_map_in_si_names_all_that_is_fixed():
 
     case = case_from_text(SI)
     over = {"drive.frequency_Hz": [0.9, 1.0], "machine.capsule_mass_kg": [0.4, 0.5]}
-    dataset = vc.sweep(case.system, over, settle=1e-3, initial=case.initial, periods=3)
+    dataset = vc.sweep(case.system, over, settle=1e-3, initial=case.initial, periods=3, tolerance=1e-8)
     view = study_view(dataset)
     fixed = (
         "stiffness = 0.98 N m/rad, damping = 0.08 N m s/rad, normal load = weight, pendulum mass = 0.2 kg, "
@@ -335,7 +335,7 @@ def test_a_title_says_of_a_table_how_many_values_it_has():
 
     drive = vc.DriveTable((0.0, 0.5, 1.2, 2.5), (0.3, -0.2, 0.5, 0.3))
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), drive)
-    view = study_view(vc.sweep(system, {MASS: [1.0, 2.0]}, periods=2))
+    view = study_view(vc.sweep(system, {MASS: [1.0, 2.0]}, periods=2, tolerance=1e-8, settle=0))
     assert "4 values from −0.2 to 0.5" in view.setting.replace(NBSP, " ")
     heading = vc.figure(vc.simulate(system, periods=1))._suptitle.get_text()
     assert "4 values from −0.2 to 0.5" in heading.replace(NBSP, " ")

@@ -112,6 +112,12 @@ def test_coulomb_with_one_level_is_said_whole():
     assert "friction:" not in two
 
 
+def test_the_level_of_a_law_with_two_directions_is_the_mean_of_both():
+    law = vc.anisotropic(vc.Coulomb)(0.3, 0.3, back_ratio=2.0)
+    found = ET.fromstring(mujoco_model(Case(system_of(vc.PendulumCapsule(normal_load=2.0), law))).text)
+    assert float(found.find(".//joint[@name='capsule']").get("frictionloss")) == pytest.approx(2.0 * 0.45, rel=1e-15)
+
+
 def test_a_model_in_si_counts_in_si():
     machine, start = vc.PendulumCapsule(normal_load="weight"), {"angle": 0.5, "velocity": 0.2}
     plain, in_si = (

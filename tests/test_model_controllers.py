@@ -319,7 +319,15 @@ def test_a_goal_far_away_is_no_runaway():
 @pytest.mark.slow
 def test_runs_side_by_side_say_so_too():
     over = {"controller.integral_gain": [4.0, 4e4], "friction.static_coefficient": [1.0, 1.5]}
-    data = vc.sweep(servo(vc.PositionPID(3.0, 1.0, 6.0)), over, measures=["stick_fraction"], initial=START, periods=30)
+    data = vc.sweep(
+        servo(vc.PositionPID(3.0, 1.0, 6.0)),
+        over,
+        measures=["stick_fraction"],
+        initial=START,
+        periods=30,
+        tolerance=1e-8,
+        settle=0,
+    )
     runaway = list(vc.Status).index(vc.Status.RUNAWAY)
     assert data["status"].values.tolist() == [[0, 0], [runaway, runaway]]
 

@@ -1,5 +1,6 @@
 """Steady motions: closed by shooting, their drift, multipliers and twins, and what is said where none is found."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -284,6 +285,11 @@ def test_a_run_that_fails_is_no_orbit(monkeypatch):
     monkeypatch.setattr(stroboscopic_map, "MOST_STEPS", 5)
     found = near_orbit(system_with(vc.Exponential()), NEAR["exponential"])
     assert found.status is vc.OrbitStatus.RUN_FAILED
+    assert found.mode_sequence == ""
+    lost = dataclasses.replace(found, state=dict.fromkeys(found.state, math.nan))
+    assert lost.mode_sequence == ""
+    with pytest.raises(ValueError, match="orbit: has no motion, as no state of it is known: run failed"):
+        lost.motion()
 
 
 @pytest.mark.parametrize(

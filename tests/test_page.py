@@ -74,7 +74,7 @@ RESULTS = {
     "diagram": lambda: vc.bifurcation_diagram(BELT, "machine.belt_speed", (1.4, 1.6), 5, starts=2, settle_periods=60),
     "law": vc.LuGre,
     "sheet": lambda: vc.test_sheet(vc.LuGre()),
-    "map": lambda: vc.sweep(SYSTEM, AXES, settle=1e-5),
+    "map": lambda: vc.sweep(SYSTEM, AXES, settle=1e-5, periods=60, tolerance=1e-8),
     "fit": lambda: vc.fit(RUBBED, "exponential", held_out="fast", starts=1),
     "steady fit": lambda: vc.steady_fit(RUBBED, "stribeck", held_out="fast"),
     "comparison": lambda: vc.compare(RUBBED, ["exponential", "coulomb", "stribeck"], held_out="fast", starts=1),
@@ -87,7 +87,7 @@ RESULTS = {
     "stick-slip": lambda: pulled(0.05),
     "steady pull": lambda: stick_slip(np.linspace(0.0, 9.0, 900), 10.0 + np.random.default_rng(0).standard_normal(900)),
     "regimes": lambda: regime_diagram([pulled(speed) for speed in (0.05, 0.1, 0.3)]),
-    "lines": lambda: vc.sweep(SYSTEM, {"machine.mass_ratio": [1.0, 2.0, 3.0]}, settle=1e-5),
+    "lines": lambda: vc.sweep(SYSTEM, {"machine.mass_ratio": [1.0, 2.0, 3.0]}, settle=1e-5, periods=60, tolerance=1e-8),
 }
 
 

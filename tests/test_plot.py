@@ -38,7 +38,15 @@ def results():
     velocity = 0.3 * np.sin(time)
     force = 0.2 * np.tanh(velocity / 0.01) + 0.01 * np.sin(40.0 * time)
     over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": [1.0, 2.0]}
-    study = vc.sweep(SYSTEM, over, measures=["mean_velocity", "mode_sequence"], periods=20, initial={"angle": 1.0})
+    study = vc.sweep(
+        SYSTEM,
+        over,
+        measures=["mean_velocity", "mode_sequence"],
+        periods=20,
+        initial={"angle": 1.0},
+        tolerance=1e-8,
+        settle=0,
+    )
     return {
         "motion": vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
         "orbit": orbit,
@@ -391,7 +399,7 @@ def test_narrow_intervals_are_seen_beside_wide_ones(results):
 
 def test_cases_of_a_list_are_counted_in_whole_numbers():
     cases = [{"machine.mass_ratio": x} for x in (1.0, 2.0, 3.0)]
-    study = vc.sweep(SYSTEM, cases=cases, periods=10, initial={"angle": 1.0})
+    study = vc.sweep(SYSTEM, cases=cases, periods=10, initial={"angle": 1.0}, tolerance=1e-8, settle=0)
     ax = vc.plot(study)
     ax.figure.canvas.draw()
     assert all(float(tick).is_integer() for tick in ax.get_xticks())

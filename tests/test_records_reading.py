@@ -430,7 +430,51 @@ def test_ragged_rows_and_text_in_numbers_are_named_by_line(written):
     lines = csv(GOOD).splitlines()
     said = refused(written, "\n".join(lines[:1] + [f"{at},a,2,3" for at in range(9)]))
     assert "and 4 more like these" in said
-    assert "the header names 'F' more than once" in refused(written, csv(GOOD).replace("v", "F", 1))
+
+
+def with_columns(text, *columns):
+    """A table with further columns: a heading, and what stands in each row."""
+    lines = [line.split(",") for line in text.splitlines()]
+    return "\n".join(",".join(cells + [c[0] if not at else c[1] for c in columns]) for at, cells in enumerate(lines))
+
+
+def test_what_is_wrong_with_columns_that_are_not_used_counts_for_nothing(written):
+    """Real files have words, empty cells and columns of one name beside the ones that are needed."""
+    rest = (("status", "OK"), ("temp", "21.5"), ("temp", "22.5"), ("note", ""), ("temp", "x"), ("", ""))
+    (made,) = written(with_columns(csv(GOOD), *rest))
+    assert_good(made)
+    lines = csv(GOOD).splitlines()
+    lines[4:4] = [",,,", ""]  # a row without content
+    (made,) = written("\n".join([*lines, ",,,", ","]))
+    assert_good(made)
+
+
+def test_columns_of_one_name_are_asked_for_by_their_places(written):
+    """One that is needed is not guessed; what has the same cells twice, as the time of each channel, is one column."""
+    twice = with_columns(csv(GOOD), ("F", "7"))
+    said = refused(written, twice)
+    assert "force: no column has a usual name" in said
+    assert "there is 't', 'F #1', 'v', 'x', 'F #4'" in said
+    assert "has no column 'F'; there is 't', 'F #1'" in refused(written, twice, columns={"force": "F"})
+    for name in ("F #1", 1):
+        assert_good(written(twice, columns={"force": name})[0])
+    lines = [f"{line.split(',')[0]},{line}" for line in csv(GOOD).splitlines()]
+    assert_good(written("\n".join(lines))[0])
+
+
+@pytest.mark.parametrize("behind", ["", ",", ",,,"])
+@pytest.mark.parametrize("pads", [True, False])
+@pytest.mark.parametrize("names", [True, False])
+def test_the_settings_of_an_instrument_before_the_table(written, behind, pads, names):
+    """Names and numbers with the delimiters of the table, as spreadsheets write them, and rows that end in some."""
+    settings = ["Model,XY-100", "Sample rate,1000", "Range,-5,5", "Channels,3,4", "", "1000", "Start,12:30:01"]
+    padded = [line + "," * (3 - line.count(",")) + behind if pads and line else line for line in settings]
+    header, *rows = csv(GOOD).splitlines()
+    text = [*padded, header + behind, "s,N,m/s,m" + behind, *(row + behind for row in rows)]
+    if not names:
+        text = [*padded, *(row + behind for row in rows)]
+    settings = {} if names else {"columns": {"time": 0, "force": 1, "velocity": 2, "displacement": 3}}
+    assert_good(written("\n".join(text), **settings)[0])
 
 
 def test_paths(tmp_path):

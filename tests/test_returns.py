@@ -61,7 +61,61 @@ def test_what_does_not_close_says_why_and_shows_no_stability(given, status):
     assert not found.stable
     assert not found.unstable
     assert len(found.multipliers) == 0
-    assert "not known" in str(found)
+    assert found.failed
+    assert found.heading.startswith("no closed steady motion")
+
+
+def creeping(law, **machine):
+    return vc.System(vc.Oscillator(**machine), law, vc.Constant())
+
+
+@pytest.mark.parametrize(("stiffness", "period"), [(2.0, 6.92497438), (20.0, 1.50773824)])
+def test_a_cycle_in_which_nothing_sticks_or_turns_round(stiffness, period):
+    """Without a section as with one: the middle of a state is passed by every cycle."""
+    system = creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.06, 0.01, 0.1), stiffness=stiffness, belt_speed=-0.05)
+    start = {"position": -0.2 if stiffness == 2.0 else -0.02, "sliding_velocity": 0.05, "log_age": 0.5}
+    found = vc.orbit(system, initial=start, settle_periods=200)
+    assert found.status is OrbitStatus.CONVERGED
+    assert found.period == pytest.approx(period, abs=1e-8)
+    assert {each.kind for each in found.motion(5.0 * found.period).events} <= {"start", "end"}
+
+
+@pytest.mark.slow
+def test_a_cycle_of_laboratory_friction_too_stiff_for_tangents():
+    """Friction turns over within 1e-6 m/s in a machine whose natural speed is 1.6 m/s."""
+    law = vc.RateAndStateAgeing(0.6, 0.01, 0.015, 1e-5, 1e-6)
+    machine = {"mass": 10.0, "stiffness": 4e6, "belt_speed": -1e-6, "normal_load": 1e4}
+    system = vc.System(vc.Oscillator(**machine), law, vc.Constant(0.0, duration=50.0))
+    start = {"position": -1.5e-3, "sliding_velocity": 1e-6, "log_age": 0.3}
+    found = vc.orbit(system, initial=start, settle_periods=200)
+    assert found.status is OrbitStatus.CONVERGED
+    assert found.period == pytest.approx(356.98407567, abs=1e-6)
+    assert found.stable
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "status"),
+    [
+        (
+            vc.System(
+                vc.TwoMassCapsule(), vc.Coulomb(0.1, 0.1), vc.Constant(0.0),
+                environment=vc.Environment(force=1.0, linear_drag=0.5),
+            ),
+            {},
+            OrbitStatus.SLIDES_STEADILY,
+        ),
+        (creeping(vc.Coulomb(1.0, 1.0), belt_speed=0.5, damping=0.1), {}, OrbitStatus.SLIDES_STEADILY),
+        (
+            creeping(vc.RateAndStateAgeing(0.3, 0.03, 0.01, 0.01, 0.1), belt_speed=-0.5, damping=0.3),
+            {"position": 0.5},
+            OrbitStatus.SLIDES_STEADILY,
+        ),
+        (creeping(vc.Coulomb(1.0, 1.0)), {"position": 5.0}, OrbitStatus.COMES_TO_REST),
+        (creeping(vc.SmoothedTanh(0.3, 0.3, 0.01, 1, 0.01), damping=0.3), {"position": 0.5}, OrbitStatus.COMES_TO_REST),
+    ],
+)  # fmt: skip
+def test_steady_sliding_is_no_rest(system, start, status):
+    assert vc.orbit(system, initial=start).status is status
 
 
 @pytest.mark.slow

@@ -5,17 +5,23 @@ Taylor series there for few alpha, whose terms are few and far between; what is 
 that friction falls later.
 """
 
+import dataclasses
 import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from independent_powers import motion as independent_motion
+from independent_powers import random_case
+from renumbered import renumbered
+from sharp_powers import event_name
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness
-from vibrocap.numerics.expressions.structure import gaps, rough
+from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
@@ -59,8 +65,11 @@ def error_and_estimate(row: dict, tolerance: float) -> tuple[float, float]:
     motion = vc.simulate(system, periods=TABLE["periods"], initial=start, tolerance=tolerance)
     certificate = motion.certificate
     assert certificate.ok, certificate.failures
-    events = [(event.time, event.kind) for event in motion.events]
-    assert [kind for _, kind in events] == [kind for _, kind in row["events"]]  # and no graze
+    kinds = [event.kind for event in motion.events]
+    if row["law"] in ("tanh", "arctan"):  # split where it turns if its power has no series there; the yardstick is not
+        assert set(kinds) <= {"reversal"}
+    else:
+        assert kinds == [kind for _, kind in row["events"]]  # and no graze
     error = np.abs(motion.sections - row["marks"])
     assert error[-1].max() <= STEPS * tolerance * row["growth"] + KNOWN
     scales = np.ones(error.shape[1])
@@ -132,7 +141,8 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
         sharp = system_sharpness(recorded).nodes
-        return sorted(power for _, power in gaps(recorded, sharp).values()), rough(recorded, sharp)
+        powers = sorted(power for _, power in gaps(recorded, sharp).values())
+        return powers, no_series_at_rest(recorded.contact_velocity, recorded.rates)
 
     def stribeck(exponent):
         return vc.Stribeck(stribeck_exponent=exponent, viscous_damping=0.0)
@@ -146,5 +156,139 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
     assert found(vc.anisotropic(vc.Stribeck)(stribeck_exponent=5.0, viscous_damping=0.0)) == ([5], False)
     assert found(stribeck(1.7)) == ([], True)
     assert found(vc.LuGre(stribeck_exponent=3.0))[0][0] == 3
-    assert found(vc.SmoothedTanh(stribeck_exponent=2.7)) == ([], False)  # does not stick
+    assert found(vc.SmoothedTanh(stribeck_exponent=2.7)) == ([], True)
     assert found(vc.RateAndStateAgeing()) == ([], False)
+
+
+# --- several contacts -------------------------------------------------------------------------------------------------
+
+SHAKEN = vc.Biharmonic(amplitude=1.5, frequency=0.8, second_amplitude=0.7, second_phase=0.5)
+GAIT = vc.Biharmonic(amplitude=0.5, frequency=0.8, second_amplitude=0.4, second_phase=0.5)
+MACHINES = {
+    "row": (vc.TwoBlockRow(belt_speed=0.3), vc.Harmonic(amplitude=1.0)),
+    "crawler": (vc.TwoBodyCrawler(mass_2=2.0), SHAKEN),
+    "worm": (vc.TwoBodyWorm(mass_2=2.0), GAIT),
+    "three bodies": (vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5), vc.Harmonic(amplitude=1.0)),
+    "linkage": (vc.LinkageCrawler(mass_ratio_2=1.7, stiffness=4.0), vc.Biharmonic(0.5, 1.3, 0.15, 0.5)),
+    "oscillator": (vc.Oscillator(belt_speed=0.3), vc.Harmonic(amplitude=1.0)),
+    "capsule": (vc.PendulumCapsule(), vc.Harmonic()),
+    "capsule under its load": (vc.PendulumCapsule(normal_load="dynamic"), vc.Harmonic()),
+}
+AT_ONCE = (35, 48, 74, 101)  # seeds of worms whose two contacts rest at once, which the yardstick does not know
+
+
+def droop(exponent: float) -> vc.Stribeck:
+    return vc.Stribeck(0.15, 0.45, 0.1, exponent)
+
+
+def run(machine, laws, drive, tolerance, periods=5):
+    """A certified motion."""
+    law = laws if len(machine.contact_states) > 1 else laws[0]
+    found = vc.simulate(vc.System(machine, law, drive), periods=periods, tolerance=tolerance)
+    assert found.status is vc.Status.FINISHED
+    assert found.certificate.ok, found.certificate.failures
+    return found
+
+
+PLACES = [(name, contact) for name, (one, _) in MACHINES.items() for contact in range(min(2, len(one.contact_states)))]
+
+
+@pytest.mark.parametrize(("name", "first"), slow_but([1, 4], PLACES))
+@pytest.mark.parametrize("exponent", slow_but([1], [1.1, 1.5, 2.9]))
+def test_a_power_costs_little_more_than_a_square_at_any_contact(name, first, exponent):
+    """Before, it did not finish at a second contact in sweeps, and took 3 to 10 times the steps elsewhere."""
+    machine, drive = MACHINES[name]
+    count = len(machine.contact_states)
+    for tolerance in (1e-6, 1e-7, 1e-9):
+        steps = []
+        for alpha in (exponent, 2.0):
+            laws = [vc.Coulomb()] * count
+            laws[first] = droop(alpha)
+            steps.append(run(machine, laws, drive, tolerance).certificate.taylor_steps)
+        assert steps[0] <= 4.0 * steps[1]
+
+
+def test_answers_of_two_tolerances_agree_to_what_they_promise():
+    """A contact that sticks shortly: before, certified answers were off by 27 times the estimate of their error."""
+    right = -41.64967992
+    for tolerance in (1e-8, 1e-9):
+        found = run(MACHINES["crawler"][0], [droop(1.5)] * 2, SHAKEN, tolerance, periods=40)
+        assert abs(found.sections[-1, 2] - right) <= found.certificate.estimated_error + 3e-9
+
+
+def test_a_smooth_law_is_split_where_its_power_has_no_series():
+    """(v tanh(v/eps)/v_s)^alpha is |v|^(2 alpha) at rest: before, certified ends were off by 89 tolerances at 1e-8."""
+    machine, drive = vc.PendulumCapsule(normal_load="dynamic"), vc.OnOff(2.0, -0.5, 1.0, 0.5)
+    right = (-0.74387126705, -0.05639459756, 1.43362095836, 0.02951547179)  # at 1e-12
+    for tolerance in (1e-7, 1e-8):
+        found = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 1.1, 0.005)], drive, tolerance, periods=10)
+        assert np.abs(found.sections[-1] - right).max() <= 5.0 * tolerance
+        assert {event.kind for event in found.events} == {"reversal"}
+    whole = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 2.0, 0.005)], drive, 1e-7, periods=10)
+    assert not whole.events
+
+
+@pytest.mark.parametrize("seeds", slow_but([0], [[5, 13, 24], *(list(range(i, 104, 8)) for i in range(8))]))
+def test_random_systems_against_an_independent_solver(seeds):
+    """Exponents from 1.1 to 2.9 at any contact of five machines, in laws that stick and smooth ones: ends, events."""
+    for seed in sorted({*seeds}.difference(AT_ONCE)):
+        case = random_case(seed)
+        marks, expected = independent_motion(case, 3)
+        sticks = [contact.width == 0.0 for contact in case.contacts]
+        words = Counter((contact + 1, event_name(before, after)) for contact, before, after in expected)
+        for tolerance in (1e-6, 1e-8, 1e-10):
+            start = dict(zip(case.system.state_names, case.start, strict=True))
+            found = vc.simulate(case.system, periods=3, initial=start, tolerance=tolerance)
+            assert (found.status, found.certificate.ok) == (vc.Status.FINISHED, True), (seed, tolerance)
+            assert np.abs(found.sections - marks).max() <= STEPS * tolerance, (seed, tolerance)
+            events = Counter((e.contact, e.kind.removesuffix("_2")) for e in found.events if sticks[e.contact - 1])
+            assert events == words, (seed, tolerance)
+
+
+# As taken by two contacts; a third has Coulomb's.
+LAWS = {
+    "power first": (droop(1.5), vc.Coulomb()),
+    "power last": (vc.Coulomb(), droop(1.2)),
+    "power on bristles": (vc.LuGre(stribeck_exponent=1.7), vc.Exponential()),
+    "square and bristles": (droop(2.0), vc.LuGre()),
+    "smooth power": (vc.Exponential(), vc.SmoothedTanh(stribeck_exponent=1.5, smoothing_velocity=0.01)),
+    "uneven and hysteresis": (vc.anisotropic(vc.Coulomb)(0.1, 0.18, back_ratio=1.4), vc.BoucWen()),
+    "sharp": (droop(3.0), vc.Stribeck(0.15, 0.45, 1e-3, 2.0)),
+    "springs": (vc.Dahl(), vc.ElastoPlastic()),
+    "age": (vc.RateAndStateAgeing(), vc.Coulomb()),
+}
+PAIRS = [(name, law) for name in list(MACHINES)[:5] for law in LAWS if (name, law) != ("linkage", "age")]
+
+
+@pytest.mark.parametrize(("name", "laws"), slow_but([0, 5, 10, 19], PAIRS))
+def test_bodies_may_be_numbered_either_way(name, laws):
+    """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""
+    machine, drive = MACHINES[name]
+    pair = (*LAWS[laws], vc.Coulomb())[: len(machine.contact_states)]
+    for tolerance in (1e-6, 1e-9):
+        one, other = (
+            run(machine, list(pair), drive, tolerance),
+            run(renumbered(machine), list(pair[::-1]), drive, tolerance),
+        )
+        moving = len(machine.states)
+        assert np.abs(one.sections - other.sections)[:, :moving].max() <= STEPS * tolerance
+        assert len(one.events) == len(other.events)
+        steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
+        assert max(steps) <= 1.25 * min(steps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "step"), [("stribeck_exponent", 1e-4), ("stribeck_velocity", 1e-5)])
+def test_gradients_over_the_numbers_of_a_power(name, step):
+    """A tangent starts from rest as the motion does: |v|^(alpha - 1) and |v|^alpha log|v| have no series there."""
+
+    def orbit(shift):
+        return vc.orbit(
+            vc.System(vc.PendulumCapsule(), dataclasses.replace(law, **{name: value + shift}), vc.Harmonic())
+        )
+
+    law = droop(1.5)
+    value = getattr(law, name)
+    (slope,) = orbit(0.0).gradients([f"friction.{name}"]).slopes
+    difference = (orbit(step).mean_velocity - orbit(-step).mean_velocity) / (2.0 * step)
+    assert slope.slope == pytest.approx(difference, rel=1e-6)

@@ -1,5 +1,9 @@
 """Motions that begin at another time or phase of the drive, and motions that go on from another one."""
 
+import collections
+import pickle
+import random
+
 import numpy as np
 import pytest
 
@@ -109,3 +113,130 @@ def test_start_that_makes_no_sense_is_refused_by_name():
             vc.simulate(system(), periods=1, start=start)
     with pytest.raises(ValueError, match=r"start.phase should be a finite number, got 'half'"):
         vc.Start(phase="half")
+
+
+# --- ends at events ---------------------------------------------------------------------------------------------------
+
+DROP = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.3)
+BELT = vc.System(vc.Oscillator(), DROP, vc.Harmonic(amplitude=0.4, frequency=0.3))
+
+
+def vector(motion):
+    return np.array(list(motion.state.values()))
+
+
+def told(*motions):
+    """How often each kind of event was told."""
+    return collections.Counter(str(kind) for motion in motions for kind in motion.event_kinds)
+
+
+def continued(first, periods):
+    """The three ways to continue a motion: it, a copy that was stored, its state and phase."""
+    later = vc.Start(time=first.end, phase=first.end_phase)
+    for start, initial in ((first, None), (pickle.loads(pickle.dumps(first)), None), (later, first.state)):
+        yield vc.simulate(first.system, periods=periods, start=start, initial=initial, tolerance=first.tolerance)
+
+
+def assert_split_anywhere(system, periods, number=None, tolerance=1e-9):
+    """A run that ends at an event and one that continues it are the run in one, and tell each event once."""
+    whole = vc.simulate(system, periods=periods, tolerance=tolerance)
+    assert whole.status.ok
+    name = system.state_names[0]
+    beside = {name: whole.initial[name] + tolerance}
+    growth = vector(vc.simulate(system, periods=periods, tolerance=tolerance, initial=beside)) - vector(whole)
+    near = 30.0 * (tolerance + np.max(np.abs(growth)))
+    moments = [event.time for event in whole.events if 0.0 < event.time < whole.end]
+    for time in moments[:: max(1, len(moments) // (number or len(moments)))]:
+        first = vc.simulate(system, periods=time / whole.period, tolerance=tolerance)
+        ends = list(continued(first, periods - time / whole.period))
+        for second in ends:
+            assert np.max(np.abs(vector(second) - vector(whole))) < near, (system, time)
+            np.testing.assert_array_equal(vector(second), vector(ends[0]))
+            assert told(first, second) == told(whole), (system, time)
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        BELT,
+        vc.System(vc.ThreeBlockRow(), vc.anisotropic(vc.Coulomb)(0.1, 0.3, forward_ratio=0.9), vc.Harmonic(0.5, 0.4)),
+        vc.System(vc.RigidStopCapsule(restitution=0.5), DROP, vc.Harmonic(amplitude=1.5, frequency=0.9)),
+        vc.System(vc.TwoMassCapsule(), DROP, vc.OnOff(1.2, -0.3, 1.0, 0.4)),  # sticks break loose at corners
+        vc.System(vc.RotorCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8)),
+    ],
+    ids=lambda system: system.machine.name,
+)
+def test_a_run_that_ends_at_an_event_is_continued_as_if_it_had_not_ended(system):
+    assert_split_anywhere(system, 4.9, number=6)
+
+
+def test_an_event_at_the_last_instant_belongs_to_the_run():
+    """The default oscillator comes to rest at 2.84: the run to there has told it, and rests."""
+    whole = vc.simulate(BELT, periods=1)
+    stick = whole.events[0]
+    assert stick.kind == "stick"
+    first = vc.simulate(BELT, periods=stick.time / whole.period)
+    assert [(event.kind, event.time) for event in first.events] == [("stick", pytest.approx(stick.time, rel=1e-15))]
+    assert first.state["sliding_velocity"] == 0.0
+    assert first.at(first.end, "side")[0] == 0.0
+    assert first.at(first.end, "friction")[0] == pytest.approx(whole.at(stick.time, "friction")[0], rel=1e-9)
+    assert [phase.side for phase in first.phases] == [whole.phases[0].side]
+    assert first.certificate.ok
+
+
+@pytest.mark.parametrize("law", [DROP, vc.LuGre()], ids=lambda law: law.name)
+def test_a_velocity_of_rounding_size_is_a_rest_at_the_start(law):
+    """Alone, in lanes and moved on from outside: what rounding leaves of 0 does not decide the side."""
+    system = vc.System(vc.Oscillator(), law, vc.Harmonic(0.02, 0.3))
+    speeds = [0.0, 1.4e-17, -1.4e-17, 5.6e-16, -5.6e-16]
+    start = {"position": -0.2}
+    runs = [vc.simulate(system, periods=3, initial=start | {"sliding_velocity": speed}) for speed in speeds]
+    ends = np.array([vector(run) for run in runs])
+    np.testing.assert_array_equal(ends, np.broadcast_to(ends[0], ends.shape))
+    assert all(told(run) == told(runs[0]) for run in runs)
+    for speed, run in zip(speeds, runs, strict=True):
+        stepper = vc.stepper(system, initial=start | {"sliding_velocity": speed})
+        assert stepper.sides == (int(run.piece_side[0]),)
+    if law is DROP:
+        over = {"initial.sliding_velocity": np.array(speeds)}
+        found = vc.ensemble(system, over, measures=["stick_fraction"], initial=start, periods=3)
+        np.testing.assert_allclose(found["stick_fraction"], 1.0, rtol=1e-14)
+        assert runs[0].state == {"position": -0.2, "sliding_velocity": 0.0}
+
+
+def random_system(seed):
+    """A machine, a law and a drive at random; None where they do not go together."""
+    draw = random.Random(seed)
+    level = draw.uniform(0.05, 0.25)
+    curve = vc.Stribeck(level, level * draw.uniform(1, 3), draw.uniform(0.05, 0.3), 2.0)
+    drop = vc.Coulomb(level, level * draw.uniform(1, 3))
+    laws = [drop, drop, vc.Exponential(), curve, vc.LuGre(), vc.MaxwellSlip(), vc.ElastoPlastic()]
+    machine = draw.choice(
+        [
+            *(vc.Oscillator(belt_speed=draw.choice([0.0, 0.2])), vc.PendulumCapsule(), vc.TwoMassCapsule()),
+            *(
+                vc.VibroImpactCapsule(),
+                vc.RigidStopCapsule(restitution=draw.choice([0.0, 0.5])),
+                vc.OscillatorWithStops(),
+            ),
+            *(vc.TwoBodyCrawler(mass_2=1.5), vc.TwoBlockRow(belt_speed=0.3), vc.ThreeBlockRow(), vc.TwoBodyWorm()),
+            *(vc.RotorCapsule(), vc.PendulumCapsule(normal_load="dynamic")),
+        ]
+    )
+    size, frequency = draw.uniform(0.3, 2.0), draw.uniform(0.3, 1.3)
+    drives = [vc.Harmonic(size, frequency), vc.OnOff(size, -0.3, frequency, 0.4), vc.Trapezoid()]
+    drives.append(vc.Biharmonic(size, frequency, 0.5 * size, 0.5))
+    try:
+        system = vc.System(machine, draw.choice(laws), draw.choice(drives))
+        return system if vc.simulate(system, periods=4).status.ok else None
+    except ValueError:
+        return None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [range(i, 120, 12) for i in range(12)], ids=lambda seeds: f"from {seeds[0]}")
+def test_a_hundred_systems_are_continued_at_events_of_every_kind(seeds):
+    systems = [system for system in map(random_system, seeds) if system is not None]
+    assert len(systems) >= 7
+    for system in systems:
+        assert_split_anywhere(system, 3.9, number=8)

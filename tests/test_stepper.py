@@ -121,18 +121,19 @@ def test_own_drives_have_the_bits_of_the_literal_kernel_wherever_one_looks(syste
     np.testing.assert_array_equal(sides, record.piece_sides[index])
 
 
-ENTRIES = ("PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
+ENTRIES = ("TIME", "PERIOD", "HOLD_RATE", "UNTIL", "SIDE", "SIDE_TOLD", "STATE", "PARAMETER", "SCALE")
 INT_ENTRIES = ("TO_DECIDE", "ZEROS", "SEGMENT", "SEGMENT_COUNT")
 
 
 @pytest.mark.parametrize("system", cases(OWN))
 def test_the_kernel_begins_as_a_recorded_run_does(system):
-    """Natural sizes, period, segment and sides, which it computes itself from parameters and states."""
+    """Natural sizes, period, segment and sides, which it computes itself from parameters and states; its first step."""
     initial = dict.fromkeys(system.state_names, 0.0) | initial_of(system)
     given = parameter_values(system), [*initial.values()]
-    layout, advance = motion_kernel(equations(system), series_order(1e-9))
-    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (1, 1))
-    advance(*wanted, 0)
+    layout, advance = motion_kernel(equations(system), series_order(1e-9), literal=True)
+    wanted = begun_memory(equations(system), layout, *given, system.drive.period, 5, 1e-9, (10, 10), (9, 99))
+    while wanted[0][layout.places["TIME"]] == 0.0:
+        advance(*wanted, 1)
     stepped = SteppedCase(Case(system, initial))
     memory, kernel = stepped.memory(), stepped.kernel
     kernel.entry("begin_motion", memory)(0)
@@ -141,6 +142,18 @@ def test_the_kernel_begins_as_a_recorded_run_does(system):
             size = layout.sizes.get(name, 1)
             here, there = kernel.places[name], layout.places[name]
             np.testing.assert_array_equal(found[here : here + size], expected[there : there + size], name)
+
+
+@pytest.mark.parametrize("system", cases(OWN))
+def test_what_is_shown_at_the_start_is_decided(system):
+    """Sides and friction before the first step, of contacts that start at rest too."""
+    for initial in ({}, initial_of(system)):
+        begun, first = vc.stepper(system, initial=initial), vc.simulate(system, periods=1e-3, initial=initial)
+        assert begun.sides == tuple(first.piece_sides[0])
+        assert begun.time == 0.0
+        assert not any(begun.events.values())
+        for name in ("friction", "friction_2")[: len(begun.sides)]:
+            assert begun[name] == pytest.approx(first.at(0.0, name)[0], rel=1e-9, abs=1e-12), name
 
 
 @pytest.mark.slow

@@ -327,7 +327,7 @@ def test_points_go_to_the_ensemble(monkeypatch):
     assert dataset["drift"].attrs["units"] == "1"
     case = case_from_text(dataset.attrs["case"])
     assert (case.system, case.initial, case.tolerance) == (SYSTEM, {"velocity": 0.2}, 1e-7)
-    adaptive_map(SYSTEM, over, by, settle=None)
+    adaptive_map(SYSTEM, over, by, settle=0)
     assert calls[-1][2]["settle"] is None
     calls.clear()
     for change, message in (

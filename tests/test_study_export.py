@@ -1,23 +1,29 @@
 """Studies as files: everything is in them, in full precision, and the case with it."""
 
 import csv
+import datetime
 import errno
 import importlib
 import io
 import sys
+import time
 import tomllib
+import types
 
 import numpy as np
+import openpyxl
 import pytest
 import xarray as xr
 
 import cheap_ensemble
+import vibrocap as vc
 from thinned import slow_but
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.files import WriteError
+from vibrocap.files import WriteError, write_table
 from vibrocap.io import netcdf, spreadsheets
 from vibrocap.io import study_file as export
+from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.io.spreadsheets import beside
 from vibrocap.io.study_file import write_study
 from vibrocap.studies.dataset import open_study
@@ -209,3 +215,49 @@ def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending,
 def test_other_kinds_of_file_are_refused(found, tmp_path):
     with pytest.raises(ValueError, match=r"\.nc, \.csv, \.xlsx or \.mat"):
         write_study(found, tmp_path / "study.ods")
+
+
+def test_a_workbook_has_the_same_bytes_at_any_time(found, tmp_path, monkeypatch):
+    first = write_study(found, tmp_path / "first.xlsx").read_bytes()
+    monkeypatch.setattr("time.time", lambda: 2e9)
+    monkeypatch.setattr("time.localtime", lambda *_: time.struct_time((2033, 5, 18, 3, 33, 20, 2, 138, 0)))
+    monkeypatch.setattr("openpyxl.writer.excel.datetime", types.SimpleNamespace(
+        datetime=types.SimpleNamespace(now=lambda **_: datetime.datetime(2033, 5, 18)), timezone=datetime.timezone
+    ))  # fmt: skip
+    assert write_study(found, tmp_path / "again.xlsx").read_bytes() == first
+    assert openpyxl.load_workbook(tmp_path / "first.xlsx")["runs"].max_row == found["status"].size + 1
+
+
+def test_no_text_of_a_table_is_run_by_a_spreadsheet(tmp_path):
+    """Names in the files of strangers may be formulas. Numbers with a sign stay numbers."""
+    headings, row = ("=A1", "force"), ("=cmd|' /C calc'!A0", "-1.5", "+x", "@y", "-inf", -2.5, "plain")
+    shown = ["'=cmd|' /C calc'!A0", "-1.5", "'+x", "'@y", "-inf", "-2.5", "plain"]
+    write_table(tmp_path / "a.csv", headings, [row])
+    with (tmp_path / "a.csv").open(newline="") as file:
+        assert list(csv.reader(file)) == [["'=A1", "force"], shown]
+    spreadsheets.write_workbook(tmp_path / "a.xlsx", {"a": (headings, [(*row, "a\x01b")])}, 2)
+    cells = list(openpyxl.load_workbook(tmp_path / "a.xlsx")["a"].values)[1]
+    assert [*map(str, cells)] == [*shown, r"a\x01b"]
+
+
+@pytest.mark.parametrize("damage", ["bits", "end"])
+def test_a_damaged_netcdf_file_is_refused_or_read(damage, tmp_path):
+    """One flipped bit among its headers, or a lost end: a word about the file, never a traceback."""
+    sweep(SYSTEM, over={"machine.mass_ratio": "1:3:4"}, measures=("mean_velocity",), out=tmp_path / "study")
+    whole = write_study(tmp_path / "study", tmp_path / "whole.nc").read_bytes()
+    motion = tmp_path / "motion.nc"
+    write_motion(vc.simulate(SYSTEM, periods=1), motion)
+    chance, refused = np.random.default_rng(3), 0
+    for number in range(40):
+        content = bytearray(whole if number % 2 else motion.read_bytes())
+        if damage == "bits":
+            content[chance.integers(4000)] ^= 1 << int(chance.integers(8))
+        else:
+            del content[chance.integers(len(content)) :]
+        path = tmp_path / f"{number}.nc"
+        path.write_bytes(content)
+        try:
+            open_study(path) if number % 2 else read_source(path)
+        except CaseError as error:
+            refused += str(path) in str(error)
+    assert refused >= 5  # the others are as they were to a reader

@@ -20,7 +20,7 @@ SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 SETTINGS = {
     "periods": 60,
     "window": 10,
-    "settle": None,
+    "settle": 0,
     "extrapolate": False,
     "tolerance": 1e-8,
     "max_events_per_period": 10_000,

@@ -14,6 +14,7 @@ from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_stud
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.studies.dataset import open_study
+from vibrocap.studies.store.checksums import checksum
 from vibrocap.studies.store.writing import DamageWarning, StoreError
 from vibrocap.studies.sweep import sweep
 
@@ -211,6 +212,20 @@ def test_stores_of_the_same_tiles_do_not_lend_each_other_chunks(tmp_path, whole)
     for name in ("results.zarr/mean_velocity/c.0.1", "done/0.1"):
         shutil.copy(tmp_path / "other" / name, whole / name)
     assert list(verify_study(whole).damaged) == [(0, 1)]
+
+
+def test_a_tile_of_another_study_is_damage_though_it_is_whole_with_its_mark(tmp_path, whole):
+    """All of its files: only the identity in their checksums says that they are of another study."""
+    stored(tmp_path / "other", over=OVER | {"machine.mass_ratio": "1:4:6"})
+    own = [name for name in files(tmp_path / "other") if name.endswith(("/c.0.1", "done/0.1"))]
+    assert len(own) > 4
+    for name in own:
+        shutil.copy(tmp_path / "other" / name, whole / name)
+    assert list(verify_study(whole).damaged) == [(0, 1)]
+    with pytest.raises(StoreError, match="is damaged: tile"):
+        open_study(whole).load()
+    parts = ("identity", "place", b"data"), ("another", "place", b"data"), ("identity", "other", b"data")
+    assert len({checksum(*each) for each in (*parts, ("identity", "place", b"dato"))}) == 4
 
 
 def removed_in_midrun(monkeypatch, at, act):

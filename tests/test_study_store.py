@@ -104,7 +104,7 @@ def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, mo
     monkeypatch.setattr("time.perf_counter", lambda: seconds * sum(len(over["machine.mass_ratio"]) for over in cheap))
     study = planned_study(
         SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
-        settings={**RUN_DEFAULTS, "window": None, "settle": None, "extrapolate": True},
+        settings={**RUN_DEFAULTS, "window": None, "settle": 0, "extrapolate": True},
     )  # fmt: skip
     assert tile_runs_by_time(study, tmp_path / "new") == runs
     ratios = [x for over in cheap[1:] for x in over["machine.mass_ratio"]]

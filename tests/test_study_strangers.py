@@ -27,10 +27,12 @@ from vibrocap import (
 )
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.main import main
+from vibrocap.studies.store import places
 from vibrocap.studies.store.checksums import checksum, sealed
 from vibrocap.studies.store.chunks import unpacked_size
 from vibrocap.studies.store.marks import chunk_place, mark_text
 from vibrocap.studies.store.record import record_text
+from vibrocap.studies.store.writing import Lock
 from vibrocap.studies.store.zarr_form import first_places
 from vibrocap.studies.sweep import sweep
 
@@ -369,3 +371,38 @@ def test_stores_of_the_first_format_are_read_and_not_gone_on_with(study, capsys)
         stored(study, resume=True)
     (study / "results.zarr" / "mode_sequence" / "c.0.0").unlink()
     assert verify_study(study).damaged == {(0, 0): "mode_sequence is missing"}
+
+
+@pytest.mark.skipif(not places._BY_HANDLE, reason="folders are not reached by handles here")
+@pytest.mark.parametrize("work", ["read", "read below", "write below", "names", "remove below", "lock"])
+def test_a_link_that_comes_between_a_look_and_the_opening_is_not_followed(work, tmp_path, monkeypatch):
+    """Who may write the folder puts it there at the worst instant: just before the file, or its folder, is opened."""
+    study, mine = tmp_path / "study", tmp_path / "mine"
+    (study / "done").mkdir(parents=True)
+    mine.mkdir()
+    for folder in (study / "done", mine):
+        (folder / "0.0").write_bytes(b"mine" if folder == mine else b"theirs")
+    (study / "lock").touch()
+    name, target = {"read": ("0.0", mine / "0.0"), "lock": ("lock", mine / "new")}.get(work, ("done", mine))
+    place = study / "done" / "0.0" if name == "0.0" else study / name
+    opened = os.open
+
+    def raced(path, *given, **others):
+        if os.path.basename(path) == name and not place.is_symlink():
+            place.rename(tmp_path / "away")
+            place.symlink_to(target)
+        return opened(path, *given, **others)
+
+    monkeypatch.setattr(os, "open", raced)
+    with pytest.raises(OSError, match=r"symbolic|directory") as caught:
+        {
+            "read": lambda: places.read_plain(study, "done/0.0", 100),
+            "read below": lambda: places.read_plain(study, "done/0.0", 100),
+            "write below": lambda: places.write(study, {"done/0.0": b"overwritten"}),
+            "names": lambda: places.names(study, "done"),
+            "remove below": lambda: places.remove(study, "done/0.0"),
+            "lock": lambda: Lock(study / "lock"),
+        }[work]()
+    assert caught.value.errno in places.STRANGE
+    assert place.is_symlink()
+    assert {path.name: path.read_bytes() for path in mine.iterdir()} == {"0.0": b"mine"}

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 import vibrocap as vc
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
 from vibrocap.case.case import CaseError
+from vibrocap.ranges import cell_middles, values_between
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import case_list
 from vibrocap.studies.plan.checks import LIMIT, check_runs, plan_complaints
@@ -29,7 +30,9 @@ def complaints(**axes):
 @pytest.mark.parametrize(
     ("given", "values"),
     [
-        ("0.01:8.1:5", np.linspace(0.01, 8.1, 5)),
+        ("0.01:8.1:5", [0.01, 2.0325, 4.055, 6.0775, 8.1]),
+        ("-0.1:0.2:4", [-0.1, 0, 0.1, 0.2]),
+        ("log:0.001:10:5", [0.001, 0.01, 0.1, 1, 10]),
         ("log:0.01:10:4", np.geomspace(0.01, 10, 4)),
         (" -1 : 1 : 3 ", [-1, 0, 1]),
         ("1,2e-3, 3", [1, 2e-3, 3]),
@@ -45,6 +48,17 @@ def test_values_of_an_axis(given, values):
     assert wrong == []
     assert all(type(value) is float for value in axis.values)
     np.testing.assert_array_equal(axis.array, np.asarray(values, float))
+
+
+@pytest.mark.parametrize("steps", [2, 3, 7, 10, 41])
+def test_ranges_hold_the_decimals_that_are_meant(steps):
+    """From low to high in steps of a tenth, and middles of cells: the numbers that are written so."""
+    for low in range(-20, 21):
+        wanted = [float(f"{low + i}e-1") for i in range(steps + 1)]
+        assert values_between(low / 10, (low + steps) / 10, steps + 1).tolist() == wanted
+        assert cell_middles((2 * low - 1) / 20, (2 * (low + steps) + 1) / 20, steps + 1).tolist() == wanted
+    assert values_between(0.1, 1 / 3, 9)[-1] == 1 / 3
+    assert values_between(math.pi, 7.0, 5, True)[0] == math.pi
 
 
 def test_words_stand_beside_numbers():
@@ -216,6 +230,6 @@ def test_cases_that_are_none():
 def test_an_axis_is_labelled_by_the_part_that_it_belongs_to():
     """Oscillators have a stiffness, too."""
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
-    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"])
+    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"], tolerance=1e-8, settle=0)
     assert found["machine.stiffness"].attrs["symbol"] == "rho"
     assert found["machine.stiffness"].attrs["long_name"].startswith("torsional spring")

@@ -65,7 +65,13 @@ def test_headings_of_a_study_carry_their_units_by_choice(tmp_path):
     case = case_from_text(SI)
     over = {"drive.frequency_Hz": [0.9, 1.0], "friction.coulomb_coefficient": [0.05, 0.1]}
     study = vc.sweep(
-        case.system, over, initial=case.initial, periods=2, measures=["mean_velocity", "drift", "mode_sequence"]
+        case.system,
+        over,
+        initial=case.initial,
+        periods=2,
+        measures=["mean_velocity", "drift", "mode_sequence"],
+        tolerance=1e-8,
+        settle=0,
     )
     heads = first_line(write_study(study, tmp_path / "study.csv", unit_headings=True))
     assert heads[:2] == ["drive.frequency_Hz", "friction.coulomb_coefficient"]

@@ -32,3 +32,13 @@ def test_the_page_of_promises_keeps_the_figures_of_every_attack(attack):
 
 def text():
     return (ROOT / "torture/__main__.py").read_text(encoding="utf-8")
+
+
+def test_every_command_is_among_the_fuzzed_ones():
+    """With what it cannot do without, so that it works there: `steer` and `reproduce` alone are always refused."""
+    from torture.fuzz_commands import COMMANDS, NEEDS
+    from vibrocap.cli.main import COMMANDS as ALL
+
+    assert {*ALL} == {*COMMANDS} - {"sweeep"}
+    idle = {name for name, options in NEEDS.items() for each in options if not COMMANDS[name][1][each][0]}
+    assert idle == {"steer"}

@@ -310,12 +310,20 @@ def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
 def test_lists_and_designs_take_paths_in_si():
     system = case_from_text(CASE).system
     rows = [{"machine.capsule_mass_kg": 0.3}, {"drive.frequency_rad_per_s": 7.0}, {"initial.position_m": 0.1}]
-    found = vc.sweep(system, cases=rows, periods=4, window=2)
+    found = vc.sweep(system, cases=rows, periods=4, window=2, tolerance=1e-8, settle=0)
     assert found["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5, 0.5]
     assert found["drive.frequency_rad_per_s"].values[1] == 7.0
     assert found["drive.frequency_rad_per_s"].values[0] == pytest.approx(2 * math.pi * 1.1, rel=1e-15)
     assert found["initial.position_m"].values.tolist() == [0.0, 0.0, 0.1]
-    drawn = vc.sweep(system, {"drive.amplitude_N_m": (0.5, 0.9)}, design=vc.Design("sobol", 2), periods=4, window=2)
+    drawn = vc.sweep(
+        system,
+        {"drive.amplitude_N_m": (0.5, 0.9)},
+        design=vc.Design("sobol", 2),
+        periods=4,
+        window=2,
+        tolerance=1e-8,
+        settle=0,
+    )
     assert ((drawn["drive.amplitude_N_m"] >= 0.5) & (drawn["drive.amplitude_N_m"] <= 0.9)).all()
 
 
@@ -331,14 +339,14 @@ def test_lists_and_designs_take_paths_in_si():
 )
 def test_wrong_axes_in_si_are_named_as_they_were_given(over, said):
     with pytest.raises(CaseError) as caught:
-        vc.sweep(case_from_text(CASE).system, over, periods=4)
+        vc.sweep(case_from_text(CASE).system, over, periods=4, tolerance=1e-8, settle=0)
     assert said in "\n".join(caught.value.complaints)
 
 
 def test_axes_in_si_need_scales():
     plain = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     with pytest.raises(CaseError, match=r"drive.frequency_Hz: the case does not say .*; give drive.frequency, or"):
-        vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4)
+        vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4, tolerance=1e-8, settle=0)
 
 
 @pytest.mark.slow
@@ -346,12 +354,12 @@ def test_axes_in_si_over_several_laws():
     """Each law gets the same number in SI, and keeps the parameters of the case that it has."""
     over = {"friction.law": ["hyperbolic-stribeck", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
     system = case_from_text(CASE).system
-    found = vc.sweep(system, over, periods=4, window=2)
+    found = vc.sweep(system, over, periods=4, window=2, tolerance=1e-8, settle=0)
     assert found["friction.stribeck_velocity_m_per_s"].attrs["units"] == "m/s"
     values = [0.1 / system.si.factor("velocity"), 0.2 / system.si.factor("velocity")]
     levels = system.friction.coulomb_coefficient, system.friction.static_coefficient
     plain = vc.System(system.machine, vc.Stribeck(*levels), system.drive)
-    alone = vc.sweep(plain, {"friction.stribeck_velocity": values}, periods=4, window=2)
+    alone = vc.sweep(plain, {"friction.stribeck_velocity": values}, periods=4, window=2, tolerance=1e-8, settle=0)
     same = found["mean_velocity"].sel({"friction.law": "stribeck"}).values
     assert np.array_equal(same, alone["mean_velocity"].values * system.si.factor("velocity"))
 

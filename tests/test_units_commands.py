@@ -320,7 +320,12 @@ def test_headings_say_what_is_in_si():
     """A map of words, which have no unit, of a case in SI; a branch on level ground; angles of a case."""
     system = case_from_text(BENCH).system
     words = vc.sweep(
-        system, {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]}, measures=["mode_sequence"]
+        system,
+        {"drive.frequency_Hz": [0.9, 1.0], "drive.amplitude_N_m": [0.5, 0.7]},
+        measures=["mode_sequence"],
+        periods=60,
+        tolerance=1e-8,
+        settle=0,
     )
     texts = " ".join(text.get_text() for text in vc.figure(words).texts).replace("\n", " ")
     assert "in SI" in texts

@@ -60,9 +60,19 @@ def steady_motions(system: vc.System) -> list[str]:
 
 def sweeps(system: vc.System, folder: Path) -> Path:
     """Many motions."""
-    study = vc.sweep(system, {"machine.mass_ratio": np.linspace(1.0, 3.0, 5)}, measures=["mean_velocity"], out=folder)
+    study = vc.sweep(
+        system,
+        {"machine.mass_ratio": np.linspace(1.0, 3.0, 5)},
+        measures=["mean_velocity"],
+        out=folder,
+        periods=60,
+        tolerance=1e-8,
+        settle=0,
+    )
     design = vc.Design("sobol", runs=16)
-    spread = vc.sweep(system, {"machine.mass_ratio": (1.0, 3.0)}, design=design, settle=1e-5)
+    spread = vc.sweep(
+        system, {"machine.mass_ratio": (1.0, 3.0)}, design=design, settle=1e-5, periods=60, tolerance=1e-8
+    )
     found = vc.ensemble(system, {"machine.mass_ratio": [1.0, 2.0]}, periods=3)
     print(
         study["mean_velocity"].values,

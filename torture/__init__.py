@@ -1,6 +1,6 @@
 """Attacks on the package, with seeds: kills, links, settings, waits, damage, full disks, fuzzed cases, commands, pairs.
 
-`python -m torture` (`make torture`) runs them all within fifteen minutes and prints a table; docs/trust.md keeps its
+`python -m torture` (`make torture`) runs them all and prints a table; docs/trust.md keeps its
 figures and says which promise each of them tests. Nothing here is part of the package.
 """
 

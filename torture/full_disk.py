@@ -7,7 +7,6 @@ import contextlib
 import os
 import random
 import shutil
-import time
 from pathlib import Path
 
 from torture.children import changes, child, ended, full, tree
@@ -36,7 +35,7 @@ COMMANDS = {
 }
 
 
-def full_disk(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
+def full_disk(folder: Path, trials: int, seed: int) -> Outcome:
     """So many points at which the disk is full, over the commands that write."""
     prepare()
     os.chdir(folder)
@@ -62,7 +61,7 @@ def full_disk(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
         calls[name] = int(Path("calls").read_text())
         whole[name] = content(Path("map" if name == "sweep" else name))
         remove(name)
-    while outcome.trials < trials and time.monotonic() < deadline:
+    while outcome.trials < trials:
         name = list(COMMANDS)[outcome.trials % len(COMMANDS)]
         place = Path("map" if name == "sweep" else name)
         step = chance.randint(1, calls[name])

@@ -97,7 +97,7 @@ def mixed(text: str, chance: random.Random) -> str:
     return text
 
 
-def fuzz_cases(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
+def fuzz_cases(folder: Path, trials: int, seed: int) -> Outcome:
     """So many cases."""
     warnings.simplefilter("ignore")
     for law, drive in COMPILED:
@@ -133,7 +133,7 @@ def fuzz_cases(folder: Path, trials: int, seed: int, deadline: float) -> Outcome
         except BaseException:
             return f"{text!r}\n{traceback.format_exc()[-700:]}"
 
-    for index, answer in answers(work, trials, SECONDS, deadline):
+    for index, answer in answers(work, trials, SECONDS):
         outcome.check(
             not answer,
             f"case {index}: {answer} {text_of(random.Random(f'{seed} {index}')) if answer == 'hung' else ''}",

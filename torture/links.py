@@ -10,7 +10,6 @@ import os
 import random
 import shutil
 import sys
-import time
 import traceback
 import warnings
 from collections.abc import Callable
@@ -108,7 +107,7 @@ def say(words: str) -> None:
     sys.stderr.flush()
 
 
-def links(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
+def links(folder: Path, trials: int, seed: int) -> Outcome:
     """So many of all places and kinds, by chance."""
     prepare()
     outcome, chance = Outcome("links"), random.Random(seed)
@@ -120,8 +119,6 @@ def links(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
     every = [(place, kind, stopped) for place in places for kind in KINDS for stopped in (False, True)]
     count, mended = len(every), 0
     for place, kind, stopped in chance.sample(every, min(trials, count)):
-        if time.monotonic() > deadline:
-            break
         out = folder / "study"
         shutil.rmtree(out, ignore_errors=True)
         shutil.copytree(whole, out)

@@ -8,7 +8,6 @@ import os
 import random
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -128,14 +127,12 @@ def done(folder: Path, way: str, words: tuple[str, ...]) -> tuple[int, str]:
     return ended.returncode, (ended.stdout + ended.stderr).decode(errors="replace")
 
 
-def settings(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
+def settings(folder: Path, trials: int, seed: int) -> Outcome:
     """So many of all folders, commands and ways to begin them, by chance."""
     outcome, chance = Outcome("settings"), random.Random(seed)
     every = [(kind, command, way) for kind in KINDS for command in COMMANDS for way in WAYS]
     pristine = {}
     for kind, command, way in chance.sample(every, min(trials, len(every))):
-        if time.monotonic() > deadline:
-            break
         if command not in pristine:
             pristine[command] = made(folder / f"empty {command}", "vibrocap", command, None)
         place = folder / f"{kind} {command} {way}"

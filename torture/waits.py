@@ -81,14 +81,12 @@ def command(words: tuple[str, ...]) -> str:
     return "" if code == 0 or err.getvalue().strip() else f"code {code} and no word"
 
 
-def waits(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
+def waits(folder: Path, trials: int, seed: int) -> Outcome:
     """So many of all places and kinds, by chance; and the locks."""
     prepare()
     outcome, chance = Outcome("waits"), random.Random(seed)
     every = [*((place, kind) for place in PLACES for kind in KINDS), *((name, LOCKED) for name in LOCKS)]
     for number, (place, kind) in enumerate(chance.sample(every, min(trials, len(every)))):
-        if time.monotonic() > deadline:
-            break
         there = folder / str(number)
         there.mkdir()
         (there / "case.toml").write_text(CASE)

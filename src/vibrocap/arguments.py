@@ -64,6 +64,10 @@ class ArgumentError(ValueError):
         return type(self), (self.complaint.field, self.complaint.text)
 
 
+class SettingError(ArgumentError):
+    """An environment variable that cannot be used."""
+
+
 def suggestion(
     name: object, known: Iterable[object], cutoff: float = 0.6, there_is: str = "there is", last: str = ", "
 ) -> str:

@@ -21,7 +21,9 @@ from typing import Any
 PROTECTED: set[tuple[int, int]] = set()  # files (device, number) that are not replaced: those that a command has read
 PART = ".part"  # before the ending of a temporary name, which writers look at
 ABANDONED = 3600.0  # s without a change, after which a temporary file is one of a process that died
-_NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+ESCAPED = "backslashreplace"  # what is done with characters that UTF-8 does not hold
+FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # what text begins with that spreadsheets run
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)  # which follows no link either
 
 
 class WriteError(OSError):
@@ -86,9 +88,12 @@ def _read_by_someone(path: Path) -> Iterator[None]:
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a text file in UTF-8, whole or not at all; WriteError where that cannot be."""
+    """Write a text file in UTF-8, whole or not at all; WriteError where that cannot be.
+
+    Bytes of a file name that are not UTF-8, which Python holds as half characters, become escapes such as \\udcff.
+    """
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+        temporary.write_text(text, encoding="utf-8", errors=ESCAPED, newline="\n")
     return Path(path)
 
 
@@ -100,11 +105,25 @@ def write_table(path: str | Path, headings: Iterable[str], rows: Iterable[Iterab
 
 
 def fill_table(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:
-    """The same to the temporary name that `replacing` gives."""
-    with path.open("w", encoding="utf-8", newline="") as file:
+    """The same to the temporary name that `replacing` gives.
+
+    A name in a stranger's file may be a formula, "=cmd|...", which a spreadsheet would run: see `no_formula`.
+    """
+    with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(headings)
-        table.writerows(rows)
+        table.writerow(map(no_formula, headings))
+        table.writerows(map(no_formula, row) for row in rows)
+
+
+def no_formula(cell: Any) -> Any:
+    """A cell of a table, behind an apostrophe where a spreadsheet would take its text for a formula."""
+    if not isinstance(cell, str) or not cell.startswith(FORMULAS):
+        return cell
+    try:
+        float(cell)  # a number with its sign
+    except ValueError:
+        return f"'{cell}"
+    return cell
 
 
 def made_folder(folder: str | Path, own: bool = False) -> Path:
@@ -155,7 +174,7 @@ def _begun(target: Path) -> Path:
     prefix, ending = f".{target.stem[:40]}-", f"{PART}{target.suffix}"
     _remove_abandoned(target.parent, re.compile(f"{re.escape(prefix)}[0-9a-f]{{12}}{re.escape(ending)}"))
     temporary = target.with_name(f"{prefix}{secrets.token_hex(6)}{ending}")
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
+    handle = os.open(temporary, _NEW, 0o666)
     os.close(handle)
     if rights != 0o666:
         with contextlib.suppress(OSError):

@@ -8,6 +8,7 @@ import errno
 import os
 import select
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 PATIENCE = 10.0  # s for which nothing may come from a pipe
@@ -19,13 +20,23 @@ READ: set[tuple[int, int]] = set()  # files (device, number) that were read
 
 
 def read_input(path: str | Path, most: int) -> bytes:
-    """The content of a file, or what comes from a pipe or a device until its end; at most so many bytes.
+    """The content of a file that a user names, at most so many bytes; of a pipe or a device what comes until its end.
 
+    Within a command such a file is not replaced; what a command continues and writes anew it reads with `read_own`.
     Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.
     """
+    return _read(path, most, READ.add)
+
+
+def read_own(path: str | Path, most: int) -> bytes:
+    """The same of a file that an earlier run of the command wrote, and that this one may replace."""
+    return _read(path, most, lambda identity: None)
+
+
+def _read(path: str | Path, most: int, note: Callable[[tuple[int, int]], None]) -> bytes:
     with os.fdopen(os.open(path, READING), "rb", buffering=0) as file:
         status = os.fstat(file.fileno())
-        READ.add((status.st_dev, status.st_ino))
+        note((status.st_dev, status.st_ino))
         if stat.S_ISREG(status.st_mode) or os.name != "posix":
             pieces, left = [], most
             while left > 0 and (piece := file.read(min(left, 64 * PIECE))):

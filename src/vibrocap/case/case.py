@@ -5,7 +5,7 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
 from vibrocap.case.drive_file import with_columns
@@ -56,6 +56,8 @@ class CaseError(ValueError):
 class Case:
     """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
 
+    The public functions take a case in place of a system, with its start and, where they simulate as it says, its run.
+
     initial: without units, also of a system in SI, but under a name with its unit ("position_m")
 
     scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
@@ -69,6 +71,8 @@ class Case:
     max_events_per_period: int = 10_000
     max_steps: int = 50_000_000
     scales: Scales | None = None
+
+    is_case: ClassVar = True  # by which the public functions know one, see `quantities.opening`
 
     def __post_init__(self):
         from vibrocap.motion.simulate import check_run, initial_state

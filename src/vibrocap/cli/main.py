@@ -19,6 +19,7 @@ from typing import Any, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap import files, inputs
+from vibrocap.arguments import SettingError
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
@@ -228,9 +229,11 @@ def _nothing_read_is_replaced() -> Iterator[None]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
-    for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who called; what is printed goes nowhere
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - open to the end
+        if isinstance(stream := getattr(sys, name), io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters still gets the numbers
     given = sys.argv[1:] if arguments is None else list(arguments)
     app = app_of(*(name for name in given[:1] if name in COMMANDS))  # one that is named needs no other
     try:
@@ -238,7 +241,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = int(app(given, exit_on_error=False, print_error=False) or OK)
         sys.stdout.flush()
         return code
-    except (CaseError, Refusal) as error:
+    except (CaseError, Refusal, SettingError) as error:
         complain(str(error))
     except CycloptsError as error:
         complain(f"{error}\nvibrocap --help shows the commands with an example each.")

@@ -15,7 +15,9 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
+from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
 from vibrocap.physics.system import System
@@ -42,6 +44,11 @@ class OptimumStatus(Advised):
         "no stable design",
         "The best designs that were tried do not close to stable orbits that fulfil the constraints. Loosen `margin` "
         "or the constraints, or raise `evaluations`.",
+    )
+    NO_TRAVEL = (
+        "no design travels",
+        "No allowed design travels by more than what settled runs may still move, so none is better than another. Vary "
+        "what breaks the symmetry of the machine, its friction or its drive.",
     )
 
 
@@ -293,17 +300,28 @@ def _nearest(problem: Problem, every: Population) -> tuple[dict[str, Number | st
     return problem.space.design(every.shares[k]), why
 
 
+def _travels(problem: Problem, every: Population) -> bool:
+    """Whether an allowed design travels, by more than its run may still be from the steady motion."""
+    allowed = np.flatnonzero(every.best_cost < INFEASIBLE)
+    run = allowed, every.best_start[allowed]
+    left = residue(problem.system, problem.goal.measure, problem.settle)
+    trust = Trust(np.full(len(allowed), FINISHED), every.settled[run], left)
+    return bool(np.any(trust.direction(every.found[problem.goal.measure][run]) != 0.0))
+
+
 def _optimum(
     problem: Problem, every: Population, near: ClosedDesigns | None, rejected: tuple[str, ...], spread_starts: int
 ) -> Optimum:
     """The result of a search."""
     goal, starts = problem.goal, tuple(dict(each) for each in problem.starts)
     unit, scale = measure_unit(problem.system, next(iter(problem.measures)))
-    if near is None:
+    stands = near is not None and goal.travels and not _travels(problem, every)
+    if near is None or stands:
         status = OptimumStatus.NOT_STABLE if rejected else OptimumStatus.NOT_ALLOWED
+        status = OptimumStatus.NO_TRAVEL if stands else status
         nothing: dict[str, Any] = {"design": None, "value": None, "orbit": None, "under": None}
         nothing |= {"constraints": {}, "limits": (), "slopes": {}, "reached_from": ()}
-        nothing |= {"attractors": None, "attractor": None, "nearest": _nearest(problem, every)}
+        nothing |= {"attractors": None, "attractor": None, "nearest": None if stands else _nearest(problem, every)}
         known = {"measure": goal.measure, "maximised": goal.maximise, "unit": unit, "scale": scale, "starts": starts}
         return Optimum(status, **nothing, **known, counts=every.counts(), rejected=rejected, population=every)
     best = _of(near)
@@ -311,7 +329,7 @@ def _optimum(
     found = None
     if spread_starts:
         system, start = steady.system, problem.starts[0]
-        begun = {name: x for name, x in start.items() if name in system.state_names}
+        begun = within_room(system, {name: start.get(name, 0.0) for name in system.state_names})
         found = attractors(system, spread_starts, initial=begun, threads=problem.threads, progress=False)
     value = best.found[goal.measure]
     turned = goal.size and value < 0.0 and steady.system.mirrored

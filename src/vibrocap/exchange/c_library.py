@@ -37,8 +37,8 @@ def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str,
     text = stepped.kernel.c_text(f"{name}_kernel")
     words = _words(stepped, text, name)
     return {
-        f"{name}.h": filled(templates.HEADER, words),
         f"{name}.c": f'#include "{name}.h"\n\n{text}\n{filled(templates.INTERFACE, words)}',
+        f"{name}.h": filled(templates.HEADER, words),
         "main.c": filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
         "README.txt": filled(templates.README, words),
     }

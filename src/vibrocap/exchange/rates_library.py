@@ -30,8 +30,8 @@ def rates_files(case: Case, name: str = "capsule", input: Input = None) -> dict[
     words = _words(rates)
     text = f'#include "{name}.h"\n\n#include <string.h>\n\n{rates.instant.text}\n{templates.INTERFACE}'
     return {
-        f"{name}.h": library.filled(templates.HEADER, words),
         f"{name}.c": library.filled(text, words),
+        f"{name}.h": library.filled(templates.HEADER, words),
         "main.c": library.filled(templates.MAIN, words),
         "README.txt": library.filled(templates.README, words),
     }

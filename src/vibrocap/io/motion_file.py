@@ -251,15 +251,11 @@ def _case_in_csv(path: Path) -> str:
 
 
 def _case_in_netcdf(path: Path) -> str:
-    if said := lacking("h5netcdf", "h5py"):
+    if said := lacking("h5py"):
         raise CaseError([said], str(path))
-    import h5netcdf
+    from vibrocap.studies.dataset import netcdf_attributes
 
-    try:
-        require_plain_file(path)
-        with h5netcdf.File(path, "r") as file:
-            if "case" in file.attrs:
-                return str(file.attrs["case"])
-    except OSError:
-        raise CaseError(["is not a NetCDF 4 file"], str(path)) from None
+    with netcdf_attributes(path) as attributes:
+        if isinstance(case := attributes.get("case"), str):
+            return case
     raise CaseError(["carries no case: it was not written by vibrocap"], str(path))

@@ -1,6 +1,8 @@
 """Tables for other programs: CSV with what is known of it beside it, Excel workbooks, MATLAB files."""
 
 import io
+import re
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, require
-from vibrocap.files import fill_table, replacing, write_text
+from vibrocap.files import fill_table, no_formula, replacing, write_text
 from vibrocap.physics.dimensions.units import suffix
 
 BESIDE = ".toml"  # behind the whole name of a CSV file: what is known of its table
@@ -16,6 +18,7 @@ HEADED = (".csv", ".xlsx")  # what has headings
 WITHOUT = ("1", "", "dimensionless")  # what is said of a quantity without a unit
 LONGEST_NAME = 63  # of a variable in MATLAB
 MATLAB = b"MATLAB 5.0 MAT-file, written by vibrocap".ljust(116)
+CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  # characters that XML does not hold
 ROWS, COLUMNS = 1_048_576, 16_384  # of a sheet in Excel
 
 
@@ -71,13 +74,15 @@ def write_workbook(
     for name, (headings, rows) in sheets.items():
         sheet = book.create_sheet(name)
         sheet.freeze_panes = "A2"
-        sheet.append(list(headings))
+        sheet.append([_cell(heading) for heading in headings])
         for row in rows:
             sheet.append([_cell(value) for value in row])
     memory = io.BytesIO()
     book.save(memory)
-    with replacing(path) as temporary:
-        temporary.write_bytes(memory.getvalue())
+    with replacing(path) as temporary, zipfile.ZipFile(memory) as dated, zipfile.ZipFile(temporary, "w") as file:
+        for name in dated.namelist():  # without the times at which it was written: the same results give the same bytes
+            content = re.sub(rb"(<dcterms:\w+[^>]*>)[^<]*", rb"\g<1>1980-01-01T00:00:00Z", dated.read(name))
+            file.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
 
 
 def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
@@ -106,7 +111,9 @@ def _name(name: str) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """A value as Excel takes it: no NaN or infinity, which it has not."""
+    """A value as Excel takes it: no NaN or infinity, which it has not; no formula, and no sign that XML has not."""
     if isinstance(value, np.generic):
         value = value.item()
+    if isinstance(value, str):
+        return CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), no_formula(value))
     return None if isinstance(value, float) and value != value else str(value) if value in (np.inf, -np.inf) else value

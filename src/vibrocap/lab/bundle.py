@@ -84,9 +84,8 @@ def contents(
     order = series_order(tolerance)
     known = [each for each in offered if _key(each.case.system) in forms]
     presets = [each for each in known if series_order(each.case.tolerance) == order]
-    for kind in kinds[0]:  # a machine without any begins with its defaults
-        if all(each.parts[0] != kind for each in presets):
-            system = next(each for each in systems if each.machine.name == kind)
+    for system in systems:
+        if all(each.parts[0] != system.machine.name for each in presets):  # it begins with its defaults
             presets.append(defaults(system, tolerance))
     return Contents(tuple(systems), tuple(presets), tolerance)
 

@@ -150,6 +150,24 @@ def resolved(
     return tuple(dict.fromkeys(asked)), tuple(needed.values())
 
 
+def unavailable(needed: Sequence[Measure], system: System) -> dict[str, str]:
+    """Why a system does not have some measures, by name: it has no travel, or not what they are functions of.
+
+    needed: as `resolved` gives them, each after what it is derived from
+    """
+    found: dict[str, str] = {}
+    for measure in needed:
+        how = measure.how
+        if isinstance(how, Derived) and (lacking := [found[name] for name in how.of if name in found]):
+            found[measure.name] = f"{measure.name} needs {lacking[0]}"
+        try:
+            check_travel([measure], system)
+            own_integrands([measure] if isinstance(how, Reduction) else (), equations(system))
+        except ArgumentError as error:
+            found[measure.name] = error.complaint.text
+    return found
+
+
 def check_travel(needed: Sequence[Measure], system: System) -> None:
     """ValueError for measures of travel of a machine that is held to its place."""
     for measure in needed:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures.gathered import Gathered
 from vibrocap.numerics.api import Integrands, integrands_source
 from vibrocap.numerics.expressions.equations import Equations, rate_of
@@ -187,4 +188,4 @@ def _recorded(measure: Measure, graph: Graph, instant: Instant) -> Expression:
         return graph.expression(measure.how.function(instant))
     except (AttributeError, KeyError, TypeError) as error:
         text = error.args[0] if error.args else str(error)
-        raise ValueError(f"measure {measure.name!r} cannot be taken of this system: {text}") from error
+        raise ArgumentError("measures", f"{measure.name}: is not available: {text}") from error

@@ -62,11 +62,10 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
-    event_velocity = recorded.contact_residual
     ratio = max((each.share for each in seen if each.share is not None), default=None)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
-    verdicts = []
+    event_velocity, verdicts = recorded.contact_residual, []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
         verdicts.append(Verdict(field, float(value), None if bound is None else float(bound), text))
@@ -201,6 +200,8 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
     if "reaction" not in motion.observable_names:
         return None, ()
     (reaction,) = motion.piece_observables(("reaction",), index, s)
+    if not np.all(np.isfinite(reaction)):
+        return None, ("the normal load is beyond all numbers: nothing is known of it",)
     pieces, least = _least_of_pieces(motion, reaction.reshape(-1, POINTS))
     if np.min(least) >= 0.0 or motion.system.machine.follows_load:
         return float(np.min(least)), ()

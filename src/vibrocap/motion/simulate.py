@@ -5,6 +5,7 @@ It begins with its states, at a time, and at a place in the period of its drive.
 
 import dataclasses
 import functools
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -85,22 +86,37 @@ def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> t
 
 
 def check_load(system: System, state: Mapping[str, float], time: float) -> None:
-    """ArgumentError for a start at which the ground would have to pull at the machine.
+    """ArgumentError for a start at which the ground would have to pull at the machine, whatever contacts at rest do.
 
-    time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
+    time: of the drive. A start at which the loads do not follow from the forces is left to the run, which ends there.
     """
-    y, placed = tuple(state.values()), system.placed
-    found = placed.contacts(time, y[: len(placed.states)], system.drive.value(time))
-    signs = [(each.velocity > 0.0) - (each.velocity < 0.0) for each in found]
-    sides = tuple(s if s or law.kind == "set-valued" else 1 for s, law in zip(signs, system.laws, strict=True))
+    y = tuple(state.values())
+    contacts = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))
+    choices = [
+        ((each.velocity > 0.0) - (each.velocity < 0.0),)
+        if each.velocity
+        else (0, 1, -1)
+        if law.kind == "set-valued"
+        else (1,)
+        for each, law in zip(contacts, system.laws, strict=True)
+    ]
+    least, number = max(_least_load(system, time, y, sides) for sides in itertools.product(*choices))
+    if least < 0.0:
+        states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
+        where = f" on contact {number}" if len(contacts) > 1 else ""
+        said = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
+        raise ArgumentError("initial", f"{said} ({states})")
+
+
+def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:
+    """(least load, number of its contact) in some modes of the contacts; 0 where it does not follow from the forces."""
     flow = system.flow(time, y, sides)
-    loads = [flow.loads[0 if sides[0] else 1], *(each.normal for each in flow.contacts[1:])]
-    for number, load in enumerate(loads, start=1):
-        if load < 0.0 < (flow.bounds[0] if sides[0] else 1.0):
-            states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
-            where = f" at contact {number}" if len(loads) > 1 else ""
-            said = f"the normal load{where} is negative at the start, {load:.4g}: the machine would lift off at once"
-            raise ArgumentError("initial", f"{said} ({states})")
+    assert flow.reaction is not None
+    if sides[0] and not flow.bounds[0] > 0.0:
+        return 0.0, 1
+    inertia, own, *slopes = flow.reaction
+    first = (own + sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))) / inertia
+    return min((load, i) for i, load in enumerate((first, *(each.normal for each in flow.contacts[1:])), start=1))
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
@@ -329,7 +345,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         samples=samples,
         start_time=time,
         start_phase=phase,
-        piece_drive_time=begun[:, 1],
+        piece_drive_time=begun[:, 1] % period,
     )
     if phase and len(begun):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)

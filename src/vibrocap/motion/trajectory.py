@@ -38,6 +38,7 @@ STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "
 Moments = Annotated[Any, In("s")]  # a time or an array of times
 NamedValue = Annotated[float, Named("name")]  # of the quantity that the argument `name` names
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
+AT_ONCE = 1e-12  # of a period: so soon after a piece of no length, an event at the end, its drive is asked for
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,8 +165,9 @@ class Trajectory(Result):
         numbers of its segment in the parameter vector are arrays.
         """
         if self.piece_drive_time is not None:
-            start = self.piece_drive_time[index]
-            return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
+            start, length = self.piece_drive_time[index], self.piece_length[index]
+            inside = np.where(length > 0.0, 0.5 * length, AT_ONCE * self.period)
+            return start + s, parameters_at(self.system, start + inside)
         start = self.piece_start[index] - (self.start_time - self.start_phase * self.period)
         begun = self.period * np.floor((start + 0.5 * self.piece_length[index]) / self.period)
         return start - begun + s, parameter_values(self.system)
@@ -382,6 +384,7 @@ class Trajectory(Result):
         sides = self.piece_sides[:, contact - 1]
         if not len(self.piece_start):
             return Rows()
+        sides = sides[: len(sides) - (len(sides) > 1 and self.piece_length[-1] == 0.0)]  # that of an event at the end
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

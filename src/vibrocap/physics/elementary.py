@@ -11,8 +11,6 @@ observers of friction know them, and a limit of a value, reached in front and be
 import math
 from typing import Any
 
-# Where |x|**a with a non-integer exponent is rounded off, so that it has a Taylor series at rest too; see `power`.
-POWER_ROUNDING = 1e-10
 HELD_AFTER = (1.0, 0.0, -1.0)  # what `held` is after each of the guards of a limit
 
 
@@ -52,22 +50,13 @@ def atan(x):
 
 
 def power(x, exponent):
-    """x**exponent for x >= 0, with a Taylor series at x = 0 as well.
-
-    A whole exponent from 1 to 8 is a product and exact. Any other would be singular at x = 0, where every reversal of a
-    sliding contact passes, so it is rounded off there:
-
-        (x^2 + e^2)^(exponent/2),  e = POWER_ROUNDING
-
-    which differs from x**exponent by at most e**exponent, and only where x is of the order of e. A motion crosses that
-    width in a time e/acceleration, so its effect on a state is of the order of e**(1 + exponent).
-    """
+    """x**exponent for x >= 0. A whole exponent from 1 to 8 is a product; any other has no Taylor series at x = 0."""
     if isinstance(exponent, (int, float)) and exponent == int(exponent) and 1 <= exponent <= 8:
         product = x
         for _ in range(int(exponent) - 1):
             product = product * x
         return product
-    return exp(0.5 * exponent * log(x * x + POWER_ROUNDING**2))
+    return (abs(x) if isinstance(x, (int, float)) else x) ** exponent
 
 
 def stribeck_curve(speed, least, most, velocity, exponent):

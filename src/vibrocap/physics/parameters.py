@@ -252,11 +252,12 @@ def given_parameters(record: Any) -> dict[str, Any]:
 def described(record: Any, digits: int = 6) -> str:
     """A record in a line: its name, and the values of its parameters to so many digits."""
     values = given_parameters(record).items()
-    return f"{record.name}: {', '.join(f'{name} {_brief(value, digits)}' for name, value in values)}"
+    return f"{record.name}: {', '.join(f'{name} {brief(value, digits)}' for name, value in values)}"
 
 
-def _brief(value: Any, digits: int) -> str:
-    if isinstance(value, tuple):
+def brief(value: Any, digits: int) -> str:
+    """A value of a parameter in words: a word, a number to so many digits, or of a table how many they are."""
+    if isinstance(value, (tuple, list)):
         return f"{len(value)} numbers"
     return value if isinstance(value, str) else f"{value:.{digits}g}"
 

@@ -48,7 +48,7 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
     found = _digest(text)
     if digest is not None and found != digest:
         raise PartsError(f"{path}: has changed: its digest is {found[:12]}, the one asked for is {digest[:12]}")
-    name = f"{PREFIX}{path.stem}_{_digest(str(path).encode() + text)[:16]}"
+    name = f"{PREFIX}{path.stem}_{_digest(os.fsencode(path) + text)[:16]}"
     module = sys.modules.get(name)
     if module is None:
         for old in _loaded():  # what the file was before, or a copy of it elsewhere

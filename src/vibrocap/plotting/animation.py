@@ -37,6 +37,7 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
 MOST_NAMED = 3  # contacts whose modes are said in words
 WIDTH_OVER_HEIGHT = 16 / 9
+MOST_MARKS = 20  # numbers on the ground, roughly, on either side of the middle
 BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
 OUTLINE = "#303030"
 COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
@@ -144,19 +145,20 @@ class Scene:
         self.reach = math.hypot(self.half, max(self.high, -self.low))  # how far ground is to be seen
 
     def _ground(self) -> None:
-        """A line with a long tick every length l, short ones between, and a flag where the film starts."""
+        """A line with a long tick every length l (or ten, a hundred, ... where so many are to be seen), short ones
+        between, and a flag where the film starts. What is drawn does not grow with the travel.
+        """
         grey = "#404040"
         along: dict[str, Any] = {"transform": self.inclined}
         self.axes.plot([-self.reach, self.reach], [0, 0], color=grey, linewidth=1.2, **along)
-        first = math.floor(self.camera.min() - self.reach) - 1
-        last = math.ceil(self.camera.max() + self.reach) + 1
-        self.marks = np.arange(first, last + 0.25, 0.25)
+        self.step = 10.0 ** max(0, math.ceil(math.log10(self.reach / MOST_MARKS)))
+        whole = np.arange(math.ceil(2 * self.reach / self.step) + 2)  # one more on either side than is seen
+        self.marks = np.arange(4 * len(whole)) / 4
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
-        self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0, **along)[0] for size in lengths]
-        unit = scale(self.place, self.motion.system)
+        depths = np.column_stack((np.zeros(len(lengths)), -lengths, np.full(len(lengths), np.nan)))
+        self.ticks = self.axes.plot(np.repeat(self.marks, 3), depths.ravel(), color=grey, linewidth=1.0, **along)[0]
         look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True, **along}
-        whole = self.marks[self.marks % 1 == 0]
-        self.numbers = {mark: self.axes.text(0, -0.1, f"{mark * unit:.4g}", **look) for mark in whole}
+        self.numbers = [self.axes.text(0, -0.1, "", **look) for _ in whole]
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none", **along)[0]
 
     def _arrow(self) -> None:
@@ -189,15 +191,15 @@ class Scene:
             x, y = each.points[:, 0, number] - camera, each.points[:, 1, number]
             move(x, y, modes[min(contact, len(modes) - 1)][0])
             contact += each.shape.kind == "contact"
-        for mark, tick in zip(self.marks, self.ticks, strict=True):
-            tick.set_xdata([mark - camera, mark - camera])
+        size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
+        first = self.step * math.floor((camera - self.reach) / self.step)
+        self.ticks.set_xdata(np.repeat(first + self.step * self.marks - camera, 3))
         under = BARE * self.half if self.load is not None else -1.0
-        for mark, label in self.numbers.items():
-            label.set_x(mark - camera)
-            label.set_visible(abs(mark - position) > under)
+        for i, label in enumerate(self.numbers):
+            mark = first + self.step * i
+            label.set(x=mark - camera, text=f"{mark * size:.4g}", visible=abs(mark - position) > under)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
-        size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
         clock = rf"time $\tau/T$ = {time / self.motion.period:.2f}"
         if self.motion.system.units is not None:
             clock = f"time $t$ = {time * scale('time', self.motion.system):.2f} s"

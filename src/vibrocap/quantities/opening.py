@@ -2,10 +2,13 @@
 
 The rooms compute without units. A public function is given records in SI, and numbers in SI of a system that knows its
 scales; what it returns is shown in SI. Where nothing given is in SI, the function is called as it stands.
+
+A case is taken wherever a system is: with its start and its run, where the function takes them and they are not given.
 """
 
 import functools
 import inspect
+import typing
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -24,13 +27,18 @@ def opened_in_si(function: Function) -> Function:
     @functools.wraps(function)
     def opened(*args: Any, **kwargs: Any) -> Any:
         context = _context((*args, *kwargs.values()))
-        if context is None:
+        cases = any(hasattr(type(each), "is_case") for each in (*args, *kwargs.values()))
+        if context is None and not cases:
             return function(*args, **kwargs)
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError:
             return function(*args, **kwargs)  # which says what is wrong
         hints = call_hints(function)
+        if cases:
+            _take_cases(bound, hints)
+        if context is None:
+            return function(*bound.args, **bound.kwargs)
         inside = context.within(defaults | bound.arguments)
         for name, value in bound.arguments.items():
             bound.arguments[name] = walked(value, hints.get(name, Any), inside, back=True)
@@ -38,6 +46,24 @@ def opened_in_si(function: Function) -> Function:
 
     opened.__module__ = "vibrocap"  # where it is found, also by pickle
     return opened  # type: ignore[return-value]
+
+
+def _take_cases(bound: inspect.BoundArguments, hints: Mapping[str, Any]) -> None:
+    """Put the system of a case in its place where a system is meant, and its start and run where none are given."""
+    names = bound.signature.parameters
+    others = next((each.name for each in names.values() if each.kind is each.VAR_KEYWORD), None)  # such as **settings
+    for name, case in tuple(bound.arguments.items()):
+        kinds = typing.get_args(hints.get(name)) or (hints.get(name),)
+        if hasattr(type(case), "is_case") and type(case.system) in kinds and type(case) not in kinds:
+            goes_on = hasattr(bound.arguments.get("start"), "state")  # a motion, from its end
+            own = ({} if goes_on else {"initial": case.initial}) | case.run
+            if others is None and not all(key in names for key in case.run):  # what it means by some is another thing
+                own = {key: x for key, x in own.items() if key == "initial" and key in names}
+            bound.arguments |= {name: case.system}
+            bound.arguments |= {key: x for key, x in own.items() if key in names and key not in bound.arguments}
+            if others is not None:
+                rest = {key: x for key, x in own.items() if key not in names}
+                bound.arguments[others] = rest | bound.arguments.get(others, {})
 
 
 def _context(given: tuple[Any, ...]) -> Context | None:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vibrocap.files import made_folder, replacing, write_text
-from vibrocap.inputs import read_input
+from vibrocap.inputs import read_own
 from vibrocap.records import published
 from vibrocap.records.record import Record
 
@@ -187,7 +187,7 @@ def _sums(folder: Path) -> dict[str, str]:
     """The checksums that earlier fetches wrote down, by path."""
     if not (folder / SUMS).exists():
         return {}
-    text = read_input(folder / SUMS, LARGEST).decode("utf-8", errors="replace")
+    text = read_own(folder / SUMS, LARGEST).decode("utf-8", errors="replace")
     lines = (line.split(maxsplit=1) for line in text.splitlines())
     return {words[1]: words[0] for words in lines if len(words) == 2}
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
-from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
+from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
@@ -97,7 +97,7 @@ def adaptive_map(
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its mode sequence from point to point, and would otherwise ask for all of them
     evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
-        system, measures and settings go; runs settle to max(1e-6, 1000 tolerance) where `settle` is not among these.
+        system, measures and settings go, by default those of `sweep`
     tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
     progress: True for a bar, or a function that is called after each of these calls with the runs done and those wanted
         by now; more may follow
@@ -282,10 +282,9 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     known = ("initial", *RUN_DEFAULTS, "window", "settle", "extrapolate", "threads")
     if unknown := [name for name in settings if name not in known]:
         raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
-    used = {name: defaults[name] for name in known} | settings
+    used = {name: defaults[name] for name in known} | RUN_DEFAULTS | settings
     case = Case(system, used["initial"] or {}, **{name: used[name] for name in RUN_DEFAULTS})
-    if "settle" not in settings:
-        used["settle"] = max(THRESHOLD, TOLERANCES * case.tolerance)
+    used["settle"] = usual_threshold(case.tolerance) if used["settle"] is None else used["settle"] or None
     needed = ["mean_velocity" if label == "travel" else label for label in by]
     listed = [*measures, *(name for name in needed if name not in ALWAYS)]
     names = tuple(measure.name for measure in resolved(listed, system)[0])

@@ -1,6 +1,7 @@
 """Results of a study as a labelled dataset: in memory while they are computed, or opened from a store."""
 
-from collections.abc import Iterable, Mapping
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,18 +47,33 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     return found[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
 
 
-def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
-    import xarray
+@contextlib.contextmanager
+def netcdf_attributes(path: Path) -> Iterator[dict[str, Any]]:
+    """The attributes of a NetCDF file; within the block, whatever its reader raises is a CaseError about the file.
+
+    On damage h5py and what is built on it raise KeyError, RuntimeError and others. A file whose own attributes cannot
+    be read is refused before h5netcdf opens it, which would complain once more when it is forgotten.
+    """
+    import h5py
 
     try:
         require_plain_file(path)
+        with h5py.File(path, "r") as file:
+            attributes = dict(file.attrs)
+        yield attributes
+    except FileNotFoundError:
+        raise CaseError(["no such file"], str(path)) from None
+    except Exception as error:
+        raise CaseError([f"cannot be read as NetCDF, or is damaged: {error}"], str(path)) from None
+
+
+def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
+    import xarray
+
+    with netcdf_attributes(path):
         found = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
         if chunks is None and found.nbytes <= READ_AT_ONCE:
             found.load()  # damage is found here, before anything is made of it
-    except FileNotFoundError:
-        raise CaseError(["no such file"], str(path)) from None
-    except (OSError, ValueError) as error:
-        raise CaseError([f"cannot be read as NetCDF, or is damaged: {error}"], str(path)) from None
     if "status" not in found:
         raise CaseError(["is no study: it has no variable status"], str(path))
     return found

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case.case import CaseError
+from vibrocap.case.case import Case, CaseError
 from vibrocap.measures.ensemble import GPU_CHUNK
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
@@ -58,13 +58,13 @@ def sweep(
     cases: Iterable[Mapping[str, Any]] | None = None,
     design: Design | None = None,
     initial: ByName | None = None,
-    periods: int = 60,
+    periods: float = Case.periods,
     window: int | None = None,
     settle: float | None = None,
     extrapolate: bool = True,
-    tolerance: float = 1e-8,
-    max_events_per_period: int = 10_000,
-    max_steps: int = 50_000_000,
+    tolerance: float = Case.tolerance,
+    max_events_per_period: int = Case.max_events_per_period,
+    max_steps: int = Case.max_steps,
     out: str | Path | None = None,
     resume: bool = False,
     mixed: bool = False,
@@ -86,7 +86,8 @@ def sweep(
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
     measures: names from `measure_table(system)`, or measures of one's own
     initial: where all runs start; what is not named starts at zero
-    periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`
+    periods, window, settle, extrapolate, tolerance, max_events_per_period, max_steps: of each run, see `ensemble`;
+        settle is max(1e-6, 1000 tolerance) by default, and with 0 no run settles
     out: a folder for the results, stored tile by tile; without it they stay in memory
     resume: continue what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
         and what is damaged is computed again, with a DamageWarning that names it

@@ -81,9 +81,10 @@ def measured_runs(
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, np.ndarray]:
     """The results of runs with these values, arrays [runs]."""
+    from vibrocap.measures.during_run import resolved, unavailable
     from vibrocap.measures.ensemble import ensemble
 
-    specifications = variables(study)
+    specifications, kinds_vary = variables(study), any(map(is_kind, values))
     found = {each.name: each.empty((runs,)) for each in specifications}
     begun = 0
     for system, over, members in _kinds(study.case.system, values, runs):
@@ -92,11 +93,13 @@ def measured_runs(
             name = system.state_names[0]
             over = {INITIAL + name: np.full(len(members), initial.get(name, 0.0))}
         report = progress and (lambda count, before=begun: progress((before + count) / runs))
-        settings = {"measures": study.measures, "initial": initial, **study.settings}
+        lacking = unavailable(resolved(study.measures, system)[1], system) if kinds_vary else {}
+        measures = [each for each in study.measures if getattr(each, "name", each) not in lacking]
+        settings = {"measures": measures, "initial": initial, **study.settings}
         results = ensemble(system, over, threads=threads, progress=report, **settings)
         begun += len(members)
         for each in specifications:
-            if each.measured:
+            if each.measured and each.name not in lacking:
                 found[each.name][members] = results[each.name]
         for each in specifications:
             if not each.measured:

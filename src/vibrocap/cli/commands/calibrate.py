@@ -64,7 +64,7 @@ def calibrate(
     if complaints:
         raise Refusal(*complaints)
     if out is not None:
-        writable_folder("--out", out)
+        writable_folder("--out", out, "calibration.json", "residuals.csv", "calibrated.toml")
     rows = [row - 1 for row in held_out or ()]
     with progress("Calibrating") as report, refusing("starts", "seed", "periods", table="--to", held_out="--held-out"):
         found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, periods=periods, progress=report)

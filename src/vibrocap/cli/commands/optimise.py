@@ -99,7 +99,8 @@ def optimise(
             raise Refusal("--report: needs --out, the folder that it is written to")
         needs("--report", "matplotlib")
     if out is not None:
-        writable_folder("--out", out)
+        of_front = (f"{CASES}/{i:03d}.toml" for i in range(100 if points is None else points))
+        writable_folder("--out", out, "design.json", "best.toml", *(of_front if against is not None else ()))
     writable_picture("--plot", plot)
     for option, value in (("--points", points), ("--plot", plot)):
         if value is not None and against is None:

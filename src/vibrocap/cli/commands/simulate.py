@@ -25,7 +25,7 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
 from vibrocap.physics.names import name_and_number, numbered
-from vibrocap.physics.parameters import described, given_parameters, parameter_table
+from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import computed, units_of
 from vibrocap.quantities.opening import opened_in_si
@@ -96,6 +96,10 @@ def simulate(
     changed = changes(set_, initial, refused)
     settings = {"periods": periods, "tolerance": tolerance}
     changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
+    try:  # before what is written is looked at: no file that is read is replaced
+        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
+    except CaseError as error:
+        setup = error
     with refused.collected():
         writable_table("--out", out, "xarray")
         with_headings(out, unit_headings, "--out")
@@ -103,11 +107,9 @@ def simulate(
         writable_picture("--plot", plot)
     with refused.collected():
         writable_film("--animate", animate)
-    try:
-        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
-    except CaseError as error:
-        named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
-        raise CaseError([*named, *refused], error.source) from None
+    if isinstance(setup, CaseError):
+        named = by_option(setup.complaints, {path: option for path, (option, _) in changed.items()})
+        raise CaseError([*named, *refused], setup.source)
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
@@ -361,7 +363,7 @@ def in_words(part: Any, system: System, digits: int = 6) -> str:
     words = []
     for key, value in _values(part, system).items():
         name, unit = own.get(key, (key, "1"))
-        number = value if isinstance(value, str) else f"{value:.{digits}g}"
+        number = brief(value, digits)
         words.append(" ".join((name, number) if unit == "1" else (name, number, unit)))
     return f"{part.name}: {', '.join(words)}"
 

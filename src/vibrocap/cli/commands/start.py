@@ -10,13 +10,13 @@ from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.command_examples import examples_folder, shows, tables_of
-from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
+from vibrocap.cli.options import Refusal, by_option, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
-from vibrocap.physics.parameters import ParameterInfo, parameter_table
+from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.symbols import STATES
 
 HEAD = """\
@@ -263,12 +263,14 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
     given = pairs("scales", split(scales), refused, "KEY=VALUE, such as pendulum_mass_kg=0.2")
     if to is not None and to not in WORDS:
         refused.add("--to", f"should be {' or '.join(WORDS)}, got {to!r}")
-    with refused.collected():
-        writable_file("--out", out, [".toml"])
     try:
         setup = read_source(case)
     except CaseError as error:
-        raise CaseError([*error.complaints, *refused], error.source) from None
+        setup = error
+    with refused.collected():
+        writable_file("--out", out, [".toml"])
+    if isinstance(setup, CaseError):
+        raise CaseError([*setup.complaints, *refused], setup.source)
     known = setup.system.units or setup.scales
     wanted = to or (DIMENSIONLESS if setup.system.units is not None else SI)
     record = setup.system.machine.si_scales
@@ -307,7 +309,6 @@ def _scales(record: type, given: dict[str, str]) -> Scales:
     if not complaints:
         try:
             return record(**values)
-        except ValueError:
-            wrong = [name for name, value in values.items() if not 0.0 < value < float("inf")]
-            complaints += [f"--scales {name}: should be a number above 0, got {given[name]}" for name in wrong]
+        except ParameterError as error:
+            complaints += by_option(error.complaints, {name: f"--scales {name}" for name in given})
     raise Refusal(*complaints)

@@ -86,7 +86,7 @@ def steer(
     if complaints:
         raise Refusal(*complaints)
     if out is not None:
-        writable_folder("--out", out)
+        writable_folder("--out", out, "steering.json", "schedule.csv", "steered.toml")
     writable_picture("--plot", plot)
     arguments = ("tolerance", "within", "least", "hold", "samples", "levels")
     with progress("Looking for a schedule") as report, refusing(*arguments, target="--to", system="CASE"):

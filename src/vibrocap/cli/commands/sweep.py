@@ -194,7 +194,8 @@ def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
             initial=study.case.initial,
             threads=request.threads,
             progress=lambda done, wanted: report(done / wanted, f"Mapping, {done:,} runs so far"),
-            **{name: value for name, value in study.settings.items() if name != "device"},
+            **{name: value for name, value in study.settings.items() if name not in ("device", "settle")},
+            settle=study.settle or 0.0,
         )
     status = dataset["status"].values
     settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None

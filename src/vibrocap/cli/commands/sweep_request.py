@@ -137,20 +137,15 @@ class SweepRequest(Execution):
         return found
 
     def _settings(self, case: Case) -> dict[str, Any]:
-        """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
-        from vibrocap.measures.recorded.settling import THRESHOLD, TOLERANCES
-
+        """How the runs are made: as the options say, else as the case does."""
         given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
         settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}
         periods = settings["periods"]
         if 1 <= periods < 1e9 and periods == int(periods):
             settings["periods"] = int(periods)
         settings["window"] = self.window
-        settings["settle"] = self.settle or None
+        settings["settle"] = self.settle
         settings["extrapolate"] = not self.no_extrapolate
-        if self.settle is None:
-            tolerance = settings["tolerance"]
-            settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
         return settings
 
     def _unknown_measures(self) -> list[str]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_one_of, check_whole, is_positive, shown
+from vibrocap.arguments import ArgumentError, Complaints, check_one_of, check_whole, is_positive, shown
 from vibrocap.case.case import Case
 from vibrocap.measures import of_measure
-from vibrocap.measures.during_run import resolved
+from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.trust import TRAVEL
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -131,7 +131,9 @@ def goal_of(
     asked: list[str | Measure] = []
     for field, name in [(fields[0], objective), *(("subject_to", each[0]) for each in split if each)]:
         try:
-            measures, _ = resolved([name], system)
+            measures, needed = resolved([name], system)
+            if lacking := unavailable(needed, system):
+                raise ArgumentError(field, next(iter(lacking.values())))
         except ValueError as error:
             said = getattr(error, "complaint", None)
             complaints.add(field, said.text if said else str(error))

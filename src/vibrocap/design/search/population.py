@@ -16,6 +16,7 @@ from vibrocap.design.search.problem import Problem
 from vibrocap.design.search.variables import FAR
 from vibrocap.measures.ensemble import FINISHED, INITIAL, ensemble
 from vibrocap.measures.of_measure import FINAL
+from vibrocap.motion.simulate import within_room
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.variation import refusal, varied
 
@@ -203,9 +204,10 @@ def _run(
         if state in system.state_names:
             over[INITIAL + state] = begun[members, :, place].ravel()
     runs, samples = len(members) * begun.shape[1], problem.samples
+    over = over if samples is None else samples.spread(over, runs)
     found = ensemble(
         system,
-        over if samples is None else samples.spread(over, runs),
+        _within_room(system, over),
         measures=problem.measures,
         periods=problem.periods,
         settle=problem.settle,
@@ -214,6 +216,19 @@ def _run(
         final_states=True,
     )
     return found if samples is None else _over_samples(problem, found, runs)
+
+
+def _within_room(system: System, over: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns of runs, with starts at the stop of a design where they would lie beyond it."""
+    found = {path: np.array(column) for path, column in over.items()}
+    rest = {path: column for path, column in found.items() if not path.startswith(INITIAL)}
+    names = [name for name in system.state_names if INITIAL + name in found]
+    for run in range(len(next(iter(found.values()))) if system.placed.room() else 0):
+        state = {name: float(found[INITIAL + name][run]) for name in names}
+        design = varied(system, {path: _plain(column[run]) for path, column in rest.items()})
+        for name, value in within_room(design, state).items():
+            found[INITIAL + name][run] = value
+    return found
 
 
 def _over_samples(problem: Problem, found: Mapping[str, np.ndarray], runs: int) -> dict[str, Any]:

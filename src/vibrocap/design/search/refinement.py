@@ -25,6 +25,7 @@ TOLERANCE = 1e-12  # of the runs that close an orbit
 REGION = 0.01, 1e-9  # first and last radius of the trust region, in shares of the ranges
 STEP = 1e-5  # of the differences that give slopes, in shares of the ranges
 FLAT = 1e-4  # of a slope by differences over the size of the measure, per range, that counts as none
+NOISE = 1e-10 / STEP  # of a difference over the step, relative to the measure: what closing leaves of it
 ALLOWED = 1e-9  # by which a constraint may be violated, relative to its limit: what rounding leaves of an active one
 
 
@@ -237,12 +238,16 @@ class ClosedDesigns:
         assert best is not None
         if near is None:
             return None
-        own = self.gradient(best)
-        if own is not None and near.mode_sequence == best.mode_sequence:
-            return float(own[place])
+        own, there = self.gradient(best), self.gradient(near)
         secant = (near.found[name] - best.found[name]) / (near.shares[variable] - best.shares[variable])
-        there = self.gradient(near)
-        return secant if there is None else 2.0 * secant - float(there[place])
+        if there is None:
+            return secant
+        if own is not None and near.mode_sequence == best.mode_sequence:
+            # Where all is smooth the secant is the mean of the slopes at its ends; over a kink it is not.
+            apart = abs(secant - 0.5 * float(own[place] + there[place]))
+            if apart <= 0.1 * abs(float(own[place] - there[place])) + NOISE * abs(best.found[name]):
+                return float(own[place])
+        return 2.0 * secant - float(there[place])
 
     def _beside(self, variable: int, sign: float) -> Refined | None:
         """The design a little below or above the best one; None beyond a bound."""

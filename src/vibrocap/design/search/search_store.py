@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.files import made_folder, replacing, write_text
-from vibrocap.inputs import read_input
+from vibrocap.inputs import read_own
 
 RECORD, POPULATIONS = "search.json", "populations"
 LARGEST = 2**28  # bytes of a file that is read
@@ -54,7 +54,7 @@ def opened_store(folder: str | Path, record: dict[str, Any], resume: bool) -> Se
         if not resume:
             raise ArgumentError("store", f"{str(folder)!r} holds a search; resume it, or give another folder")
         try:
-            before = json.loads(read_input(path, LARGEST))
+            before = json.loads(read_own(path, LARGEST))
         except (OSError, ValueError) as error:
             raise ArgumentError("store", f"{str(path)!r} cannot be read as the record of a search ({error})") from None
         differing = [name for name in record if not isinstance(before, dict) or before.get(name) != record[name]]

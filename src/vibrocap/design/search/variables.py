@@ -171,9 +171,9 @@ def design_space(
         if len(complaints) == begun:
             complaints += _function_complaints(system, space)
         return space
-    kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Column)}
     every = [path for name in over for path in tied.get(name, [name])]
     if len(complaints) == begun:
+        kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Column)}
         complaints += path_complaints(every, [kinds_chosen(system, kinds)], system.units)
         complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(every)]
     if len(complaints) == begun:

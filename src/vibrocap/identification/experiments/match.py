@@ -14,6 +14,7 @@ from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.physics.friction.law import Law
+from vibrocap.ranges import values_between
 
 CURVE = 400  # points of a matched steady curve
 AT_REST = 1e-9  # of the largest speed: rounding
@@ -82,7 +83,7 @@ def match(
         low, high = _range(velocity)
         if spacing not in ("even", "logarithmic"):
             raise ValueError(f"spacing: should be 'even' or 'logarithmic', got {spacing!r}")
-        speeds = np.linspace(low, high, CURVE) if spacing == "even" else np.geomspace(low, high, CURVE)
+        speeds = values_between(low, high, CURVE, spacing == "logarithmic")
         target = steady_force(to, speeds, load)
         time = np.empty(0)
         points = Samples(

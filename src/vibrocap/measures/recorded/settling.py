@@ -41,6 +41,11 @@ class Settling(Dimensional):
     threshold: Number
 
 
+def usual_threshold(tolerance: float) -> float:
+    """The threshold of settling of runs at a tolerance, where none is given."""
+    return max(THRESHOLD, TOLERANCES * tolerance)
+
+
 def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     """Decide whether a motion has settled, by the distance that it still has to go.
 
@@ -66,7 +71,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     A motion whose period n is tested needs n + 3 max(n, 3) periods: 10 for n = 1, 64 for n = 16.
     """
     if threshold is None:
-        threshold = max(THRESHOLD, TOLERANCES * motion.tolerance)
+        threshold = usual_threshold(motion.tolerance)
     if not threshold > 0.0:
         raise ValueError(f"threshold should be > 0, got {threshold!r}")
     marks = Stroboscope(stroboscopic_states(motion))

@@ -23,6 +23,7 @@ from vibrocap.numerics.expressions.equations import (
 )
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
+from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
@@ -325,11 +326,14 @@ def contact_equations(system: System, flow: Flow, expression: Any) -> tuple[Cont
     found, states = [], system.state_names
     for i, (each, law, name) in enumerate(zip(flow.contacts, system.laws, system.machine.contact_states, strict=True)):
         internal = (states.index(numbered(own, i + 1)) for own in law.internal if own not in law.switched)
+        velocity, kind = expression(each.contact.velocity), system.contact_kinds[i]
+        if kind == "smooth" and no_series_at_rest(velocity, [expression(each.contact.force)]):
+            kind = "kinked"  # so that steps end where it passes rest
         found.append(
             ContactEquations(
-                velocity=expression(each.contact.velocity),
+                velocity=velocity,
                 state=states.index(name),
-                kind=system.contact_kinds[i],
+                kind=kind,
                 hold=None if each.hold is None else expression(each.hold),
                 limit=None if each.limit is None else expression(each.limit),
                 internal=tuple(internal),

@@ -135,6 +135,9 @@ class Enclosures:
             return self._square(a) if operands[0] == operands[1] else self._product(a, self.of(operands[1]))
         if op == "div":
             return self._product(a, self.inverse(operands[1]))
+        if op == "power":
+            rate = self._product(self._monotone("log", a), self.of(operands[1]))
+            return self._monotone("exp", rate)
         return self._monotone(op, a)
 
     def inverse(self, index: int) -> Interval:

@@ -13,10 +13,11 @@ from collections.abc import Iterable
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
 from vibrocap.numerics.expressions.equations import Balance
-from vibrocap.numerics.expressions.graph import Expression, Graph, operands_of, reachable
+from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression, Graph, operands_of, reachable
 from vibrocap.numerics.expressions.structure import Forms
 
 SUMS = ("add", "sub", "neg")
+AT_REST = 1e-10  # base of a power up to which it has no series: zero but for rounding
 ONE, TWO = literal(1.0), literal(2.0)
 
 
@@ -94,6 +95,8 @@ class JetWriter:
             return self._product(operands[0], operands[1], k)
         if op == "div":
             return self._quotient(index, operands[0], operands[1], k)
+        if op == "power":
+            return self._power(index, operands[0], c(operands[1], 0), k)
         return self._function(index, op, operands[0], k)
 
     def signed_terms(self, index: int, k: int, inner: bool = False) -> list[Term]:
@@ -161,6 +164,18 @@ class JetWriter:
         if newest is not ZERO:
             terms.append((-1, newest * self.named("f", self.coefficient(index, 0) * inverse, index)))
         return total(terms)
+
+    def _power(self, index: int, a: int, exponent: Formula, k: int) -> Formula:
+        """From p' a = exponent p a'. At a = 0 it has no series, and stays zero for a step in which it is negligible."""
+        first = self.coefficient(a, 0)
+        if k == 0:
+            size = Formula(f"max(abs({first.text}), {LEAST_BASE!r})", first.known)
+            return self.code.function("exp", exponent * self.code.function("log", size))
+        known = (self._weighted(index, k - j) * self.coefficient(a, j) for j in range(1, k))
+        moving = f"where(abs({first.text}) > {AT_REST!r}, {first.text}, math.inf)"
+        inverse = self.named("i", ONE / Formula(moving, first.known), index)
+        later = functools.reduce(operator.add, known, ZERO) * literal(1.0 / k)
+        return (exponent * self._slope_series(a, index, k) - later) * inverse
 
     def _weighted(self, a: int, j: int) -> Formula:
         """j a_j, written once: the coefficient of the rate before, where a is a state or a multiple of one."""

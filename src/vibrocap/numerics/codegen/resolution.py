@@ -7,12 +7,12 @@ law, it is asked over the whole step:
 
     negligible  G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
     resolved    G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
-    smooth      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
+    smooth      x changes by a factor of 2 (1/x, sqrt) or 3 (log, power)    the series converges, whatever it is
 
 From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): the last terms do not resolve a node of it there, and
 what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
-where the contact leaves stick, see `resolved.faint`. A power that has no series at rest shows in the last terms: those
-of what it is rounded off to.
+where the contact leaves stick, see `taylor.leaving`. A power that is not whole has no series at rest: from there it is
+zero in that of a step in which it is negligible, and then smooth (as a logarithm) until it is resolved.
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
@@ -38,13 +38,13 @@ import numpy as np
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
-from vibrocap.numerics.expressions.structure import Speed, gaps
+from vibrocap.numerics.expressions.structure import Speed, gaps, speeds
 
-SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
+SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div", "power")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
 BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is resolved
-VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
+VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0, "power": 10.0}  # theta
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,26 +140,8 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     return largest
 
 
-def sides_alike(equations: Equations) -> bool:
-    """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
-    graph, nodes = equations.graph, system_sharpness(equations).nodes
-    watching = (*equations.rates, *equations.switches)
-    slopes = [sensitivity(each, node) for node in nodes for each in watching]
-    watched = [*(Expression(graph, node) for node in nodes), *slopes]
-    if not watched:
-        return True
-    draw = np.random.default_rng(0)
-    states = draw.uniform(0.1, 0.9, (len(equations.rates), 5))
-    values = draw.uniform(0.5, 1.5, (len(equations.parameter_paths), 1))
-    mirror = np.resize(equations.symmetry, len(states))[:, None] * states
-    with np.errstate(all="ignore"):
-        one = evaluate(watched, 0.3, states, 1.0, values)
-        other = evaluate(watched, 0.3, mirror, -1.0, values)
-    return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
-
-
 def lacunary(equations: Equations) -> bool:
-    """Whether the series of some sharp function from rest may be lacunary, or the function is a logarithm.
+    """Whether the series of some sharp function from rest of a contact may be lacunary, or it is a logarithm.
 
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
     four vanish.
@@ -167,13 +149,13 @@ def lacunary(equations: Equations) -> bool:
     graph = equations.graph
     draw = np.random.default_rng(0)
     states = draw.uniform(0.1, 0.9, len(equations.rates))
-    states[equations.contact_state] = 0.0
+    states[[each.state for each in equations.contacts]] = 0.0
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations).nodes:
         op, *operands = graph.nodes[node]
-        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index)
+        slopes = [sensitivity(Expression(graph, operands[-1]), each.velocity.index) for each in equations.contacts]
         with np.errstate(all="ignore"):
-            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
+            if op in ("log", "power") or 0.0 in evaluate(slopes, 0.3, states, 1.0, values):
                 return True
     return False
 
@@ -223,13 +205,12 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     inverses = [f"inverse_scale(floats, {i}, lane)" for i in range(len(equations.rates))]
     text.lines.append("worst = 0.0 * h")
 
-    def near_rest(speed: Speed) -> str:
-        """The tolerance, or the less to which a contact that leaves rest is held, see `resolved.faint`."""
-        fastest = text.name(
-            f"{text.size(step.of(speed.expression.index))} / {text.entry(f'SCALE + {speed.state} * LANES')}"
-        )
-        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', fastest)}"), "1.0")
-        return text.name(f"tolerance * {share}") if speed.sticks else "tolerance"
+    def near_rest(speed: Speed | None) -> str:
+        """The tolerance, or the less to which a contact that leaves rest is held, see `taylor.leaving`."""
+        if speed is None or not speed.sticks:
+            return "tolerance"
+        scale = text.entry(f"SCALE + {speed.state} * LANES")
+        return text.name(f"tolerance * leaving({text.size(step.of(speed.expression.index))} / {scale})")
 
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
@@ -253,13 +234,17 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
             at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, smooth = _node(graph, node, text, step, start)
-        theta = VISIBLE[graph.nodes[node][0]]
+        op, base, *_ = graph.nodes[node]
+        theta = VISIBLE[op]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({smooth})"] if smooth else []
         shown = text.name(" | ".join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        negligible = text.name(f"{share} <= tolerance")
+        under = reachable(graph, [base]) if op == "power" else ()
+        speed = next((each for each in speeds(equations) if each.sticks and each.expression.index in under), None)
+        allowed = near_rest(speed)
+        negligible = text.name(f"{share} <= {allowed}")
         text.lines.append(f"worst = {text.chosen(f'{shown} | {negligible}', 'worst', 'worst + 1.0')}")
         if node in lost:
             speed, m = lost[node]
@@ -319,16 +304,17 @@ def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosu
     if op == "tanh":
         far = text.size(start.of(node))
         return varies, text.name(f"1.0 - {far} * {far}"), ""
-    below, above = step.of(operands[-1])
+    argument = operands[1 if op == "div" else 0]
+    below, above = step.of(argument)
     width = text.name(f"{above} - {below}")
-    first_low, first_high = start.of(operands[-1])
+    first_low, first_high = start.of(argument)
     if op == "atan":
         far = text.size((first_low, first_high))
         return varies, text.name(f"{width} / (1.0 + {far} * {far})"), f"{width} <= 1.0"
     nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
     smooth = f"{width} <= {nearest}"
-    if op == "log":
-        return varies, "0.0", f"{width} <= 2.0 * {nearest}"
+    if op in ("log", "power"):
+        return varies, start.of(node)[0] if op == "power" else "0.0", f"{width} <= 2.0 * {nearest}"
     if op == "sqrt":
         return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), smooth
     numerator = text.size(step.of(operands[0]))

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-from vibrocap.numerics.codegen.resolution import lacunary, resolution_source, sides_alike, system_sharpness
+from vibrocap.numerics.codegen.resolution import lacunary, resolution_source, system_sharpness
 from vibrocap.numerics.codegen.series_source import jet_source, limits_are_constant
 from vibrocap.numerics.codegen.slow_manifold import slow_constants
 from vibrocap.numerics.codegen.straight_line import (
@@ -17,7 +17,7 @@ from vibrocap.numerics.codegen.straight_line import (
 )
 from vibrocap.numerics.expressions.equations import DecisionRows, Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.expressions.structure import gaps, place_of_returns, record_slopes, rough
+from vibrocap.numerics.expressions.structure import gaps, no_series_at_rest, place_of_returns, record_slopes
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 
@@ -79,9 +79,10 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
-    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SIDES_ALIKE": sides_alike(equations)}
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal}
     constants["LACUNARY"] = lacunary(equations)
-    constants["ROUGH"] = rough(equations, sharp.nodes)
+    no_series = (each.sticks and no_series_at_rest(each.velocity, equations.rates) for each in equations.contacts)
+    constants["ROUGH"] = tuple(map(int, no_series))
     constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
@@ -138,7 +139,7 @@ def evidence_source(equations: Equations) -> str:
     """`evidence` of one lane: what `kernel/observe/evidence.py` asks of the equations."""
     zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
     for each in equations.contacts:
-        asked += (each.hold, each.limit) if each.sticks else (zero, zero)
+        asked += [zero if value is None else value for value in (each.hold, each.limit)]
     return stored_source("evidence", equations.graph, asked)
 
 

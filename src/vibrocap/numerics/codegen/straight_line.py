@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.compiler.subset import LIBRARY
-from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression
 
 SUM, PRODUCT, ATOM = range(3)  # the outermost operation of a formula; an atom needs no brackets anywhere
 ADDING, MULTIPLYING, DIVIDING, CALLING = 4, 4, 14, 40  # cycles, about those of an x86-64 processor
@@ -164,6 +164,7 @@ class Code:
 
 
 OPERATORS = {"add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "neg": "-{}"}
+OPERATORS["power"] = f"math.exp({{1}} * math.log(max(abs({{0}}), {LEAST_BASE!r})))"
 LEAVES = {  # what a kernel of motions calls them
     "time": "t",
     "side": "side",

@@ -29,6 +29,8 @@ import functools
 import itertools
 import os
 import re
+import subprocess
+import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -37,6 +39,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 
+from vibrocap.arguments import SettingError
 from vibrocap.numerics.compiler.subset import FLOATS, INT, INTS, Kind
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
@@ -47,6 +50,17 @@ _CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 ENTRY = "kernel_entry"
 TYPES = {FLOATS: np.dtype(np.float64), INTS: np.dtype(np.int64)}
 NUMBERS = itertools.count()
+NAMED = ("VIBROCAP_CPU_NAME", "VIBROCAP_CPU_FEATURES")
+# Makes an object file for a triple, a processor and its features.
+TRIAL = """
+import sys
+import llvmlite.binding as llvm
+llvm.initialize_native_target()
+llvm.initialize_native_asmprinter()
+triple, processor, features = sys.argv[1:]
+machine = llvm.Target.from_triple(triple).create_target_machine(cpu=processor, features=features)
+machine.emit_object(llvm.parse_assembly("define void @nothing() { ret void }"))
+"""
 LINKER: list[Any] = []
 
 
@@ -78,11 +92,24 @@ def _llvmlite_version() -> str:
 
 @functools.cache
 def host() -> Target:
-    """This computer, or what VIBROCAP_CPU_NAME and VIBROCAP_CPU_FEATURES say of it."""
-    name, features = os.environ.get("VIBROCAP_CPU_NAME"), os.environ.get("VIBROCAP_CPU_FEATURES")
+    """This computer, or what VIBROCAP_CPU_NAME and VIBROCAP_CPU_FEATURES say of it.
+
+    Raises SettingError for a processor, or features, for which LLVM makes no code as they are written. It says so on
+    stderr alone, and may end the process, so it is asked in another one (60 ms).
+    """
+    settings = {name: value for name in NAMED if (value := os.environ.get(name)) is not None}
+    name, features = (settings.get(each) for each in NAMED)
     if features is None:
         features = "" if name else llvm.get_host_cpu_features().flatten()
-    return Target(llvm.get_process_triple(), name or llvm.get_host_cpu_name(), features)
+    target = Target(llvm.get_process_triple(), name or llvm.get_host_cpu_name(), features)
+    if settings:
+        command = [sys.executable, "-P", "-c", TRIAL, target.triple, target.processor, features]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode or done.stderr:
+            given = " and ".join(f"{each}={value}" for each, value in settings.items())
+            reason = (done.stderr.splitlines() or ["it makes no code"])[0]
+            raise SettingError(given, f"should name a processor in LLVM's words, such as haswell; LLVM: {reason}")
+    return target
 
 
 def code_made_for() -> dict[str, str]:

@@ -265,4 +265,6 @@ class Equations:
 
     def filled(self, parameters: Any, time: Any = 0.0) -> Any:
         """Parameter vectors with the segment of the drive at a time since the start of its period, where it has any."""
-        return parameters if self.corners is None else self.corners.filled(parameters, time)
+        if self.corners is None or not np.size(parameters):  # no drive that has corners, or no run
+            return parameters
+        return self.corners.filled(parameters, time)

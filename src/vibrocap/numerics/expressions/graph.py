@@ -13,7 +13,7 @@ import numpy as np
 from vibrocap.numerics.expressions.refusals import Recordable
 
 LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product, as in `vibrocap.physics.elementary.power`
-POWER_ROUNDING = 1e-10  # where other powers are rounded off, as there, so that they have a series at zero too
+LEAST_BASE = 1e-300  # of a power, whose value at zero is zero by that
 LEAVES = ("constant", "time", "side", "delay", "state", "parameter")
 FUNCTIONS = {
     "sin": math.sin,
@@ -30,8 +30,8 @@ class Graph:
     """The nodes of recorded expressions, in an order in which each comes after its operands.
 
     A node is (op, operands): ("constant", value), ("time",), ("side",) of the first contact, ("side", i) of contact i,
-    ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with
-    a function of FUNCTIONS.
+    ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), ("power", a, b) for
+    a^b with a >= 0 and a constant b, or (function, a) with a function of FUNCTIONS.
     """
 
     def __init__(self):
@@ -174,14 +174,16 @@ class Expression(Recordable):
         return self.graph.node("neg", self.index)
 
     def __pow__(self, exponent):
-        """A product for whole numbers; any other power as `vibrocap.physics.elementary.power`, rounded off at zero."""
+        """A product for whole numbers; any other power is a node of its own, of a base that is never negative."""
         graph = self.graph
         number = exponent.value if isinstance(exponent, Expression) else float(exponent)
         if self.value is not None and number is not None:
             return graph.constant(self.value**number)
         if number is None or number != int(number) or abs(number) > LARGEST_PRODUCT:
-            rest = (self * self + POWER_ROUNDING**2).log()
-            return (0.5 * exponent * rest if number is None else 0.5 * number * rest).exp()
+            power = graph.expression(exponent)
+            if not graph.is_constant_in_time(power.index):
+                return (power * self.log()).exp()
+            return graph.node("power", self.index, power.index)
         product = self if number else graph.constant(1.0)
         for _ in range(abs(int(number)) - 1):
             product = product * self
@@ -247,7 +249,7 @@ def sensitivity(expression: Expression, node: int) -> Expression:
 
 
 # What the chain rule makes of slopes that are zero is zero then, and no other node is recorded on the way.
-LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "exp", "log")
+LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "power", "exp", "log")
 
 
 def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
@@ -275,9 +277,14 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
         return da - db
     if op == "mul":
         return da * b + a * db
+    if op == "power":
+        slope = b * a ** (b - 1.0) * da
+        # a^b log(a), written so that it has a series where the power has one, and is zero where that is
+        return slope if db.value == 0.0 else slope + f * (f + LEAST_BASE).log() * db / b
     return (da - f * db) / b
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is beyond all numbers shows in the values
 def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
     """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape.
 
@@ -305,6 +312,8 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
             values[index] = binary[op](values[operands[0]], values[operands[1]])
         elif op == "neg":
             values[index] = -values[operands[0]]
+        elif op == "power":
+            values[index] = np.maximum(np.abs(values[operands[0]]), LEAST_BASE) ** values[operands[1]]
         else:
             values[index] = getattr(np, op)(values[operands[0]])
     return [values[e.index] for e in expressions]

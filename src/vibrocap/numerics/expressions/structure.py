@@ -184,11 +184,11 @@ def speeds(equations: Equations) -> list[Speed]:
     return found
 
 
-def rough(equations: Equations, sharp: Sequence[int]) -> bool:
-    """Whether the law of a contact that sticks has a logarithm of its velocity: a power without a series at rest."""
-    graph, contact = equations.graph, equations.contact_velocity.index
-    logs = [node for node in sharp if graph.nodes[node][0] == "log"]
-    return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
+def no_series_at_rest(velocity: Expression, expressions: Sequence[Expression]) -> bool:
+    """Whether these contain a power of the velocity that is not whole, and so has no series where it vanishes."""
+    graph = velocity.graph
+    powers = [i for i in reachable(graph, [each.index for each in expressions]) if graph.nodes[i][0] == "power"]
+    return velocity.index in reachable(graph, powers)
 
 
 def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:
@@ -204,7 +204,7 @@ def gaps(equations: Equations, sharp: Sequence[int]) -> dict[int, tuple[Speed, i
         op, *operands = graph.nodes[node]
         argument = Expression(graph, operands[-1])
         for speed in speeds(equations):
-            if op == "log" or speed.expression.index not in reachable(graph, [argument.index]):
+            if op in ("log", "power") or speed.expression.index not in reachable(graph, [argument.index]):
                 continue
             states[speed.state], before = 0.0, states[speed.state]
             (shift,) = evaluate([speed.expression], 0.3, states, 1.0, values)

@@ -91,6 +91,11 @@ def turned(floats, lane, contact) -> None:
     """Change what a reversal of a contact (0: the first) changes in its law, besides the side."""
 
 
+def branch_in_doubt(floats, lane, h) -> bool:
+    """Whether a guard may have fallen to zero at the end of a step of length h."""
+    return False
+
+
 def guards_at(floats, lane, s, out) -> None:
     """Write the guards at time s of the present series."""
 
@@ -114,12 +119,17 @@ def begin_drive(floats, ints, trace, lane, run) -> None:
 
 
 def at_corner(floats, ints, trace, lane) -> bool:
-    """Whether the lane, at the end of a step to UNTIL, stands at a corner within the period; then it is turned."""
+    """Whether the lane, at the end of a step, stands at a corner within the period; then it is turned."""
     return False
 
 
 def begin_drive_period(floats, ints, trace, lane) -> None:
     """A period begins, at time 0."""
+
+
+def drive_goes_over(floats, ints, trace, lane) -> bool:
+    """Whether the drive, at the end of the last period, has a corner; it is then the one of the next period."""
+    return False
 
 
 # The tangent of the motion.
@@ -173,6 +183,13 @@ def on_jump(floats, ints, lane, gained) -> None:
 def on_period(floats, ints, trace, lane) -> None:
     """At the start of a run and at the end of each whole period."""
     raise NotImplementedError
+
+
+# What is kept of the last instant of a run.
+
+
+def on_instant(floats, ints, trace, lane) -> None:
+    """At the last instant of a run, at which the mode of the lane was decided once more; its series is in memory."""
 
 
 # The true load, of one that is held constant.

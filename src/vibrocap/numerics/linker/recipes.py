@@ -25,7 +25,7 @@ POINT = TURNING, (*TURNING, "observe.stiff_point")  # where a law is asked: of l
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
 RECORDING, MEASURING = ("observe.record",), ("observe.limit_of_marks", "observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
-MOVING = ("events.contact", "loop.one_step", "loop.start")
+MOVING = ("events.contact", "loop.start", "loop.one_step")
 SIMD = ("step.side_by_side", "step.slow_manifold", "loop.turning_simd", "loop.first_events", "loop.simd_step")
 LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),

@@ -19,6 +19,7 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers
 from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.ranges import cell_middles
 
 PHASE = "phase"
 STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel
@@ -108,7 +109,7 @@ def basins(
     visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
     visited |= {PHASE: (0.0, 1.0)}
     ranges = [pair or visited[name] for name, pair in zip(axes, given, strict=True)]
-    values = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, counts, strict=True)]
+    values = [cell_middles(low, high, n) for (low, high), n in zip(ranges, counts, strict=True)]
     across = [each.ravel() for each in np.meshgrid(*values, indexing="ij")]
     states = np.tile(list(start.values()), (counts[0] * counts[1], 1))
     phases = np.full(len(states), float(phase))

@@ -13,7 +13,7 @@ from vibrocap.motion.simulate import initial_state, simulate
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.closing.periodic_solution import named_states, state_vector
-from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, default_sections, recurrence
+from vibrocap.orbits.closing.returns import Section, SectionAsked, checked_section, recurrence, returns_of
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.orbits.parameter_range import checked_range, system_at
@@ -22,6 +22,7 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers
 from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.ranges import values_between
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
@@ -96,7 +97,7 @@ def bifurcation_diagram(
     driven = is_driven(system)
     if driven and section is not None:
         raise ArgumentError("section", "should be None: the drive counts the turns of this system")
-    values = np.linspace(low, high, points)
+    values = values_between(low, high, points)
     check_whole("starts", starts, 1, 100_000)
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("kept", kept, 16, 10**6)
@@ -185,8 +186,7 @@ def _returns_at_point(
             response[run] = FAILED
             continue
         ends[run] = state_vector(system, motion.state)
-        which = section or next(iter(default_sections(motion)), None)
-        times = np.empty(0) if which is None else which.times(motion)[-kept - 1 :]
+        times = next(returns_of(motion, section), np.empty(0))[-kept - 1 :]
         if len(times) < 2:
             if runs.response_period[run] > 0:  # at rest, or sliding steadily
                 response[run], found[run, 0] = 1, ends[run]

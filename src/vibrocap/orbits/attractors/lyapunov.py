@@ -34,8 +34,8 @@ class LyapunovExponents(Dimensional):
         nothing drives the system in time, without that along the motion (which is 0 too); -inf for each direction that
         sticking forgets; errors: theirs (0 for those)
     periods: drive periods averaged over; finished: False where the motion could not be completed: of what there was
-    certified: whether the evidence of all these periods is within the bounds of a certificate (`motion.run_evidence`);
-        False: the motion is not one of the equations, or not to the tolerance
+    certified: whether it was, and the evidence of all these periods is within the bounds of a certificate
+        (`motion.run_evidence`); False: the motion is not one of the equations, or not to the tolerance
     """
 
     value: Rate
@@ -103,7 +103,7 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     moving = map_.smooth_states
     if len(states) < BATCHES:
         nothing = np.full(len(moving), math.nan)
-        return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False)
+        return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False, False)
     size = map_.scales(parameters)[moving]
     growth = np.empty((len(states), len(moving)))
     certified = True
@@ -133,7 +133,7 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     growth = growth[:, along:]
     doubt = _doubt(map_, states, asked, parameters)
     averaged = _averaged(map_, growth, map_.period(parameters), finished, doubt)
-    return dataclasses.replace(averaged, certified=certified)
+    return dataclasses.replace(averaged, certified=certified and finished)
 
 
 def _flow(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:

@@ -17,16 +17,18 @@ from vibrocap.orbits.closing.periodic_solution import (
     named_states,
     state_vector,
 )
-from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, default_sections, recurrence
+from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurrence, returns_of
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
+from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
 MOST_RETURNS = 64  # of a cycle, unless told otherwise
 QUIET = 3.0  # longest times between returns without one, after which a section is no longer met
 STILL, LOOKS = 1e-6, 64  # of natural sizes, by which a motion at rest may move; instants at which it is looked at
+STEADY = 1e-3  # of its own value, by which a velocity may change that is constant
 BESIDE = 1e-6  # of a cycle: an event so soon after a return belongs to it
 
 
@@ -44,9 +46,9 @@ def autonomous_orbit(
 
     modulo travel and whole turns. The guess comes from a simulation: the motion returns to a section, and the cycle is
     as many returns as bring its last passage back. Without a section several are tried (a place of what turns, sticks,
-    slips, reversals of each contact), and that is taken at which the motion comes back best. The multiplier 1 of the
-    direction along the motion is left out. Where the motion comes to rest instead of cycling, also in the limit by ever
-    smaller stops, the status is COMES_TO_REST.
+    slips, reversals of each contact, the middle of each state), and that is taken at which the motion comes back best.
+    The multiplier 1 of the direction along the motion is left out. Where the motion ends at an equilibrium instead of
+    cycling, the status is SLIDES_STEADILY or COMES_TO_REST, the latter also in the limit by ever smaller stops.
 
     settle_periods: length of that simulation in `drive.period`; returns: most of them in a cycle
     """
@@ -116,12 +118,10 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
     """
     if not motion.run_status.ok:
         return OrbitStatus.RUN_FAILED
-    if _stands_still(motion):
-        return OrbitStatus.COMES_TO_REST
-    sections = default_sections(motion) if section is None else [section]
+    if (equilibrium := _equilibrium(motion)) is not None:
+        return equilibrium
     found = []
-    for each in sections:
-        times = each.times(motion)
+    for times in returns_of(motion, section):
         if len(times) > 1 and motion.end - times[-1] <= QUIET * np.max(np.diff(times)):
             count, away = recurrence(motion, times, most)
             found.append((away, count, times))
@@ -135,11 +135,18 @@ def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.nd
     return *_within(motion, times[-1 - count], times[-1]), count
 
 
-def _stands_still(motion: Trajectory) -> bool:
-    """Whether nothing but the cyclic coordinate has moved in the last tenth of a simulation."""
+def _equilibrium(motion: Trajectory) -> OrbitStatus | None:
+    """What a motion has become of which nothing but the cyclic coordinate moves in the last tenth; None of another.
+
+    A velocity that tends to zero, as of a contact that creeps, changes by a share of itself.
+    """
     times = np.linspace(0.9 * motion.end, motion.end, LOOKS)
     late = section_states(motion.system, motion.states(times).T, np.array(motion.system.scales(), dtype=float))
-    return bool(np.max(np.ptp(late, axis=0)) <= STILL)
+    if np.max(np.ptp(late, axis=0)) > STILL:
+        return None
+    names = [numbered("contact_velocity", k + 1) for k in range(motion.piece_sides.shape[1])]
+    slides = [np.ptp(each) < STEADY * abs(each[-1]) for each in (motion.at(times, name) for name in names)]
+    return OrbitStatus.SLIDES_STEADILY if any(slides) else OrbitStatus.COMES_TO_REST
 
 
 def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, Any, float]:

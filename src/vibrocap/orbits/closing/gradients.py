@@ -30,6 +30,7 @@ from vibrocap.results import Result
 
 TRAVEL = ("mean_velocity", "drift")
 DEGENERATE = 1e-9  # least singular value of I - P_y, over natural sizes: below it the orbit is one of a continuum
+ON_CORNER = 1e-8  # of the period, by which an event may be from a corner of the drive on which it falls
 SHORT = 1e-13  # share of the period: a segment that is no longer has no length
 
 
@@ -51,10 +52,14 @@ class Slope:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Gradients(Result):
-    """The slopes of measures of a steady motion over parameters, in SI where the system knows its scales."""
+    """The slopes of measures of a steady motion over parameters, in SI where the system knows its scales.
+
+    kinks: kinds of the events of the motion that fall on a corner of the drive: slopes hold to one side only there
+    """
 
     system: System
     slopes: tuple[Slope, ...]
+    kinks: tuple[str, ...] = ()
 
     @property
     def heading(self) -> str:
@@ -67,6 +72,7 @@ class Gradients(Result):
         return {
             "slopes": f"{len(self.slopes)} slopes",
             "largest": f"largest elasticity {largest.elasticity:.4g}, of {largest.measure} by {largest.parameter}",
+            **({"kinks": f"to one side only: {', '.join(self.kinks)} on a corner of the drive"} if self.kinks else {}),
         }
 
     def __getitem__(self, asked: tuple[str, str]) -> Slope:
@@ -116,9 +122,8 @@ def gradients(
     ends = _Ends(orbit, asked, any(name not in TRAVEL for name in wanted), every)
     values, slopes = _measured(ends, orbit)
     pairs = [(name, i) for name in wanted for i in range(len(ends.asked))]
-    return Gradients(
-        system, tuple(_slope(system, name, ends.asked[i], values[name], slopes[name][i]) for name, i in pairs)
-    )
+    found = tuple(_slope(system, name, ends.asked[i], values[name], slopes[name][i]) for name, i in pairs)
+    return Gradients(system, found, tuple(ends.kinks))
 
 
 def check_gradients(system: System) -> None:
@@ -131,12 +136,8 @@ def check_gradients(system: System) -> None:
 
 
 def _numbers(system: System) -> list[str]:
-    """Paths of all parameters that are numbers."""
-    return [path for path in system.parameter_paths if _is_number(system.parameter(path))]
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    """Paths of all parameters that change continuously: numbers, but no counts."""
+    return [path for path in system.parameter_paths if isinstance(system.parameter(path), float)]
 
 
 class _Ends:
@@ -177,6 +178,11 @@ class _Ends:
         here = np.zeros(n)
         here[: map_.states] = state
         motion = orbit.motion()
+        ends = [0.0, *stretches.ends] if len(stretches.ends) > 1 else []
+        corners = np.add.outer(self.period * np.arange(orbit.response_period), ends).ravel()
+        self.kinks = dict.fromkeys(
+            event.kind for event in motion.events if np.any(np.abs(corners - event.time) <= ON_CORNER * self.period)
+        )
         for turn in range(orbit.response_period):
             for k in range(len(stretches.ends)):
                 here, lanes = self._over(stretches, k, turn * self.period, here, lanes, motion, m)
@@ -320,8 +326,9 @@ def _recorded(system: System, path: str) -> System:
     """The system with the parameter as a number of the equations; ArgumentError for what is none."""
     from vibrocap.orbits.maps.closing_map import recorded_with
 
-    if not _is_number(value := system.parameter(path)):
-        raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {value!r}")
+    if not isinstance(value := system.parameter(path), float):
+        kind = "the count " if isinstance(value, int) else ""
+        raise ArgumentError("over", f"{path} should be a number to have a gradient, it is {kind}{value!r}")
     return recorded_with(system, path)
 
 

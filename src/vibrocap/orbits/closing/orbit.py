@@ -86,8 +86,11 @@ class Orbit(PeriodicSolution):
 
     @property
     def mode_sequence(self) -> str:
-        """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back; "" if smooth."""
-        if self.system.friction.kind == "smooth":
+        """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back.
+
+        "" if friction is smooth, and of an orbit that is not closed.
+        """
+        if self.system.friction.kind == "smooth" or self.failed:
             return ""
         motion = self.motion()
         return spelled(motion, 0.0, motion.end)

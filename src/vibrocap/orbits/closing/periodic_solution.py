@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
@@ -50,8 +51,13 @@ class OrbitStatus(Advised):
     )
     COMES_TO_REST = (
         "comes to rest",
-        "There is no cycle: the motion ends at rest, slides steadily, or comes to rest in the limit, by stops of which "
-        "each is smaller and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+        "There is no cycle: the motion ends at rest, or comes to rest in the limit, by stops of which each is smaller "
+        "and longer than the one before. `equilibria` shows where; start elsewhere for a cycle.",
+    )
+    SLIDES_STEADILY = (
+        "slides steadily",
+        "There is no cycle: the motion ends with a contact that slides at a constant velocity. `equilibria` shows "
+        "where; start elsewhere for a cycle.",
     )
     CONTRADICTED = (
         "multipliers contradicted",
@@ -60,7 +66,7 @@ class OrbitStatus(Advised):
     )
 
 
-FAILED = (OrbitStatus.NOT_CONVERGED, OrbitStatus.RUN_FAILED, OrbitStatus.NOT_SETTLED, OrbitStatus.COMES_TO_REST)
+CLOSED = (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -137,15 +143,20 @@ class PeriodicSolution(Result):
     @property
     def failed(self) -> bool:
         """Whether nothing closes, so that there is no steady motion with a drift or a velocity."""
-        return self.status in FAILED
+        return self.status not in (*CLOSED, OrbitStatus.CONTRADICTED)
 
     @property
     def closes(self) -> bool:
         """Whether it is closed, with multipliers that nothing contradicts, whatever its certificate says."""
-        return self.status in (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
+        return self.status in CLOSED
 
     def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
-        """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
+        """The motion along the orbit, over its own period unless told otherwise (in drive periods).
+
+        Raises ArgumentError for an orbit of a run that failed, of which no state is known.
+        """
+        if not np.all(np.isfinite(list(self.state.values()))):
+            raise ArgumentError("orbit", f"has no motion, as no state of it is known: {self.status.value}")
         periods = self.period / self.system.drive.period if periods is None else periods
         options = {"tolerance": max(self.tolerance, 1e-13), **options}
         return simulate(self.system, periods=periods, initial=self.state, **options)

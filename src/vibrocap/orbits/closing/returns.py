@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
@@ -104,17 +105,35 @@ def checked_section(system: System, given: Any) -> Section | None:
     return given
 
 
-def default_sections(motion: Trajectory) -> list[Section]:
-    """Sections that a motion passes again and again: places of what turns, then sticks, slips and reversals."""
-    found = []
+def returns_of(motion: Trajectory, section: Section | None) -> Iterator[np.ndarray]:
+    """Times of the returns to a section; to each of the default ones that is met often enough where there is none."""
+    if section is not None:
+        yield section.times(motion)
+        return
+    for each in default_sections(motion):
+        times = each.times(motion)
+        if len(times) > FEWEST:
+            yield times
+
+
+def default_sections(motion: Trajectory) -> Iterator[Section]:
+    """Where a motion may return: places of what turns, then sticks, slips and reversals of each contact.
+
+    Behind them the middle of each other state that moves: a cycle passes it even where nothing sticks or turns round.
+    """
     for name, turn in motion.system.turns.items():
         if len(motion.piece_start) and abs(np.ptp(motion.at([0.0, motion.end], name))) > FEWEST * turn:
             ends = motion.at([0.0, motion.end], name)
             marks = [event.time for event in motion.events][-2:]
             here = 0.5 * sum(marks) if len(marks) == 2 else motion.end
-            found.append(Section(observable=name, value=float(motion.at(here, name)[0]), direction=_way(ends)))
-    sections = [Section(kind, k) for kind in KINDS for k in range(1, motion.piece_sides.shape[1] + 1)]
-    return found + [each for each in sections if len(each.times(motion)) > FEWEST]
+            yield Section(observable=name, value=float(motion.at(here, name)[0]), direction=_way(ends))
+    for kind in KINDS:
+        yield from (Section(kind, k) for k in range(1, motion.piece_sides.shape[1] + 1))
+    late = motion.states(motion.piece_start[len(motion.piece_start) // 2 :])
+    for name, values, size in zip(motion.state_names, late, motion.system.scales(), strict=True):
+        stays = name in (motion.system.cyclic, *motion.system.turns, *motion.system.switched)
+        if not stays and np.ptp(values) > ARRIVED * size:
+            yield Section(observable=name, value=float(0.5 * (np.min(values) + np.max(values))))
 
 
 def recurrence(motion: Trajectory, times: np.ndarray, most: int) -> tuple[int, float]:

@@ -122,11 +122,11 @@ def mapped(
 def _newton_step(closure: _Closure, best: _Try) -> _Try | None:
     """The next state, less mismatched than the last; None where no step along Newton's direction is."""
     map_, scales = closure.map_, closure.scales
-    contact = map_.equations.contact_state
-    if map_.equations.hold is not None and best.image[contact] == 0.0 and best.state[contact] != 0.0:
+    still = [place for place in map_.resting if best.image[place] == 0.0 and best.state[place] != 0.0]
+    if still:
         stuck = best.state.copy()
-        stuck[contact] = 0.0
-        return closure.attempt(stuck)  # the contact sticks at the section: its velocity is no unknown any more
+        stuck[still] = 0.0
+        return closure.attempt(stuck)  # contacts stick at the section: their velocities are no unknowns any more
     free = map_.free(best.state[None], map_.parameters()[None])[0] | np.any(best.jacobian != 0.0, axis=0)
     unknown = np.flatnonzero(closure.kept & free)
     if not unknown.size:

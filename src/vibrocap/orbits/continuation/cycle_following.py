@@ -25,6 +25,7 @@ from vibrocap.orbits.equilibria.following import corrected
 from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.itinerary import mode_change
+from vibrocap.physics.names import numbered
 
 SMALL = 3e-3  # amplitude over that of the first cycle at which a Hopf point is looked for
 CENTRE = 3.0  # amplitudes within which the equilibrium lies
@@ -193,8 +194,9 @@ def _set_anew(closure: CycleMap, last: BranchPoint, touches: bool) -> tuple[Cycl
         return _section_at(closure, last, state) if touches else None
     middle = 0.5 * (first + last_mark) + (period if first + last_mark < 0.0 else 0.0)
     moved = np.array([float(motion.at(middle, name)[0]) for name in motion.state_names])
-    if float(motion.at(middle, "side")[0]) == 0.0:
-        moved[motion.state_names.index(system.machine.contact_states[0])] = 0.0
+    for k, velocity in enumerate(system.machine.contact_states):
+        if velocity in motion.state_names and float(motion.at(middle, numbered("side", k + 1))[0]) == 0.0:
+            moved[motion.state_names.index(velocity)] = 0.0
     return _section_at(closure, last, moved)
 
 

@@ -58,6 +58,10 @@ class BranchEnd(Advised):
         "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, or continue "
         "with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     )
+    LIFT_OFF = (
+        "lift off",
+        "A contact loses its load here: beyond it the machine would lift off, and the equations end.",
+    )
     NEWTON_FAILED = (
         "Newton failed",
         "No next point closes however small the step: such orbits cease to exist here, as where a motion grazes, or "
@@ -267,6 +271,8 @@ def _next_point(
                 return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
         ds *= 0.4
     changed = trial is not None and not trial.alike(here.closing)
+    if trial is not None and trial.lifts_off:
+        return None, ds, BranchEnd.LIFT_OFF
     return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
 
 

@@ -20,6 +20,7 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName
 from vibrocap.quantities.dimensional import Dimensional, said
+from vibrocap.ranges import values_between
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
@@ -116,7 +117,7 @@ def crossing(
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     starts = _starts(systems, initial)
     difference = Difference(measure, over, float(value), int(periods), tolerance)
-    parameters, motions, report = np.linspace(low, high, points), [], told(progress)
+    parameters, motions, report = values_between(low, high, points), [], told(progress)
     for i, place in enumerate(map(float, parameters)):
         motions.append(scanned(systems, starts, difference, place))
         if report is not None:

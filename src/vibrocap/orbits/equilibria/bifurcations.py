@@ -15,9 +15,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.equilibria.steady_equations import Mode
+from vibrocap.orbits.equilibria.steady_equations import Mode, balanced
 
 MOST_STEPS = 40
+NUDGE = 1e-4  # of the natural size of a state or its own unit, where that is less, for a third derivative
+CANCELLED = 1e-8  # of the terms of a coefficient, below which what is left of them has no sign
 ROUNDINGS = 16.0  # rounding errors of one evaluation of the equations, over the product of its terms with eps
 
 
@@ -111,7 +113,7 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
         )
 
     found = _newton(system, np.concatenate(start), n)
-    if found is None or not abs(found[0][n + 1]) > 1e-8 * np.max(np.abs(values), initial=0.0):
+    if found is None or not abs(found[0][n + 1]) > 1e-8 * frequency:
         return None
     u, error = found
     vector = u[n + 2 : 2 * n + 2] + 1j * u[2 * n + 2 : 3 * n + 2]
@@ -155,10 +157,12 @@ def first_lyapunov_coefficient(mode: Mode, found: Located) -> float:
     """Of a Hopf point (Kuznetsov 2004, eq. 5.39), of an eigenvector of length 1 over natural sizes.
 
     Negative: a stable cycle is born on the side of unstable sliding (supercritical); positive: an unstable one on the
-    side of stable sliding (subcritical). Second derivatives are exact, third ones a difference of those.
+    side of stable sliding (subcritical); 0 where its terms cancel up to their errors. Second derivatives are exact,
+    third ones a difference of those.
     """
     n, x, omega = mode.count, found.x, found.frequency
     jacobian, bilinear = mode.jacobian(x), mode.curvature(x)[:, :, :n]
+    units = balanced(jacobian, np.ones(n))[2]
     q = found.vector / np.linalg.norm(found.vector)
     values, vectors = np.linalg.eig(jacobian.T)
     p = vectors[:, np.argmin(np.abs(values + 1j * omega))]
@@ -168,14 +172,20 @@ def first_lyapunov_coefficient(mode: Mode, found: Located) -> float:
         return np.einsum("jkl,k,l->j", bilinear, u, v)
 
     def c(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        nudge, total = 1e-4 / max(float(np.max(np.abs(w))), 1e-300), np.zeros(n, dtype=complex)
+        nudge, total = NUDGE / float(np.max(units) * np.max(np.abs(w) / units)), np.zeros(n, dtype=complex)
         for unit, part in ((1.0, np.real(w)), (1j, np.imag(w))):
             along = np.append(part * nudge, 0.0)
             slope = (mode.curvature(x + along) - mode.curvature(x - along))[:, :, :n] / (2.0 * nudge)
             total += unit * np.einsum("jkl,k,l->j", slope, u, v)
         return total
 
+    def solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+        even, rows, columns = balanced(matrix, np.ones(n))
+        return columns * np.linalg.lstsq(even, right / rows, rcond=1e-13)[0]
+
     third = c(q, q, q.conj())
-    mean = np.linalg.lstsq(jacobian, b(q, q.conj()), rcond=1e-13)[0]
-    double = np.linalg.lstsq(2j * omega * np.eye(n) - jacobian, b(q, q), rcond=1e-13)[0]
-    return float(np.real(np.vdot(p, third - 2.0 * b(q, mean) + b(q.conj(), double)))) / (2.0 * omega)
+    mean = solution(jacobian, b(q, q.conj()))
+    double = solution(2j * omega * np.eye(n) - jacobian, b(q, q))
+    terms = np.array([third, -2.0 * b(q, mean), b(q.conj(), double)])
+    value = float(np.real(np.vdot(p, np.sum(terms, axis=0))))
+    return value / (2.0 * omega) if abs(value) > CANCELLED * float(np.sum(np.abs(p) * np.abs(terms))) else 0.0

@@ -16,7 +16,7 @@ from vibrocap.quantities.declared import AngularFrequencies, AngularFrequency, F
 from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
-NEUTRAL = 1e-10  # real part over the largest eigenvalue below which its sign is rounding
+NEUTRAL = 1e-12  # real part of an eigenvalue over the terms of which it is the sum below which its sign is rounding
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -181,7 +181,7 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
     contacts = problem.recording.contacts
     still = [each.state for each, rest in zip(contacts, state.rests, strict=True) if rest and each.sticks]
     moving = ~np.isin(problem.unknowns, still)
-    eigenvalues = sorted_eigenvalues(values[np.ix_(moving, moving)])
+    matrix = values[np.ix_(moving, moving)]
     bristles = any(rest and not each.sticks for each, rest in zip(contacts, state.rests, strict=True))
     friction = [problem.recording.observables[numbered("friction", i + 1)] for i in range(len(problem.velocities))]
     cyclic = problem.recording.cyclic_state
@@ -197,8 +197,8 @@ def equilibrium(problem: SteadyEquations, found: RestSet, system: System | None 
         dimension=state.dimension,
         travel=travel,
         friction=tuple(problem.values(friction, *lane)[:, 0].tolist()),
-        eigenvalues=eigenvalues,
-        stable=None if bristles else stable(eigenvalues, state.dimension),
+        eigenvalues=sorted_eigenvalues(matrix),
+        stable=None if bristles else stable(matrix, state.dimension),
     )
 
 
@@ -208,15 +208,25 @@ def sorted_eigenvalues(matrix: np.ndarray) -> np.ndarray:
     return values[np.lexsort((-np.imag(values), -np.round(np.real(values), 14)))]
 
 
-def stable(eigenvalues: np.ndarray, dimension: int = 0) -> bool | None:
-    """Whether all eigenvalues but the smallest ones, along a set of a dimension, have negative real parts."""
-    if not len(eigenvalues):
+def stable(matrix: np.ndarray, dimension: int = 0) -> bool | None:
+    """Whether all eigenvalues but the smallest ones, along a set of a dimension, have negative real parts.
+
+    None where rounding decides. With left and right eigenvectors l and r, an eigenvalue is the sum of the terms in
+    l J r/(l r), whatever the units of the states: a slow one is told beside a fast one that is many decades larger.
+    """
+    from scipy.linalg import eig  # only here: it takes long to load
+
+    if not len(matrix):
         return True
-    across = eigenvalues[np.argsort(np.abs(eigenvalues))[dimension:]]
-    if not len(across):
-        return True
-    largest, size = float(np.max(np.real(across))), NEUTRAL * float(np.max(np.abs(across)))
-    return None if abs(largest) <= size else largest < 0.0
+    spectrum: Any = eig(matrix, left=True, right=True)
+    values, left, right = spectrum
+    terms = np.sum(np.abs(left) * (np.abs(matrix) @ np.abs(right)), axis=0)
+    lengths = np.abs(np.sum(left.conj() * right, axis=0))
+    across = np.argsort(np.abs(values))[dimension:]
+    real, rounding = np.real(values)[across] * lengths[across], NEUTRAL * terms[across]
+    if np.any(real > rounding):
+        return False
+    return True if np.all(real < -rounding) else None
 
 
 def _named(problem: SteadyEquations, state: SteadyState, y: np.ndarray) -> dict[str, float]:

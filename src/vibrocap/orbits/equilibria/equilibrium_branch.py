@@ -249,7 +249,7 @@ def _joined(mode: Mode, places: list[Place], ends: tuple[EquilibriumEnd, Equilib
     travel = np.full(len(places), np.nan)
     if cyclic >= 0:
         travel = np.array([mode.values([problem.recording.rates[cyclic]], each.x)[0] for each in places])
-    eigenvalues = np.stack([sorted_eigenvalues(mode.jacobian(each.x)) for each in places])
+    jacobians = [mode.jacobian(each.x) for each in places]
     special: list[EquilibriumPoint] = []
     for i in range(len(places) - 1):
         special += _special_points(mode, places[i], places[i + 1], i)
@@ -261,9 +261,9 @@ def _joined(mode: Mode, places: list[Place], ends: tuple[EquilibriumEnd, Equilib
         parameter=np.array([mode.parameter(each.x) for each in places]),
         states=states + 0.0,
         travel=travel,
-        eigenvalues=eigenvalues,
+        eigenvalues=np.stack([sorted_eigenvalues(each) for each in jacobians]),
         unstable=np.array([_unstable(each.eigenvalues) for each in places]),
-        stable=np.array([stable(each) is True for each in eigenvalues]),
+        stable=np.array([stable(each) is True for each in jacobians]),
         special_points=tuple(special),
         ends=ends,
         mode=mode,

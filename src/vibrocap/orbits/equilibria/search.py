@@ -5,15 +5,16 @@ import itertools
 
 import numpy as np
 
-from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
+from vibrocap.orbits.equilibria.steady_equations import SteadyEquations, balanced
 
 STARTS = 48  # in each mode
 MOST_MODES = 243  # beyond, all contacts slide to one side or all rest
 MOST_STEPS = 120
-CLOSED = 1e-9  # last step of Newton's method over the size of the state
-STANDS = 1e-12  # speed over its natural size and the ground's below which a contact is at rest
+CLOSED = 1e-9  # share of a state that the last step of Newton's method may still change
+ROUNDED = 1e-15  # natural sizes below which a state is zero
+ROUNDINGS = 16.0  # rounding errors of one evaluation of the rates, over the product of their terms with eps
+STANDS = 1e-14  # speed over its natural size and the ground's below which a contact is at rest
 FARTHEST = 1e6  # natural sizes within which equilibria are looked for
-SETTLED = 1e-6  # share of its own speed that the last step may still change of a slow contact
 SAME = 1e-7  # distance over natural sizes within which two states are one
 RANK = 1e-9  # singular value over the largest, of rows and columns of one size, that counts as zero
 
@@ -58,7 +59,7 @@ def steady_states(problem: SteadyEquations) -> list[SteadyState]:
         switched = after
     found: list[SteadyState] = []
     y = _tidied(problem, y, rests)
-    good = _closed(problem, y, sides, rests, switched) & _valid(problem, y, sides, rests, switched)
+    good = _newton_step(problem, y, sides, rests, switched)[2] & _valid(problem, y, sides, rests, switched)
     for lane in np.flatnonzero(good):
         at = y[:, lane], sides[:, lane], rests[:, lane], switched[:, lane]
         state = SteadyState(*at, directions=free_directions(problem, *at))
@@ -101,55 +102,48 @@ def _stacked(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.nd
     return np.concatenate([rates, velocities]), np.moveaxis(np.concatenate([slopes, still]), 2, 0)
 
 
-def _balanced(problem: SteadyEquations, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(the derivative by states over their natural sizes with rows of length 1, these lengths)."""
-    scaled = matrix * problem.scales
-    rows = np.linalg.norm(scaled, axis=-1)
-    rows = np.where(rows > 0.0, rows, 1.0)
-    return scaled / rows[..., None], rows
-
-
 def solved(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     """States [unknowns, lanes] after Newton's method, halved while it does not reduce the residual; NaN where lost."""
     y, share = y.copy(), np.ones(y.shape[1])
-    merit, matrix, right = _merit(problem, y, sides, rests, switched)
+    merit, step = _newton_step(problem, y, sides, rests, switched)[:2]
     for _ in range(MOST_STEPS):
-        good = np.isfinite(merit) & np.all(np.isfinite(matrix), axis=(1, 2))
-        step = -_least_squares(np.where(good[:, None, None], matrix, 0.0), np.where(good[:, None], right, 0.0))
-        if np.all(np.max(np.abs(step), axis=1) <= 1e-16 * (1.0 + np.max(np.abs(y.T / problem.scales), axis=1))):
+        if np.all(np.abs(step) <= 1e-16 * (problem.scales[:, None] + np.abs(y))):
             break
-        trial = y + share * (step * problem.scales).T
-        found, new_matrix, new_right = _merit(problem, trial, sides, rests, switched)
+        trial = y + share * step
+        found, following = _newton_step(problem, trial, sides, rests, switched)[:2]
         better = found <= merit * (1.0 - 0.1 * share)
-        y = np.where(better, trial, y)
-        matrix = np.where(better[:, None, None], new_matrix, matrix)
-        right, merit = np.where(better[:, None], new_right, right), np.where(better, found, merit)
+        y, step, merit = np.where(better, trial, y), np.where(better, following, step), np.where(better, found, merit)
         share = np.where(better, np.minimum(1.0, 4.0 * share), 0.5 * share)
         if np.all(share < 1e-6):
             break
     return y
 
 
-def _least_squares(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The shortest steps [lanes, unknowns] that solve each lane as well as can be."""
-    with np.errstate(all="ignore"):
-        found = (np.linalg.pinv(matrix, rcond=RANK) @ right[:, :, None])[:, :, 0]
-    return np.where(np.all(np.isfinite(found), axis=1)[:, None], found, 0.0)
+@np.errstate(all="ignore")  # wild starts
+def _newton_step(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.ndarray, ...]:
+    """(length of the rates [lanes], step [unknowns, lanes], whether the step is rounding and leaves nothing [lanes]).
 
-
-def _merit(problem: SteadyEquations, y, sides, rests, switched) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(residual in the scale of the rows, balanced matrix, balanced residual)."""
+    The step is the shortest that solves a lane as well as can be. The length is infinite where rates or derivatives are
+    not finite.
+    """
     rates, matrix = _stacked(problem, y, sides, rests, switched)
-    with np.errstate(all="ignore"):
-        balanced, rows = _balanced(problem, matrix)
-        right = rates.T / rows
-        merit = np.linalg.norm(rates.T, axis=1)
-    return np.where(np.isfinite(merit), merit, np.inf), balanced, np.where(np.isfinite(right), right, 0.0)
+    even, rows, units = balanced(matrix, problem.scales)
+    good = np.all(np.isfinite(even), axis=(1, 2)) & np.all(np.isfinite(rates), axis=0)
+    rates, matrix = np.where(good, rates, 0.0).T, np.where(good[:, None, None], matrix, 0.0)
+    even = np.where(good[:, None, None], even, 0.0)
+    inverse = np.linalg.pinv(even, rcond=RANK) * units[:, :, None] / rows[:, None]
+    step = -(inverse @ rates[:, :, None])[:, :, 0]
+    terms = np.abs(matrix) @ np.abs(y.T)[:, :, None]
+    rounding = ROUNDINGS * np.finfo(float).eps * (np.abs(inverse) @ terms)[:, :, 0] + ROUNDED * problem.scales
+    slack = CLOSED * np.abs(y.T) + rounding
+    left = np.abs(rates + (matrix @ step[:, :, None])[:, :, 0]) <= (np.abs(matrix) @ slack[:, :, None])[:, :, 0]
+    closed = np.all(np.abs(step) <= slack, axis=1) & np.all(left, axis=1)
+    return np.where(good, np.linalg.norm(rates, axis=1), np.inf), step.T, good & closed
 
 
 def _tidied(problem: SteadyEquations, y: np.ndarray, rests: np.ndarray) -> np.ndarray:
     """States without rounding where they are zero, and within a turn where they turn."""
-    y = np.where(np.abs(y) <= STANDS * 1e-3 * problem.scales[:, None], 0.0, y)
+    y = np.where(np.abs(y) <= ROUNDED * problem.scales[:, None], 0.0, y)
     places = {int(state): i for i, state in enumerate(problem.unknowns)}
     for each, rest in zip(problem.recording.contacts, rests, strict=True):
         if each.is_state and each.state in places:
@@ -158,23 +152,6 @@ def _tidied(problem: SteadyEquations, y: np.ndarray, rests: np.ndarray) -> np.nd
         if state in places:
             y[places[state]] -= turn * np.ceil(y[places[state]] / turn - 0.5 - SAME)
     return y
-
-
-def _closed(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
-    """Which lanes are solutions: the step that Newton's method would still make is rounding, and leaves nothing."""
-    merit, matrix, right = _merit(problem, y, sides, rests, switched)
-    good = np.isfinite(merit) & np.all(np.isfinite(matrix), axis=(1, 2))
-    good &= np.max(np.abs(y.T / problem.scales), axis=1) <= FARTHEST
-    matrix, right = np.where(good[:, None, None], matrix, 0.0), np.where(good[:, None], right, 0.0)
-    step = _least_squares(matrix, right)
-    left = right - (matrix @ step[:, :, None])[:, :, 0]
-    size = CLOSED * (1.0 + np.max(np.abs(y.T / problem.scales), axis=1))
-    places = {int(state): i for i, state in enumerate(problem.unknowns)}
-    for each, rest in zip(problem.recording.contacts, rests, strict=True):
-        if each.is_state and each.state in places and each.kind == "kinked":  # a speed that only tends to zero is none
-            k = places[each.state]
-            good &= rest | (np.abs(step[:, k]) * problem.scales[k] <= SETTLED * np.abs(y[k]))
-    return good & (np.max(np.abs(step), axis=1) <= size) & (np.linalg.norm(left, axis=1) <= size)
 
 
 def _on_their_branch(problem: SteadyEquations, y, sides, switched) -> np.ndarray:
@@ -197,7 +174,7 @@ def _valid(problem: SteadyEquations, y, sides, rests, switched) -> np.ndarray:
     """Which lanes are in their mode: contacts slide the way that it says, and the equations hold."""
     recording = problem.recording
     velocities = problem.values(problem.velocities, y, sides, switched)
-    good = np.all(np.isfinite(velocities), axis=0)
+    good = np.all(np.isfinite(velocities), axis=0) & np.all(np.abs(y.T) <= FARTHEST * problem.scales, axis=1)
     places = {int(state): problem.sizes[state] for state in problem.unknowns}
     for velocity, side, rest, each in zip(velocities, sides, rests, recording.contacts, strict=True):
         if each.kind != "smooth":
@@ -219,13 +196,10 @@ def free_directions(problem: SteadyEquations, y, sides, rests, switched) -> np.n
     """[unknowns, dimension]: along which the rates stay zero, over natural sizes."""
     lane = (y[:, None], sides[:, None], rests[:, None], switched[:, None])
     _, matrix = _stacked(problem, *lane)
-    balanced, _ = _balanced(problem, matrix[0])
-    # Columns of one size, too: a bristle's stiffness is many times that of a spring.
-    columns = np.linalg.norm(balanced, axis=0)
-    columns = np.where(columns > 0.0, columns, 1.0)
-    _, values, vectors = np.linalg.svd(balanced / columns)
+    even, _, units = balanced(matrix[0], problem.scales)
+    _, values, vectors = np.linalg.svd(even)
     rank = int(np.sum(values > RANK * max(values[0], 1e-300))) if len(values) else 0
-    return vectors[rank:].T / columns[:, None]
+    return vectors[rank:].T * (units / problem.scales)[:, None]
 
 
 def _alike(problem: SteadyEquations, one: SteadyState, other: SteadyState) -> bool:
@@ -233,5 +207,5 @@ def _alike(problem: SteadyEquations, one: SteadyState, other: SteadyState) -> bo
     same = np.array_equal(one.sides, other.sides) and np.array_equal(one.rests, other.rests)
     if not (same and np.array_equal(one.switched, other.switched) and one.dimension == other.dimension):
         return False
-    away = (one.y - other.y) / (problem.scales + np.maximum(np.abs(one.y), np.abs(other.y)))
-    return bool(np.max(np.abs(away), initial=0.0) <= SAME)
+    size = np.maximum(np.abs(one.y), np.abs(other.y))
+    return bool(np.all(np.abs(one.y - other.y) <= SAME * size + STANDS * problem.scales))

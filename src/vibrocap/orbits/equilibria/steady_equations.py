@@ -14,6 +14,23 @@ from vibrocap.orbits.maps.closing_map import recorded_with
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.system import System
 
+PASSES = 12  # over rows and columns, until both are of one size
+
+
+def balanced(matrix: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(derivative [..., rows, unknowns] with rows and columns of one size, sizes of the rows, units of the unknowns).
+
+    So rank and shortest step depend on no unit, nor on natural sizes decades from those of a state (Ruiz 2001).
+    """
+    even = matrix * sizes
+    rows, units = np.ones(matrix.shape[:-1]), np.ones(matrix.shape[:-2] + matrix.shape[-1:]) * sizes
+    for _ in range(PASSES):
+        high, wide = (np.sqrt(np.max(np.abs(even), axis=axis, initial=0.0)) for axis in (-1, -2))
+        high, wide = np.where(high > 0.0, high, 1.0), np.where(wide > 0.0, wide, 1.0)
+        even = even / high[..., None] / wide[..., None, :]
+        rows, units = rows * high, units / wide
+    return even, rows, units
+
 
 class SteadyEquations:
     """Rates of one form of system as functions of its states, in a mode that the sides of its contacts say.

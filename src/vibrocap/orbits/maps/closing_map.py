@@ -13,10 +13,11 @@ from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_sequence, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.physics.events import IMPACT
+from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
 
 NO_STOPS = -1.0
+APART = 0.1  # of their sum, by which the slopes to both sides differ where something changes between them
 NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
 
@@ -31,6 +32,7 @@ class Closing:
     turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
+    lifts_off: whether the run, or one beside it, ended as a contact lost its load
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
     """
 
@@ -47,6 +49,7 @@ class Closing:
     turns: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
+    lifts_off: bool = dataclasses.field(default=False, kw_only=True)
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
@@ -219,8 +222,7 @@ class ClosingMap:
         ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        first = () if map_.equations.hold is None else (map_.equations.contact_state,)
-        at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
+        at_rest = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
         turned = whole_turns(self.system, ends[0, :n] - state)
@@ -230,7 +232,7 @@ class ClosingMap:
             x=x,
             mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
             jacobian=jacobian,
-            slope=nudged_slope(image[0], image[m], image[m + 1], alike),
+            slope=nudged_slope(image[0], image[m], image[m + 1], alike, like=None if like is None else like.slope),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)) and possible,
             mode_sequence=words[0],
@@ -240,7 +242,14 @@ class ClosingMap:
             turns=np.append(self.turns, np.inf),
             impacts=impacts[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
+            lifts_off=self.lifts_off(ended),
         )
+
+    def lifts_off(self, ended: RunResults) -> bool:
+        """Whether a run ended as a contact lost its load."""
+        kinds = [BOUNDS[kind] for kind in self.map.equations.bound_kinds]
+        bound = [codes.BEYOND_BOUND + i for i, kind in enumerate(kinds) if kind == LIFT_OFF]
+        return bool(np.any(np.isin(ended.status, bound)))
 
     def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""
@@ -261,15 +270,30 @@ class ClosingMap:
 
 
 def nudged_slope(
-    image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str], nudge: float = NUDGE
+    image: np.ndarray,
+    above: np.ndarray,
+    below: np.ndarray,
+    words: list[str],
+    nudge: float = NUDGE,
+    like: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself."""
+    """Derivative of the image by the parameter, from the side on which the modes are those of the image itself.
+
+    like: of a neighbour, which tells the side where words do not: those of a further contact, or a motion that grazes
+    """
     here, up, down = words
-    if up == here and down != here:
-        return (above - image) / nudge
-    if down == here and up != here:
-        return (image - below) / nudge
-    return (above - below) / (2.0 * nudge)
+    onward, back = (above - image) / nudge, (image - below) / nudge
+    apart = np.linalg.norm(onward - back) > APART * (np.linalg.norm(onward) + np.linalg.norm(back))
+    if up == here and (down != here or (apart and like is not None and _nearer(onward, back, like))):
+        return onward
+    if down == here and (up != here or (apart and like is not None)):
+        return back
+    return 0.5 * (onward + back)
+
+
+def _nearer(one: np.ndarray, other: np.ndarray, like: np.ndarray) -> bool:
+    """Whether a slope is nearer to a neighbour's than another is."""
+    return bool(np.linalg.norm(one - like) <= np.linalg.norm(other - like))
 
 
 def recorded_with(system: System, path: str) -> System:

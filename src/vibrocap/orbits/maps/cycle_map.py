@@ -97,8 +97,11 @@ class CycleMap(ClosingMap):
         """The period at a point."""
         return float(x[-2]) * self.start_period
 
-    def coarser(self) -> None:
-        return None
+    def coarser(self) -> "CycleMap":
+        """The map over half the period, of which a cycle that has doubled its period is no fixed point."""
+        other = copy.copy(self)
+        other.start_period = 0.5 * self.start_period
+        return other
 
     def finer(self) -> "CycleMap":
         raise ValueError("special should be of a driven system: what leaves a branch of cycles is not followed")
@@ -118,13 +121,13 @@ class CycleMap(ClosingMap):
         ends = ended.state
         image = ends[:, self.unknowns] / sizes
         at_rest = np.zeros(m + 1, dtype=bool)
-        if map_.equations.hold is not None:
-            at_rest[:m] = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        at_rest[:m] = np.isin(self.unknowns, map_.resting) & (image[0] == 0.0)
         words = self._words(ended, [0, m, m + 1])
         turned = whole_turns(self.system, ends[0, :n] - state)
         monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
         flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
-        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE)
+        near = None if like is None else like.slope[:-1]
+        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE, near)
         above = np.column_stack((monodromy - np.eye(m), flow * self.start_period, slope))
         section = np.append(self.normal, (0.0, 0.0))
         return CycleClosing(
@@ -142,6 +145,7 @@ class CycleMap(ClosingMap):
             turns=np.append(self.turns, (np.inf, np.inf)),
             impacts=self.impacts_of(ended)[0],
             certified=bool(map_.certified(ended[:1], rows[:1])[0]),
+            lifts_off=self.lifts_off(ended),
         )
 
     def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:

@@ -32,7 +32,8 @@ def slopes_along(
 
     states, directions, images: [runs, states]; parameters: [runs, parameters]
     It has none, as far as differences tell, where those ahead and behind, of a larger and of a smaller push, do not
-    agree: where a motion grazes, or its sequence of events changes. On the kernel of the tangents, which is compiled.
+    agree: where a motion grazes, or its sequence of events changes. On the kernel of the tangents, which is compiled,
+    unless the equations are too stiff for it.
     """
     runs, n = states.shape
     steps = np.array([sign * push for push in PUSHES for sign in (1.0, -1.0)])
@@ -41,9 +42,10 @@ def slopes_along(
     rows = np.tile(parameters, (len(steps), 1))
     distance = None if mark_distance is None else np.tile(mark_distance, len(steps))
     budget = Budget(periods, 1, 0.0, map_.tolerance, MOST_EVENTS, MOST_STEPS)
-    recording = variational_equations(map_.equations)
-    ended = map_.run(budget, starts.reshape(-1, 2 * n), rows, recording=recording, order=ORDER, mark_distance=distance)
-    ends = ended.state.reshape(len(steps), runs, 2 * n)[:, :, :n]
+    recording, width = (map_.equations, n) if map_.stiff else (variational_equations(map_.equations), 2 * n)
+    starts = starts[:, :, :width].reshape(-1, width)
+    ended = map_.run(budget, starts, rows, recording=recording, order=ORDER, mark_distance=distance)
+    ends = ended.state.reshape(len(steps), runs, width)[:, :, :n]
     sizes = np.stack([map_.scales(row) for row in parameters])
     slopes = (ends - images) / steps[:, None, None] / sizes
     mean = slopes.mean(axis=0)

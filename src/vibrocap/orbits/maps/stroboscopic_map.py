@@ -56,6 +56,7 @@ class StroboscopicMap:
         self.tolerance = tolerance
         self.threads = threads
         self.plain = plain
+        self.stiff = False  # whether only the plain equations, which may be stepped implicitly, come to their end
         self.equations = equations(system)
         self.states = len(system.state_names)
         self.mirror = np.array(self.equations.symmetry, dtype=float)
@@ -74,6 +75,12 @@ class StroboscopicMap:
         other = object.__new__(type(self))
         vars(other).update(vars(self), system=system)
         return other
+
+    @property
+    def resting(self) -> tuple[int, ...]:
+        """Velocities among the states that are exactly zero while their contact, whichever, rests."""
+        first = () if self.equations.hold is None else (self.equations.contact_state,)
+        return (*first, *self.equations.resting)
 
     def parameters(self) -> np.ndarray:
         """Parameter vector of the system."""
@@ -197,6 +204,8 @@ class StroboscopicMap:
         mark_distance: [runs], in place of the drive's period (then periods should be 1)
         """
         runs, n = states.shape
+        if tangents and self.stiff:
+            return self._with_differences(states, parameters, periods, mark_distance)
         evidence = periods if tangents else 0
         budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=evidence)
         recording, each = self.equations, 1
@@ -213,6 +222,11 @@ class StroboscopicMap:
         ended = self.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=distance)
         ends = ended.state.reshape(runs, each, -1)
         finished = np.all(ended.finished.reshape(runs, each), axis=1)
+        if tangents and self.equations.maybe_stiff and not finished.all():
+            found = self._with_differences(states, parameters, periods, mark_distance)
+            self.stiff = bool(np.any(found.finished & ~finished))
+            if self.stiff:
+                return found
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.imposes_distances:
             self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
@@ -226,25 +240,48 @@ class StroboscopicMap:
         jacobian: [runs, states, states] by the tangents, which is changed; of a machine that imposes distances
         Two pushes have to agree, so that a turn between them is not taken for a turn at one instant.
         """
-        runs, shared = len(states), self.equations.contact_state
-        size = np.array([self.scales(row)[shared] for row in np.broadcast_to(parameters, (runs, parameters.shape[1]))])
-        starts, steps = [], np.outer(PUSHES, size)
-        for step in (*steps, *-steps):
-            pushed = states.copy()
-            pushed[:, shared] += step
-            starts.append(pushed)
-        rows = np.tile(np.broadcast_to(parameters, (runs, parameters.shape[1])), (4, 1))
-        times = None if distance is None else np.tile(distance, 4)
-        ends = self.run(budget, np.concatenate(starts), rows, order=ORDER, mark_distance=times)
-        ahead, behind = ends.state.reshape(2, 2, runs, -1)
-        far, near = (ahead - behind) / (2.0 * steps[:, :, None])
-        reliable = np.all(ends.finished.reshape(4, runs), axis=0)
+        shared = self.equations.contact_state
+        parameters = np.broadcast_to(parameters, (len(states), parameters.shape[1]))
+        (far, near), reliable = self._differences(states, parameters, shared, budget, distance, False)
         smooth = np.append(self.smooth_states, self.cyclic)
         scale = np.maximum(1.0, np.abs(far[:, smooth]).max(axis=1))
         same = np.abs(far - near)[:, smooth].max(axis=1) <= AGREE * scale
         other = np.abs(far - jacobian[:, :, shared])[:, smooth].max(axis=1) > AGREE * scale
         for run in np.flatnonzero(reliable & same & other):
             jacobian[run, smooth, shared] = far[run, smooth]
+
+    def _differences(
+        self, states: np.ndarray, parameters: np.ndarray, column: int, budget: Budget, distance: Any, sided: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(differences of the map by a state, [pushes, runs, states]; whether their runs finished, [runs]).
+
+        sided: whether no push turns the state's sign
+        """
+        ahead = np.outer(PUSHES, [self.scales(row)[column] for row in parameters])
+        state = states[:, column]
+        back = np.where(state == 0.0, ahead, np.minimum(ahead, 0.5 * np.abs(state))) if sided else ahead
+        starts = np.tile(states, (4, 1, 1))
+        starts[:, :, column] += np.where(state < 0.0, -1.0, 1.0) * np.concatenate([ahead, -back])
+        times = None if distance is None else np.tile(distance, 4)
+        rows = np.tile(parameters, (4, 1))
+        ends = self.run(budget, starts.reshape(-1, self.states), rows, order=ORDER, mark_distance=times)
+        first, second = ends.state.reshape(2, 2, *states.shape)
+        slopes = (first - second) / (starts[:2] - starts[2:])[:, :, column, None]
+        return slopes, np.all(ends.finished.reshape(4, -1), axis=0)
+
+    def _with_differences(
+        self, states: np.ndarray, parameters: np.ndarray, periods: int, distance: np.ndarray | None
+    ) -> Images:
+        """Images of stiff equations, whose tangents no explicit step follows, with differences as derivatives."""
+        budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods)
+        ended = self.run(budget, states, parameters, order=ORDER, mark_distance=distance)
+        jacobian, finished, free = np.zeros((*states.shape, self.states)), ended.finished, self.free(states, parameters)
+        for column in self.section_states:
+            found, whole = self._differences(states, parameters, int(column), budget, distance, True)
+            jacobian[:, :, column], finished = found[0] * free[:, column, None], finished & whole
+        if self.cyclic >= 0:
+            jacobian[:, self.cyclic, self.cyclic] = 1.0
+        return Images(ended.state, jacobian, finished, self.certified(ended, parameters))
 
     def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
         """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""

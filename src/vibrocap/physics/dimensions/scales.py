@@ -4,10 +4,24 @@ A machine declares in `si_scales` which record of scales it has: the pendulum ca
 its pendulum, the oscillator in whatever units its parameters have.
 """
 
+from typing import Annotated
+
+from pydantic import AfterValidator
+
 from vibrocap.physics.parameters import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension, Positive, parameter, parameters
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
+
+
+def _within_numbers(scale: float) -> float:
+    """A scale, of which every unit that is made, up to that of power, kg m^2/s^3, is a number of the computer."""
+    if not 1e-50 <= scale <= 1e50:
+        raise ValueError("should be between 1e-50 and 1e50")
+    return scale
+
+
+Scale = Annotated[Positive, AfterValidator(_within_numbers)]
 
 
 class Scales:
@@ -66,9 +80,9 @@ class SIScales(Scales):
 class FreeScales(Scales):
     """Scales of a machine that declares none: the units of mass, length and time in which it counts are given."""
 
-    mass_unit_kg: Positive = parameter(..., "m", "unit of mass", unit="kg")
-    length_unit_m: Positive = parameter(..., "l", "unit of length", unit="m")
-    time_unit_s: Positive = parameter(..., "t", "unit of time", unit="s")
+    mass_unit_kg: Scale = parameter(..., "m", "unit of mass", unit="kg")
+    length_unit_m: Scale = parameter(..., "l", "unit of length", unit="m")
+    time_unit_s: Scale = parameter(..., "t", "unit of time", unit="s")
 
     @property
     def units(self) -> tuple[float, float, float]:

@@ -2,8 +2,9 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.elementary import POWER_ROUNDING
 from vibrocap.physics.friction.law import AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
+
+ROUNDING = 1e-10  # of 1 - r, within which |1 - r|^(i-1) is rounded off
 
 
 @parameters
@@ -46,7 +47,7 @@ class Dahl(Law):
             return 1.0
         if isinstance(exponent, (int, float)) and exponent in (3, 5, 7):
             return power(rest, exponent - 1.0)
-        return exp(0.5 * (exponent - 1.0) * log(rest * rest + POWER_ROUNDING**2))
+        return exp(0.5 * (exponent - 1.0) * log(rest * rest + ROUNDING**2))  # rest may have either sign
 
     def force(self, velocity, internal, side, load):
         """Friction force R and rate of the deflection while sliding to `side`.

@@ -36,8 +36,6 @@ class LuGre(Law):
     less viscous friction (Olsson 1996; Canudas de Wit et al. 1995):
 
         delta1(v) = delta1 exp(-(v/v_d)^2)
-
-    An exponent that is not a whole number is rounded off within 1e-10 of rest (`vibrocap.physics.elementary.power`).
     """
 
     bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")

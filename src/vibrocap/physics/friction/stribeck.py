@@ -22,8 +22,7 @@ class Stribeck(Curve):
                                                                     Bo and Pavelescu 1982; Armstrong-Helouvry 1991
 
     alpha = 2 is the Gaussian, alpha = 1 the exponential law with a = 1/v_s. It is a function of velocity alone: no lag,
-    no presliding. An exponent that is not a whole number is rounded off within 1e-10 v_s of rest
-    (`vibrocap.physics.elementary.power`).
+    no presliding.
     """
 
     coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")

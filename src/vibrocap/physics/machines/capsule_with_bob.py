@@ -5,10 +5,10 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Scales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
 
 LOADS = ("weight", "dynamic")
@@ -53,9 +53,9 @@ class PendulumScales(Scales):
     the pendulum, m g_0.
     """
 
-    pendulum_mass_kg: Positive = parameter(..., "m", "mass of the pendulum", unit="kg")
-    pendulum_length_m: Positive = parameter(..., "l", "length of the pendulum", unit="m")
-    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+    pendulum_mass_kg: Scale = parameter(..., "m", "mass of the pendulum", unit="kg")
+    pendulum_length_m: Scale = parameter(..., "l", "length of the pendulum", unit="m")
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
 
     @property
     def units(self) -> tuple[float, float, float]:

@@ -6,9 +6,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Scales, parameter, parameters
 
 WEIGHT = "weight"
 ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
@@ -33,12 +33,12 @@ class InnerMassScales(Scales):
     measured: good units are of the size of the motion, the length of a stroke and the time of one radian of the drive.
     """
 
-    inner_mass_kg: Positive = parameter(..., "m", "inner mass", unit="kg")
-    length_unit_m: Positive = parameter(0.01, "l", "unit of length, such as the stroke of the inner mass", unit="m")
-    time_unit_s: Positive | None = parameter(
+    inner_mass_kg: Scale = parameter(..., "m", "inner mass", unit="kg")
+    length_unit_m: Scale = parameter(0.01, "l", "unit of length, such as the stroke of the inner mass", unit="m")
+    time_unit_s: Scale | None = parameter(
         None, "1/omega_0", "unit of time, such as sqrt(m/k); sqrt(l/g) where it is left out", unit="s"
     )
-    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
 
     @property
     def units(self) -> tuple[float, float, float]:

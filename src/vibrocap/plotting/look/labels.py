@@ -10,7 +10,7 @@ from vibrocap.physics.dimensions.conversion import path_in_si
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
 from vibrocap.physics.names import name_and_number
-from vibrocap.physics.parameters import NUMBER, parameter_table
+from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
 
@@ -178,13 +178,11 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
 
 def _scales(scales: Scales) -> list[str]:
     """What the units of a machine are, in words."""
-    found = []
-    for info in parameter_table(scales):
-        unit = unit_name(info.dimension or NUMBER)
-        stem = info.name.removesuffix(suffix(unit)).replace("_", " ")
-        number = f"{getattr(scales, info.name):.4g}"
-        found.append(whole(f"{stem}{EQUALS}{number} {unit}"))
-    return found
+    units = {info.name: unit_name(info.dimension or NUMBER) for info in parameter_table(scales)}
+    return [
+        whole(f"{name.removesuffix(suffix(units[name])).replace('_', ' ')}{EQUALS}{value:.4g} {units[name]}")
+        for name, value in given_parameters(scales).items()
+    ]
 
 
 def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:

@@ -3,7 +3,7 @@
 import dataclasses
 import difflib
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,7 @@ USUAL: dict[str, tuple[str, ...]] = {
 }
 COEFFICIENTS = ("frictioncoefficient", "coefficientoffriction", "cof", "mu")
 STRESSES = ("shearstress", "normalstress", "sigman", "tau")
+WHOLE = ""  # in place of a column
 RECORD = "record"  # the column that says which record a row belongs to
 
 
@@ -53,6 +54,7 @@ class Table:
     units: unit of a column by its name, where the file has a line of units
     scalars: single numbers beside the columns (a sampling interval, a mass)
     place: how a message names a row, from its index; named: whether the file names its columns
+    faults: (number of a line, what is wrong with it) by the name of the column, by `WHOLE` of the line as a whole
     """
 
     name: str
@@ -62,6 +64,11 @@ class Table:
     scalars: Mapping[str, float] = dataclasses.field(default_factory=dict)
     place: Callable[[int], str] = "index {}".format
     named: bool = True
+    faults: Mapping[str, Sequence[tuple[int, str]]] = dataclasses.field(default_factory=dict)
+
+    def faults_in(self, columns: Iterable[str]) -> list[str]:
+        """What is wrong with the lines of these columns, in the order of the file."""
+        return [text for _, text in sorted(fault for name in (WHOLE, *columns) for fault in self.faults.get(name, ()))]
 
 
 @dataclasses.dataclass(frozen=True)

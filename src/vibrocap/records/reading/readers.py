@@ -11,7 +11,7 @@ from vibrocap.records.checks import RecordError, complaints
 from vibrocap.records.reading.arrays import npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
 from vibrocap.records.reading.matlab import mat_tables
-from vibrocap.records.reading.text import text_tables
+from vibrocap.records.reading.text import shortened, text_tables
 from vibrocap.records.reading.units import base_quantity
 from vibrocap.records.record import COLUMNS, Record
 
@@ -137,6 +137,8 @@ def _fields(
     for quantity in sorted(called for called in units if base_quantity(called) not in chosen):
         found.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
     rotary = turns(chosen, found)
+    if faults := table.faults_in(choice.column for choice in chosen.values()):
+        raise RecordError(shortened([*found, *faults]), table.source)
     if found:
         wrong += found
         return None

@@ -5,17 +5,19 @@ import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vibrocap.arguments import shown
 from vibrocap.inputs import read_input
 from vibrocap.records.checks import RecordError
-from vibrocap.records.reading.columns import RECORD, Table
+from vibrocap.records.reading.columns import RECORD, WHOLE, Table
 from vibrocap.records.reading.units import DIMENSIONS, unit_named
 
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
+RUN = 3  # lines of numbers, one after the other, with which a table begins
 MOST_COMPLAINTS = 5
 MOST_BYTES = 2**30  # of a text
 
@@ -26,8 +28,10 @@ Wrong = tuple[int, str]  # number of the line in the file, what is wrong with it
 def text_tables(path: Path, record_column: str | int | None = None) -> list[Table]:
     """The tables of a text file: one, or where a column says which record a row belongs to, one for each.
 
-    Before the numbers may stand comments, other lines, a header, and a line of units under it.
-    Raises RecordError with the lines that are wrong: ragged, without a number, or text where a number should be.
+    Before the numbers may stand comments, the settings of an instrument, a header, and a line of units under it. Cells
+    beyond the last column with content are left out, and so are rows without any. Columns of one name that differ are
+    told apart by their places, "F #1" and "F #3". Lines that are ragged or hold no number in some column are the
+    `faults` of a table: they count where that column is used. Raises RecordError where nothing can be read.
     """
     lines = _lines(path)
     comments = [(number, line.lstrip("#%/! ")) for number, line in lines if line.startswith(COMMENTS)]
@@ -37,30 +41,25 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     rows = _rows(lines, delimiter)
     if decimal_comma:
         rows = [(number, [_pointed(cell) for cell in cells]) for number, cells in rows]
-    widths = [len(cells) for _, cells in rows[-50:]]
-    usual = max(set(widths), key=widths.count) if widths else 0
-    start = next((at for at, (_, cells) in enumerate(rows) if _is_data(cells, usual)), None)
+    rows, usual, numeric = _shape(rows)
+    data = [_is_data(cells, usual, numeric) for _, cells in rows]
+    start = next((at for at in range(len(rows)) if all(data[at : at + RUN])), None)
     if start is None:
         reason = "there is no line of numbers in the file; should be a table, a sample in each line"
         raise RecordError([reason], str(path))
     body = rows[start:]
     head = rows[:start] or _rows([row for row in comments if row[0] < body[0][0]], delimiter)
-    names, units = _header(head, len(body[0][1]), bool(rows[:start]))
-    twice = sorted({name for name in names or () if (names or []).count(name) > 1})
-    if twice:
-        found = f"the header names {', '.join(map(repr, twice))} more than once; should name each column differently"
-        raise RecordError([found], str(path))
+    names, units = _header(head, len(body[0][1]), numeric, bool(rows[:start]))
     body, ragged = _of_one_width(body, names)
     if not body:
-        raise RecordError(_shortened([text for _, text in ragged]), str(path))
+        raise RecordError(shortened([text for _, text in ragged]), str(path))
     order = [number for number, _ in body]
-    columns = zip(*(row for _, row in body), strict=True)
-    cells = dict(zip(names or map(str, range(len(body[0][1]))), columns, strict=True))
+    columns = list(zip(*(row for _, row in body), strict=True))
+    labels = _told_apart(names, columns) if names else list(map(str, range(len(columns))))
+    cells = dict(zip(labels, columns, strict=True))
     of_record = _column_of_records(list(cells), record_column, path)
     which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), path.stem)
-    columns, strange = _numbers(cells, order)
-    if ragged or strange:
-        raise RecordError(_shortened([text for _, text in sorted([*ragged, *strange])]), str(path))
+    arrays, strange = _numbers(cells, order)
     tables = []
     for name in dict.fromkeys(which.tolist()):
         rows_of = np.flatnonzero(which == name)
@@ -68,10 +67,11 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
             Table(
                 name=str(name).strip(),
                 source=str(path),
-                columns={column: values[rows_of] for column, values in columns.items()},
+                columns={column: values[rows_of] for column, values in arrays.items()},
                 units=units,
                 place=lambda at, rows_of=rows_of: f"line {order[rows_of[at]]}",
                 named=names is not None,
+                faults={WHOLE: ragged} | strange,
             )
         )
     return tables
@@ -128,8 +128,6 @@ def _rows(lines: Sequence[tuple[int, str]], delimiter: str | None) -> list[Row]:
         split = []
     if len(split) != len(lines):  # or a quotation mark that is not closed runs over the end of its line
         split = [[cell.strip() for cell in line.split(delimiter)] for _, line in lines]
-    if all(row and row[-1] == "" for row in split):
-        split = [row[:-1] for row in split]  # a delimiter at the end of each line
     return [(number, row) for (number, _), row in zip(lines, split, strict=True)]
 
 
@@ -145,22 +143,56 @@ def _is_number(cell: str) -> bool:
     return "_" not in cell
 
 
-def _is_data(cells: Sequence[str], usual: int) -> bool:
-    """Whether a line belongs to the numbers: all of its cells are, or half of as many as lines usually have."""
-    found = sum(map(_is_number, cells))
-    return found == len(cells) > 0 or (len(cells) == usual and 2 * found >= usual)
+def _shape(rows: Sequence[Row]) -> tuple[list[Row], int, list[int]]:
+    """(rows that are not empty, without the cells behind their last column; their usual width; columns of numbers).
+
+    Told by the end of the file, where no instrument has written its settings.
+    """
+    rows = [(number, cells) for number, cells in rows if any(cells)]
+    widths = [len(cells) for _, cells in rows[-50:]]
+    wide = max(set(widths), key=widths.count) if widths else 0
+    last = [cells for _, cells in rows[-50:] if len(cells) == wide]
+    usual = max((at + 1 for cells in last for at, cell in enumerate(cells) if cell), default=0)
+    trimmed = [
+        (number, cells[:usual] if len(cells) == wide or not any(cells[usual:]) else cells) for number, cells in rows
+    ]
+    filled = [[_is_number(cells[at]) for cells in last if cells[at]] for at in range(usual)]
+    return trimmed, usual, [at for at, numbers in enumerate(filled) if 2 * sum(numbers) >= max(len(numbers), 1)]
 
 
-def _header(head: Sequence[Row], count: int, written: bool) -> tuple[list[str] | None, dict[str, str]]:
+def _is_data(cells: Sequence[str], usual: int, numeric: Sequence[int]) -> bool:
+    """Whether a line belongs to the numbers: all of its cells are, or half of those in columns of numbers."""
+    if len(cells) != usual:
+        return all(map(_is_number, cells))
+    return 2 * sum(_is_number(cells[at]) for at in numeric) >= max(len(numeric), 1)
+
+
+def _header(
+    head: Sequence[Row], count: int, numeric: Sequence[int], written: bool
+) -> tuple[list[str] | None, dict[str, str]]:
     """(names of the columns or None, unit by name) from the lines above the numbers; the nearest line counts."""
-    wide = [cells for _, cells in head if len(cells) == count and (all(cells) or _are_units(cells))]
+    wide = [
+        cells
+        for _, cells in head
+        if len(cells) == count and (all(cells[at] for at in numeric if at < count) or _are_units(cells))
+    ]
     if not wide or (not written and head[-1][1] != wide[-1]):
         return None, {}
     names, units = wide[-1], []
     if len(wide) > 1 and _are_units(wide[-1]):
         names, units = wide[-2], [re.sub(r"^[\[({<]|[\])}>]$", "", cell) for cell in wide[-1]]
-    names = [name.strip("\"'") for name in names]
+    names = [name.strip("\"'") or f"column {at}" for at, name in enumerate(names)]
     return names, {name: unit for name, unit in zip(names, units, strict=False) if unit}
+
+
+def _told_apart(names: Sequence[str], columns: Sequence[tuple[str, ...]]) -> list[str]:
+    """The names; of columns that have one name but the first with the same cells, with their places."""
+    labels: list[str] = []
+    for at, name in enumerate(names):
+        alike = [place for place, other in enumerate(names) if other == name]
+        same = all(columns[place] == columns[at] for place in alike)
+        labels.append(name if at == alike[0] and same else f"{name} #{at}" if len(alike) > 1 else name)
+    return labels
 
 
 def _are_units(cells: Sequence[str]) -> bool:
@@ -180,20 +212,24 @@ def _of_one_width(body: Sequence[Row], names: list[str] | None) -> tuple[list[Ro
     return [row for row in body if len(row[1]) == count], wrong
 
 
-def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[dict[str, np.ndarray], list[Wrong]]:
-    """The columns as numbers, and the cells that are none."""
-    columns, wrong = {}, []
+def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[dict[str, Any], dict[str, list[Wrong]]]:
+    """The columns as numbers, nan where a cell is none, and these cells by column."""
+    columns, wrong = {}, {}
     for name, column in cells.items():
         with contextlib.suppress(ValueError):
             columns[name] = np.array(column).astype(np.float64)
         if name not in columns or "_" in "".join(column):  # Python takes 1_000 for a number
+            columns[name] = np.array([float(cell) if _is_number(cell) else np.nan for cell in column])
             bad = [(number, cell) for number, cell in zip(order, column, strict=True) if not _is_number(cell)]
-            for number, cell in bad:
-                what = f"{shown(cell)} is no number" if cell else "the cell is empty"
-                wrong.append((number, f"line {number}, column {name!r}: {what}; should be a number, or nan"))
+            what = [f"{shown(cell)} is no number" if cell else "the cell is empty" for _, cell in bad]
+            wrong[name] = [
+                (number, f"line {number}, column {name!r}: {said}; should be a number, or nan")
+                for (number, _), said in zip(bad, what, strict=True)
+            ]
     return columns, wrong
 
 
-def _shortened(found: Sequence[str]) -> list[str]:
+def shortened(found: Sequence[str]) -> list[str]:
+    """So many complaints, and how many more there are."""
     more = len(found) - MOST_COMPLAINTS
     return [*found[:MOST_COMPLAINTS], f"and {more:,} more like these"] if more > 0 else list(found)

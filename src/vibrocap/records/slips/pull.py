@@ -13,7 +13,7 @@ from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints
 from vibrocap.records.published import paper_stick_slip
 from vibrocap.records.reading.columns import Table, choices, missing, setting_complaints
 from vibrocap.records.reading.readers import INTERVALS, RATES, READERS, TEXT
-from vibrocap.records.reading.text import text_tables
+from vibrocap.records.reading.text import shortened, text_tables
 from vibrocap.records.reading.units import si_unit, unit_named
 from vibrocap.records.record import Record
 
@@ -246,6 +246,9 @@ def _pulls(
     if "force" not in chosen and ("time" in chosen or not table.named):
         reason = f"force: {missing('force', table)}; say columns={{'force': ...}}"
         raise RecordError([reason], table.source)
+    used = [*forces.values(), *([chosen["time"].column] if "time" in chosen else [])]
+    if faults := table.faults_in(used):
+        raise RecordError(shortened(faults), table.source)
     given = unit_named(units["force"]) if "force" in units else None
     unit = chosen["force"].unit if "force" in chosen else given or si_unit("force")
     if unit.dimension not in ("force", "number"):

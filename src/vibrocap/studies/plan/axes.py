@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, shown, suggestion
+from vibrocap.arguments import Complaint, listed, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.ranges import values_between
 from vibrocap.studies.plan.runs import Block, Column, Runs
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
@@ -66,6 +67,8 @@ class Grid(Runs):
 
 def axis_of(path: str, given: Any) -> tuple[Column, list[str]]:
     """The axis that text, a number or a sequence describes, and what is wrong with it."""
+    if isinstance(given, str) and ":" in given and is_kind(path):
+        return Column(path, ()), [Complaint(path, f"should be a list of {listed(kinds_of(path.partition('.')[0]))}")]
     values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
     if not complaints:
         complaints = _row_complaints(path, values)
@@ -112,8 +115,7 @@ def _text_values(text: str) -> tuple[list[Any], list[str]]:
         low, high, logarithmic, count = ends
         if count > MOST_VALUES:
             return [], [_too_many(count)]
-        spaced = np.geomspace if logarithmic else np.linspace
-        return [_float(value) for value in spaced(low, high, count).tolist()], []
+        return values_between(low, high, count, logarithmic).tolist(), []
     words = [word.strip() for word in text.split(",")]
     if "" in words:
         return [], [f"should be {FORMS}, got {text!r}"]

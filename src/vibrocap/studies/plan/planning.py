@@ -6,8 +6,9 @@ from typing import Any
 from vibrocap.arguments import Complaint, Complaints, check_choice, check_threshold, is_whole, shown
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.case.sections import is_kind, is_part
-from vibrocap.measures.during_run import resolved
+from vibrocap.measures.during_run import resolved, unavailable
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.recorded.settling import usual_threshold
 from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
 from vibrocap.motion.recording.equations import equations
@@ -19,7 +20,7 @@ from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
 from vibrocap.studies.plan.runs import Column, Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, values_chosen, with_varied_parts
+from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, values_chosen, varied, with_varied_parts
 
 
 def planned_study(
@@ -50,6 +51,8 @@ def planned_study(
         complaints += plan_complaints(system, plan)
     elif isinstance(over, Mapping):
         complaints += path_complaints(over, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)], system.units)
+    if not complaints:
+        complaints += _lacking(measures, system, plan)
     if complaints:
         raise CaseError(complaints, "the study")
     run: dict[str, Any] = {name: settings[name] for name in RUN_DEFAULTS}
@@ -57,13 +60,13 @@ def planned_study(
     run["tolerance"] = float(run["tolerance"])
     start = {name: float(value) for name, value in (initial or {}).items()}
     settle, window = settings["settle"], settings["window"]
+    settle = usual_threshold(run["tolerance"]) if settle is None else float(settle) or None  # 0: never
     window = usual_window(run["periods"]) if window is None else int(window)
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
     measures = with_load_watch(system, plan, measures)
     if settle and not equations(system).timed and OUTCOME not in measures:
         measures = (*measures, OUTCOME)
-    settle = None if settle is None else float(settle)
     return Study(Case(system, start, **run), plan, measures, window, settle, extrapolate=bool(settings["extrapolate"]))
 
 
@@ -92,7 +95,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
         limit = f"from 1 to the {settings['periods']} periods of a run"
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():
-        check_threshold("settle", settings["settle"])
+        check_threshold("settle", settings["settle"] or None)
         check_choice("extrapolate", settings["extrapolate"])
     return found
 
@@ -110,6 +113,19 @@ def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], li
         return (), list(dict.fromkeys(complaints))
     names = [m.name if isinstance(m, Measure) and known_measure(m.name, system) == m else m for m in listed]
     return tuple(dict.fromkeys(names)), []
+
+
+def _lacking(measures: Sequence[str | Measure], system: System, plan: Runs) -> list[str]:
+    """Complaints about measures that no kind of parts of a study has; where another kind has one, it is NaN."""
+    if isinstance(plan, CaseList):
+        cases = (plan.case(number) for number in range(plan.count))
+        kinds = [{path: kind for path, kind in case.items() if is_kind(path)} for case in cases]
+    else:
+        kinds = list(kind_choices(plan))
+    systems = [varied(system, dict(each)) for each in dict.fromkeys(tuple(each.items()) for each in kinds)]
+    reasons = [unavailable(resolved(measures, each)[1], each) for each in systems]
+    names = [each if isinstance(each, str) else each.name for each in measures]
+    return [Complaint("measures", reasons[0][name]) for name in names if all(name in each for each in reasons)]
 
 
 def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:

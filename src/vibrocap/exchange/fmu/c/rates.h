@@ -111,12 +111,11 @@ static double take_segment(double *v) {
 
 /* The drive and the side at the start. */
 static void begin_rates(double *v) {
-  double velocity, side;
   DRIVE(v);
   take_segment(v);
-  side = decided(v);
-  velocity = v[VELOCITY];
-  v[SIDE] = velocity > 0.0 ? 1.0 : velocity < 0.0 ? -1.0 : side;
+  v[SIDE] = decided(v);
+  if (fabs(v[VELOCITY]) > STILL * v[SCALE + CONTACT]) v[SIDE] = v[VELOCITY] > 0.0 ? 1.0 : -1.0;
+  else v[STATE + CONTACT] -= v[VELOCITY];
 }
 
 #endif

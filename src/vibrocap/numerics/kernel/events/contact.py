@@ -55,9 +55,10 @@ from vibrocap.numerics.kernel.interface import (
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import STABLE, series_value, taylor_step
 
-DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
+DOUBT = 1e-3  # share of the limit by which a holding force known from the step before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 NO_MOTION = 16.0 * EPSILON  # of the natural speed: rounding, where other contacts move the body as well
+ROUNDINGS = 64.0  # of a state, or of the time, that add up in a motion
 BEYOND = 1e-9  # of its limit: by so much the force on a contact at rest exceeds it only where something has jumped
 
 
@@ -93,9 +94,7 @@ def side_holds(floats, ints, trace, lane, c):
     if side == 0.0:
         # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
         clear = abs(floats[HOLD_OF[c] + lane]) < (1.0 - 1e-12) * floats[LIMIT_OF[c] + lane]
-        if clear and ints[TO_DECIDE + c * LANES + lane] == 0:
-            return True
-        return not decide(floats, ints, trace, lane, c)
+        return (clear and ints[TO_DECIDE + c * LANES + lane] == 0) or not decide(floats, ints, trace, lane, c)
     if ints[ZEROS + c * LANES + lane] > 0:
         return leaves(floats, ints, lane, c)
     none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
@@ -199,7 +198,7 @@ def guard_series(floats, lane, c, direction, h):
     A coefficient is rounding where, over the step h, it moves the guard by no more than the rounding of the forces.
     """
     hold, limit = HOLD_OF[c] + lane, LIMIT_OF[c] + lane
-    noise = 64.0 * EPSILON * (floats[limit] + abs(floats[hold]))
+    noise = ROUNDINGS * EPSILON * (floats[limit] + abs(floats[hold]))
     zeros = 0
     power = 1.0
     for k in range(ORDER):
@@ -288,9 +287,7 @@ def rest(floats, ints, lane):
     """A set-valued contact alone is at rest: it sticks or turns back where that is beyond doubt.
 
     The series of holding force and limit are those of a contact at rest; here it was sliding, so the equations are
-    asked.
-
-    Where the force that would hold it is near the limit, `decide` looks at the series of the contact held at rest.
+    asked. Where that force is near the limit, `decide` looks at the series of the contact held at rest.
     """
     came_from = floats[SIDE + lane]
     for i in range(STATES):
@@ -327,25 +324,21 @@ def jumped(floats, ints, trace, lane):
 
 def open_arrivals(ints, lane):
     """Whether a contact has come to rest and is still to be asked."""
-    arrived = 0
+    arrived = False
     for c in range(CONTACTS):
-        arrived += ints[TO_DECIDE + c * LANES + lane] % 2
-    return arrived > 0
+        arrived = arrived or ints[TO_DECIDE + c * LANES + lane] == 1
+    return arrived
 
 
 def jumped_to(floats, ints, trace, lane, c, v):
     """The velocity of contact c has jumped to v."""
     state, place = STATE_OF[c] * LANES + lane, c * LANES + lane
-    before = floats[CAME_FROM + place] if floats[SIDE + place] == 0.0 else floats[SIDE + place]
-    rounding = 64.0 * EPSILON * (abs(floats[STATE + state]) + floats[SCALE + state])
     ints[ZEROS + place] = 0
-    if STICKS[c] == 1 and abs(v) <= rounding:
+    if STICKS[c] == 1 and abs(v) <= velocity_rounding(floats, lane, c, v):
         if floats[SIDE + place] != 0.0:
             if not rests_beside(floats, lane, c):
                 floats[STATE + state] -= v
-            floats[CAME_FROM + place] = before
-            floats[SIDE + place] = 0.0
-            ints[TO_DECIDE + place] = 1
+            arrive(floats, ints, lane, c)
             stay_in_piece(ints, lane)
         elif SEVERAL:
             ints[TO_DECIDE + place] = 1
@@ -364,6 +357,14 @@ def jumped_to(floats, ints, trace, lane, c, v):
     floats[SIDE + place] = side
     if STICKS[c] == 0:
         turned(floats, lane, c)
+
+
+def velocity_rounding(floats, lane, c, v):
+    """By how much v, the velocity of a contact at the state in WORK, may be rounding: of its state, and of the time."""
+    state = STATE_OF[c] * LANES + lane
+    later = floats[TIME + lane] + ROUNDINGS * EPSILON * floats[PERIOD + lane]
+    size = abs(floats[STATE + state]) + floats[SCALE + state]
+    return ROUNDINGS * EPSILON * size + abs(contact_velocity(floats, later, WORK, c, lane) - v)
 
 
 def come_to_rest(floats, ints, lane, c, h):

@@ -38,11 +38,10 @@ def begin_drive(floats, ints, trace, lane, run):
 
 
 def at_corner(floats, ints, trace, lane):
-    """Whether the lane, at the end of a step to UNTIL, stands at a corner within the period; then it is turned."""
+    """Whether the lane, at the end of a step, stands at a corner within the period; then it is turned."""
+    until, period = floats[UNTIL + lane], floats[PERIOD + lane]
     last = ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]
-    if last and floats[TAIL + lane] - floats[TIME + lane] <= 2.0 * EPSILON * floats[PERIOD + lane]:
-        return False
-    if floats[UNTIL + lane] >= floats[PERIOD + lane]:
+    if until >= period or (last and floats[TAIL + lane] < until - 2.0 * EPSILON * period):
         return False
     floats[TIME + lane] = floats[UNTIL + lane]
     if not take_segment(floats, ints, trace, lane, ints[SEGMENT + lane] + 1):
@@ -61,6 +60,19 @@ def begin_drive_period(floats, ints, trace, lane):
     take_segment(floats, ints, trace, lane, 0)
     if VELOCITY_JUMPS:
         jumped(floats, ints, trace, lane)
+
+
+def drive_goes_over(floats, ints, trace, lane):
+    """At the end of the last period: the first segment of the next one, in the time of this one."""
+    floats[TIME + lane] = 0.0
+    ints[CYCLE + lane] = 0
+    take_segment(floats, ints, trace, lane, 0)
+    floats[PARAMETER + (PRESENT + 1) * LANES + lane] += floats[PERIOD + lane]
+    floats[TIME + lane] = floats[PERIOD + lane]
+    floats[UNTIL + lane] = floats[PERIOD + lane]
+    if VELOCITY_JUMPS:
+        jumped(floats, ints, trace, lane)
+    return True
 
 
 def take_segment(floats, ints, trace, lane, first):

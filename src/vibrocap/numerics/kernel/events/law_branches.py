@@ -23,7 +23,7 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.events.contact import jumped
+from vibrocap.numerics.kernel.events.contact import DOUBT, jumped
 from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,
@@ -89,6 +89,14 @@ def branch_holds(floats, ints, trace, lane):
         begin_branch(floats, ints, trace, lane, i)
         return False
     return True
+
+
+def branch_in_doubt(floats, lane, h):
+    """Whether a guard may have fallen to zero at the end of a step of length h."""
+    doubt = False
+    for i in range(BRANCHES):
+        doubt = doubt or series_value(floats, SWITCH + i * (ORDER + 1) * LANES + lane, h) <= DOUBT
+    return doubt
 
 
 def begins(floats, row, h):

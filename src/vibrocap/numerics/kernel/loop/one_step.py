@@ -49,11 +49,13 @@ from vibrocap.numerics.kernel.interface import (
     begin_drive_period,
     branch_holds,
     chosen_step,
+    drive_goes_over,
     enter_piece,
     first_switch,
     follow_step,
     leave_implicit,
     on_event,
+    on_instant,
     on_period,
     on_piece,
     on_place,
@@ -65,6 +67,7 @@ from vibrocap.numerics.kernel.interface import (
     watch_load,
     within_bounds,
 )
+from vibrocap.numerics.kernel.loop.start import ends_open
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved
 from vibrocap.numerics.kernel.step.taylor import move_to
 
@@ -94,6 +97,10 @@ def step(floats, ints, trace, lane):
     remaining = floats[UNTIL + lane] - floats[TIME + lane]
     if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
         remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
+    if remaining <= 0.0:
+        on_instant(floats, ints, trace, lane)
+        turn_period(floats, ints, trace, lane)
+        return
     h = chosen_step(floats, ints, lane, remaining)
     if SEVERAL and h < 0.0:
         return  # the series must be made anew for a step of the other method
@@ -157,13 +164,23 @@ def step(floats, ints, trace, lane):
     if ints[STATUS + lane] != RUNNING:
         return
     if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
-        turn(floats, ints, trace, lane)
+        turn(floats, ints, trace, lane, event, h)
 
 
-def turn(floats, ints, trace, lane):
-    """What lies beyond a step that went as far as it could: a corner of the drive, or the next period."""
-    if not at_corner(floats, ints, trace, lane):
-        turn_period(floats, ints, trace, lane)
+def turn(floats, ints, trace, lane, event, h):
+    """What lies beyond a step of length h that went as far as it could: a corner of the drive, a period, the end.
+
+    What happens at the last instant of a run belongs to it: it is decided by a step of no length.
+    """
+    if at_corner(floats, ints, trace, lane):
+        return
+    left = ints[WHOLE_PERIODS + lane] - ints[PERIOD_COUNT + lane]
+    if left == 0 or (left == 1 and floats[TAIL + lane] <= 0.0):
+        opens = ends_open(floats, ints, lane, h) or event != 0
+        floats[TIME + lane] = floats[TAIL + lane] if left == 0 else floats[UNTIL + lane]
+        if (left == 1 and drive_goes_over(floats, ints, trace, lane)) or opens:
+            return
+    turn_period(floats, ints, trace, lane)
 
 
 def turn_period(floats, ints, trace, lane):

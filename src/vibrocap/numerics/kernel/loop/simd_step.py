@@ -266,6 +266,7 @@ def finish_simd(floats, ints, trace, events, turns):
         return
     for lane in range(LANES):
         if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
+            event = 0
             if (events >> lane) & 1:
                 event = 1
                 c = int(floats[EVENT_CONTACT + lane]) if SEVERAL or BRANCHES > 0 else 0
@@ -276,4 +277,4 @@ def finish_simd(floats, ints, trace, events, turns):
                     event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
                 cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
             if (turns >> lane) & 1 and ints[STATUS + lane] == RUNNING:
-                turn(floats, ints, trace, lane)
+                turn(floats, ints, trace, lane, event, floats[STEP + lane])

@@ -4,9 +4,11 @@ Events of contacts are what their sides tell: of one that rests in a piece and d
 modes that are tried at an instant are none.
 """
 
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, SWITCHED, TRACE_FULL
 from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
+    PERIOD,
     PERIOD_COUNT,
     PIECE_LIMIT,
     PIECE_START,
@@ -65,6 +67,16 @@ def on_piece(floats, ints, trace, lane, h):
     for c in range(1, CONTACTS):
         trace[place + PIECE_SIZE - CONTACTS + c] = floats[SIDE + c * LANES + lane]
     ints[PIECES + lane] += 1
+
+
+def on_instant(floats, ints, trace, lane):
+    """If there was an event at the last instant, what begins there is a piece of no length."""
+    tell_sides(floats, ints, trace, lane)
+    last = ints[RECORDED_EVENT_START + lane] + (ints[RECORDED_EVENTS + lane] - 1) * EVENT_SIZE
+    if ints[RECORDED_EVENTS + lane] == 0 or trace[last] != ints[PERIOD_COUNT + lane]:
+        return
+    if floats[TIME + lane] - trace[last + 1] <= 2.0 * EPSILON * floats[PERIOD + lane]:
+        on_piece(floats, ints, trace, lane, 0.0)
 
 
 def tell_sides(floats, ints, trace, lane):

@@ -7,19 +7,16 @@ whose speed stays within one of these needs no look at the law.
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min, square_root
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import max, min
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import (
-    CONTACT_STATE,
     GAPS,
     KINKED,
     LACUNARY,
-    ROUGH,
     SET_VALUED,
     SHARP,
     SHARP_INTERNAL,
-    SIDES_ALIKE,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     FAR_SPEED,
@@ -27,18 +24,15 @@ from vibrocap.numerics.kernel.generated.lane import (
     PERIOD,
     REFUTED_SPEED,
     SAFE_SPEED,
-    SCALE,
     SIDE,
-    TOLERANCE,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import series_tail
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
 FAINT = 0.01  # share of the velocity that the last terms of its series may have
-LEAVING = 5.0  # times tolerance sqrt(v), see `faint`: the ends of 40 oscillators then are within 0.3 tolerances
 FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
 
 
@@ -53,15 +47,9 @@ def resolved(floats, lane, h):
         return True  # nothing to see; or at rest for the whole step
     start = floats[VELOCITY + lane]
     change = excursion(floats, VELOCITY + lane, h)
-    # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
-    resting = (GAPS or ROUGH) and abs(start) <= FAINT * change
-    if LACUNARY and floats[SIDE + lane] != 0.0:  # of a contact at rest the series is rounding
-        tail = series_tail(floats, VELOCITY + lane, h)
-        if ROUGH and resting:  # the series of a power that is rounded off at rest has, as v = c t^2, one term in four
-            tail += series_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
-        if tail > faint(floats, lane, abs(start) + change):
-            return h <= 8.0 * EPSILON * floats[PERIOD + lane]
-    if not SHARP_INTERNAL and not (GAPS and resting):
+    if LACUNARY and not telling(floats, lane, h):
+        return h <= 8.0 * EPSILON * floats[PERIOD + lane]
+    if not SHARP_INTERNAL and not (GAPS and abs(start) <= FAINT * change):
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
         learn(floats, lane, h, abs(start) - change, abs(start) + change)
@@ -85,18 +73,19 @@ def seen(floats, lane, h, change):
     )
 
 
-def faint(floats, lane, speed):
-    """Largest last terms of the velocity's series in a step that reaches this speed.
+def telling(floats, lane, h):
+    """Whether the last terms of every contact velocity are small against it, over a step of length h.
 
-    An error d of the velocity of a contact that leaves rest as v = c t^2 makes all that follows late by d/v', which is
-    d/sqrt(4 c v). Where friction falls sharply its velocity grows to that of the fall, and the error with it. So with a
-    power of the speed, whose steps begin at speeds below the tolerance, the error is held to tolerance sqrt(v).
+    An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn. Of a contact
+    at rest the series is rounding.
     """
-    least = FAINT * speed
-    if ROUGH:
-        scale = floats[SCALE + CONTACT_STATE * LANES + lane]
-        least = min(least, LEAVING * floats[TOLERANCE + lane] * square_root(speed * scale))
-    return least
+    fine = h == h
+    for c in range(CONTACTS):
+        row = VELOCITY_OF[c] + lane
+        reached = abs(floats[row]) + excursion(floats, row, h)
+        resting = floats[SIDE + c * LANES + lane] == 0.0
+        fine = fine & (resting | (series_tail(floats, row, h) <= FAINT * reached))
+    return fine
 
 
 def known(floats, lane, least, most):
@@ -135,9 +124,8 @@ def hidden(floats, lane, h, lasting, least, most):
     side = floats[SIDE + lane]
     floats[SIDE + lane] = 1.0
     count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
-    if not SIDES_ALIKE:
-        floats[SIDE + lane] = -1.0
-        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
+    floats[SIDE + lane] = -1.0
+    count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
     floats[SIDE + lane] = side
     return count
 

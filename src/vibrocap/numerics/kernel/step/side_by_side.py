@@ -4,11 +4,11 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, m
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import GAPS, KINKED, LACUNARY, ROUGH, SET_VALUED, SHARP_INTERNAL
+from vibrocap.numerics.kernel.generated.facts import GAPS, KINKED, LACUNARY, SET_VALUED, SHARP_INTERNAL
 from vibrocap.numerics.kernel.generated.lane import TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, faint, known, learn
+from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn, telling
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
     holding_terms,
@@ -16,7 +16,6 @@ from vibrocap.numerics.kernel.step.taylor import (
     reach,
     rough_logarithm,
     series_length,
-    series_tail,
 )
 
 
@@ -65,19 +64,16 @@ def resolved_simd(floats, side, start, change, h, moving):
                     own = abs(floats[VELOCITY + lane])
                     learn(floats, lane, length, own - reached, own + reached)
             fine = fine | asked_before(floats, resting, least, most)
-    telling = moving | ~moving
+    shown = moving | ~moving
     if LACUNARY:
-        tail = series_tail(floats, VELOCITY + every, h)
-        if ROUGH:  # as in `resolved.resolved`
-            tail = tail + where(resting, series_tail(floats, VELOCITY - 2 * LANES + every, h) / (h * h), 0.0)
-        telling = ~moving | (side == 0.0) | ~(tail > faint(floats, every, most))
+        shown = ~moving | telling(floats, every, h)
     if bits(~fine) == 0:
-        return fine & telling
+        return fine & shown
     low, high = start - change, start + change
     if KINKED or SET_VALUED:
         low = where(side > 0.0, max(low, 0.0), low)
         high = where(side < 0.0, min(high, 0.0), high)
-    return (fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)) & telling
+    return (fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)) & shown
 
 
 def asked_before(floats, resting, least, most):

@@ -8,9 +8,17 @@ taken together or alone.
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, mantissa, max, min, power_of_two, where
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
+    exponent,
+    mantissa,
+    max,
+    min,
+    power_of_two,
+    square_root,
+    where,
+)
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, SEVERAL, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     HOLD_RATE,
     PERIOD,
@@ -31,6 +39,7 @@ SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 NO_SPEED = 1e-15  # of the natural speed: rounding
+LEAVING = 5.0  # times tolerance sqrt(v), see `leaving`: the ends of 40 oscillators then are within 0.3 tolerances
 OMITTED = 10.0  # times its last two terms: what the series of a bound may leave out, where it is not cut for them
 
 
@@ -48,7 +57,10 @@ def taylor_step(floats, ints, lane):
     h, _ = series_length(floats, lane, last, before)
     tolerance = floats[TOLERANCE + lane]
     wanted = rough_logarithm(tolerance)
-    if LACUNARY and ints[ZEROS + lane] == 2:
+    zeros = 0
+    for c in range(CONTACTS):
+        zeros = max(zeros, ints[ZEROS + c * LANES + lane])
+    if LACUNARY and zeros == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
             h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))
@@ -165,12 +177,25 @@ def last_terms(floats, lane):
         last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
     for c in range(CONTACTS):
-        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
+        row, inverse = VELOCITY_OF[c] + lane, inverse_scale(floats, STATE_OF[c], lane)
+        if ROUGH[c] == 1:
+            speed = where(floats[SIDE + c * LANES + lane] != 0.0, abs(floats[row]), 0.0)
+            inverse = inverse / leaving(where(speed > 0.0, speed * inverse, 1.0))
+        if ROUGH[c] == 1 or VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
             # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
-            inverse = inverse_scale(floats, STATE_OF[c], lane)
-            last = max(last, abs(floats[VELOCITY_OF[c] + ORDER * LANES + lane]) * inverse)
-            before = max(before, abs(floats[VELOCITY_OF[c] + (ORDER - 1) * LANES + lane]) * inverse)
+            last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
+            before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
     return last, before
+
+
+def leaving(speed):
+    """Tolerances by which a contact velocity may be off, that has left rest and is this share of its natural size.
+
+    An error d of the velocity of a contact that leaves rest as v = c t^2 makes all that follows late by d/v', which is
+    d/sqrt(4 c v). Where friction falls sharply its velocity grows to that of the fall, and the error with it. So with a
+    power of the speed, whose steps begin at speeds below the tolerance, the error is held to tolerance sqrt(v).
+    """
+    return min(LEAVING * square_root(speed), 1.0)
 
 
 def holding_terms(floats, lane, last, before):

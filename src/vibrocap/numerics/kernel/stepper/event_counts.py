@@ -35,6 +35,30 @@ def has_room(floats, ints, trace, lane):
 
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
+    tell_sides(floats, ints, trace, lane)
+    # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
+    # tell lies between events of one instant.
+    if floats[TIME] + h > floats[TIME]:
+        stop_at_event(ints)
+    keep_piece(floats, ints, trace, h)
+
+
+def on_instant(floats, ints, trace, lane):
+    """The length that was asked for ends at an event."""
+    tell_sides(floats, ints, trace, lane)
+    stop_at_event(ints)
+    keep_piece(floats, ints, trace, 0.0)
+
+
+def stop_at_event(ints):
+    """All events of one instant have been noticed; the motion stops at them if it is to."""
+    if ints[NOTICED] > 0:
+        ints[NOTICED] = 0
+        ints[STOPPED] = ints[STOPPING]
+
+
+def tell_sides(floats, ints, trace, lane):
+    """Count what has become of the sides since they were told last."""
     for c in range(CONTACTS):
         now, before = floats[SIDE + c], floats[SIDE_TOLD + c]
         if now != before:
@@ -46,12 +70,6 @@ def on_piece(floats, ints, trace, lane, h):
                 elif before == 0.0:
                     kind = SLIP_FORWARD if now > 0.0 else SLIP_BACK
                 on_event(floats, ints, trace, lane, kind, c, 0.0)
-    # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
-    # tell lies between events of one instant.
-    if ints[NOTICED] > 0 and floats[TIME] + h > floats[TIME]:
-        ints[NOTICED] = 0
-        ints[STOPPED] = ints[STOPPING]
-    keep_piece(floats, ints, trace, h)
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):

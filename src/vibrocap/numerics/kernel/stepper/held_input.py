@@ -34,6 +34,7 @@ from vibrocap.numerics.kernel.generated.stepper import (
     PIECE_TIME,
     STOPPED,
 )
+from vibrocap.numerics.kernel.loop.start import start_sides
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.stepper.clock import go_on
 from vibrocap.numerics.kernel.stepper.event_counts import count_event
@@ -53,6 +54,11 @@ def at_corner(floats, ints, trace, lane):
 
 def begin_drive_period(floats, ints, trace, lane):
     """There is no period."""
+
+
+def drive_goes_over(floats, ints, trace, lane):
+    """Never, as there is no period."""
+    return False
 
 
 def take_input(floats, ints):
@@ -78,7 +84,9 @@ def set_out(floats, ints, trace, length):
         take_input(floats, ints)
         if FOLLOWS_LOAD:
             forget(floats, 0)
-        if VELOCITY_JUMPS:
+        if ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] == 0:
+            start_sides(floats, ints, 0)  # the motion begins with this input
+        elif VELOCITY_JUMPS:
             jumped(floats, ints, trace, 0)
 
 
@@ -96,7 +104,7 @@ def come_in(floats, ints, trace, length):
         for i in range(INT_COUNT):
             ints[i] = int(trace[BACKUP + SERIES + i])
         go_on(floats, floats[TIME])
-    elif ints[STATUS] == DONE:
+    elif ints[STATUS] == DONE or length == 0.0:  # where the motion begins its input may not be set yet
         ints[STATUS] = RUNNING
         go_on(floats, length)
     else:

@@ -61,21 +61,24 @@ def begin_motion(floats, ints, trace, _):
     if TABLE_NUMBERS > 0:
         write_table(floats, ints, trace, floats[PERIOD], ints[TABLE_START])
     start_lane(floats, ints, trace, 0, 0)
-    for c in range(CONTACTS):
-        floats[SHOWN_SIDE + c] = floats[SIDE + c]
     ints[BEGUN] = 1
+    pass_by(floats, ints, trace, 0.0, 0)  # which contacts rest
 
 
 def take_step(floats, ints, trace, to_event):
     """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells whether that failed."""
-    if ints[ENDED] != RUNNING:
-        return
-    set_out(floats, ints, trace, floats[LENGTH])
+    if ints[ENDED] == RUNNING:
+        pass_by(floats, ints, trace, floats[LENGTH], to_event)
+
+
+def pass_by(floats, ints, trace, length, to_event):
+    """Advance by a length of time >= 0, and note the sides at the clock."""
+    set_out(floats, ints, trace, length)
     ints[STOPPING], ints[STOPPED] = to_event, 0
     ints[STEP_LIMIT] = ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] + ints[STEPS_PER_CALL]
     while ints[STATUS] == RUNNING and ints[STOPPED] == 0 and under_way(floats, ints):
         advance(floats, ints, trace, 1)
-    come_in(floats, ints, trace, floats[LENGTH])
+    come_in(floats, ints, trace, length)
     for c in range(CONTACTS):
         floats[SHOWN_SIDE + c] = side_shown(floats, ints, c)
 

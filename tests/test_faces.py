@@ -1,0 +1,134 @@
+"""Every face of every case: kinds of parts, units, optional numbers, commands and outputs meet in pairs.
+
+A row of a covering array (`case_matrix.py`) is a case. No face may end in a traceback; what a face cannot show is
+refused in words.
+"""
+
+import itertools
+import json
+import re
+
+import pytest
+
+import case_matrix
+from covering_array import covering_array
+from thinned import exhaustive_but
+from vibrocap.cli.commands.simulate import in_words
+from vibrocap.cli.main import main
+from vibrocap.plotting.look.labels import parts_in_si, parts_title
+
+ROWS, KINDS = 81, 21
+# what exports refuse of a case
+REFUSED = re.compile(r"CASE: .*MuJoCo|--to: rates for another integrator take|--to: .*export it as a stepper, --to c")
+
+
+@pytest.fixture
+def shown(tmp_path, monkeypatch, capsys):
+    """A function that runs a command in a folder of its own and gives what it printed; films and pages are short."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vibrocap.plotting.animation.FRAMES_PER_SECOND", 1)
+    monkeypatch.setattr("vibrocap.lab.bundle.browser_module", lambda forms: b"")  # test_lab.py compiles them
+
+    def run(command, *options, refused=None):
+        code = main([command, "case.toml", *options])
+        told = capsys.readouterr()
+        assert code in (0, 3) or (code == 2 and refused and refused.search(told.err)), (command, options, told.err)
+        return told.out
+
+    return run
+
+
+def written(row, folder):
+    """The case of a row, in a file."""
+    (folder / "case.toml").write_text(case_matrix.text_of(row), encoding="utf-8")
+
+
+def exported(shown, row, *kinds):
+    """The exports of a case, and the case in the other form."""
+    scales = ",".join(f"{name}={value}" for name, value in scales_of(row).items())
+    shown("convert", *(["--scales", scales] if scales and row["units"] == case_matrix.PLAIN else []))
+    for kind in kinds:
+        none = ["--platforms", "none"] if kind == "fmu" else []
+        place = {"fmu": "case.fmu", "mjcf": "case.xml"}.get(kind, kind)
+        shown("export", "--to", kind, "--out", place, *none, refused=REFUSED)
+
+
+def scales_of(row):
+    """What a case without units does not say of its units."""
+    kind = type(case_matrix.system_of(row).machine).si_scales
+    return {name: value for name, value in vars(case_matrix.part(kind, row["optional"])).items() if value is not None}
+
+
+def test_a_covering_array_covers_its_pairs():
+    """Also where rows are refused; what no row can have is told."""
+    factors = {"a": (1, 2, 3), "b": (1, 2), "c": (1, 2, 3), "d": (1, 2)}
+
+    def possible(row):
+        return not (row["a"] == 3 and row["b"] == 2) and row["c"] != row["d"]
+
+    rows, never = covering_array(factors, possible, [("b", "d")])
+    met = {(x, row[x], y, row[y]) for row in rows for x, y in itertools.combinations(factors, 2)}
+    wanted = {(x, i, y, k) for x, y in itertools.combinations(factors, 2) for i in factors[x] for k in factors[y]}
+    assert all(map(possible, rows))
+    assert set(never) == {("a", 3, "b", 2), ("c", 1, "d", 1), ("c", 2, "d", 2)}
+    assert {each for each in wanted - met if (each[0], each[2]) != ("b", "d")} == set(never)
+    assert len(rows) <= 12
+    assert covering_array(factors, possible, [("b", "d")]) == (rows, never)
+
+
+def test_every_kind_of_part_is_put_into_words():
+    """In tables and in titles of pictures, in SI and without units, with optional numbers and without."""
+    for row in case_matrix.every_kind():
+        for units, optional in itertools.product((case_matrix.PLAIN, case_matrix.SI), case_matrix.FACES["optional"]):
+            system = case_matrix.system_of(row | {"units": units, "optional": optional})
+            parts = [] if system is None else system.parts.values()
+            words = " ".join(in_words(each, system) for each in parts)
+            words += "" if system is None else parts_title(parts, 7.0)
+            words += "" if system is None or system.units is None else parts_in_si(system, 7.0)
+            assert "None" not in words
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_a_case_is_exported(shown, tmp_path, number):
+    """What needs no motion: every kind of part in SI, with the least that a case has to say."""
+    row = case_matrix.every_kind()[number]
+    written(row, tmp_path)
+    exported(shown, row, "c", "rates", "fmu", "mjcf")
+    for command in ("measures", "limits", "cite"):
+        shown(command, refused=re.compile("law"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(ROWS))
+def test_a_case_is_shown(shown, tmp_path, number):
+    row = case_matrix.rows()[number]
+    written(row, tmp_path)
+    json_ = ["--json"] if row["printed"] == "json" else []
+    picture, out = row["picture"], row["out"]
+    told = shown("simulate", *json_, "--plot", f"run{picture}", "--out", f"run{out[0]}")
+    shown("simulate", "--out", f"run{out[1]}", *(["--animate", "run.gif"] if row["further"] == "film" else []))
+    assert not json_ or json.loads(told)["status"]
+    assert all((tmp_path / f"run{ending}").is_file() for ending in out) or "stopped at time 0 " in told
+    exported(shown, row, *row["exported"])
+    if row["further"] == "sweep":
+        system = case_matrix.system_of(row)
+        start = next(name for name in system.state_names if name not in system.placed.room())
+        stored = ["--out", "map", "--export", f"map{out[0]}"]
+        shown("sweep", "--over", f"initial.{start}=0,1e-3", "--measure", "peak_friction", *stored)
+        assert main(["plot", "map", "--out", f"map{picture}"]) == 0
+        assert (tmp_path / f"map{picture}").is_file()
+    elif row["further"] == "lab":
+        shown("lab", "--laws", row["friction"], "--drives", row["drive"], "--out", "page.html")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", exhaustive_but((0, 5, 10, 15, 20), range(KINDS)))
+def test_the_steady_motion_of_a_case_is_shown(shown, tmp_path, number):
+    """Also of one that does not settle; `orbit` compiles seconds of kernels, so that few rows are looked at."""
+    written(case_matrix.every_kind()[number], tmp_path)
+    shown("orbit", "--settle-periods", "3", *(["--json"] if number % 2 else []))
+
+
+@pytest.mark.slow
+def test_all_rows_are_run():
+    assert (len(case_matrix.rows()), len(case_matrix.every_kind())) == (ROWS, KINDS)

@@ -1,0 +1,178 @@
+"""Thresholds of the engine: each has a witness on both sides, within a factor of ten or so."""
+
+import dataclasses
+from unittest import mock
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from independent_contacts import Problem
+from plain_kernels import kernel_of
+from test_contact_decisions import contacts_of, kernel_decision
+from vibrocap.arguments import ArgumentError
+from vibrocap.motion import evidence
+from vibrocap.motion.simulate import Start, begun
+from vibrocap.numerics.kernel.observe import stick_statistics
+
+EPSILON = 2.0**-52
+STOPS = vc.System(vc.RigidStopCapsule(gap=1.0), vc.Coulomb(0.2, 0.3), vc.Harmonic())
+
+
+def test_a_phase_just_short_of_a_whole_period_is_none():
+    """1e-12 of a period."""
+    assert Start(phase=3.0 - 3e-13).phase_of(1.0) == 0.0
+    assert Start(phase=3.0 - 3e-12).phase_of(1.0) == pytest.approx(1.0 - 3e-12, abs=1e-14)
+
+
+def test_a_start_just_beyond_a_stop_is_at_the_stop():
+    """1e-12 of 1 + |x|: a start that was printed with all digits is none beyond."""
+    assert begun(STOPS, None, {"displacement": 1.0 + 1e-12})[0]["displacement"] == 1.0 + 1e-12
+    with pytest.raises(ArgumentError, match="displacement"):
+        begun(STOPS, None, {"displacement": 1.0 + 1e-11})
+
+
+def test_ways_to_go_on_are_told_apart_by_a_billionth():
+    """Of forces: a block whose holding force exceeds its limit by less than 1e-9 (1 + force) still rests."""
+    system = vc.System(vc.Oscillator(), vc.Coulomb(1.0, 1.0), vc.Constant(0.0))
+    sides = [[each.sides for each in vc.contact_modes(system, {"position": 1.0 + excess})] for excess in (6e-10, 6e-9)]
+    assert sides == [[(0,)], [(-1,)]]
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return vc.simulate(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(1.8)), periods=4)
+
+
+@pytest.mark.parametrize(("excess", "fails"), [(3e-10, False), (3e-9, True)])
+def test_a_hold_beyond_its_limit_by_more_than_a_billionth_is_a_slip_that_was_missed(motion, excess, fails):
+    shares = evidence._shares_held
+
+    def grown(*given):
+        found = shares(*given)
+        return found * ((1.0 + excess) / np.max(np.abs(found), initial=0.1))
+
+    with (
+        mock.patch.object(evidence, "_shares_held", grown),
+        mock.patch.object(evidence, "_slip_shortfall", return_value=None),
+    ):
+        assert any("a slip was missed" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("lost", "fails"), [(3e-10, False), (3e-9, True)])
+def test_a_slip_that_began_too_early_by_more_than_a_billionth_is_told(motion, lost, fails):
+    with mock.patch.object(evidence, "_slip_shortfall", return_value=lost):
+        assert any("began too early" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("share", "fails"), [(0.5, False), (2.0, True)])
+def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails):
+    """Of the natural size of the velocity of the capsule, which is one."""
+    recorded = dataclasses.replace(motion.certify.recorded, contact_residual=share * motion.tolerance)
+    found = dataclasses.replace(motion.certify, recorded=recorded)(motion).failures
+    assert any("an event was not located" in each for each in found) == fails
+
+
+# --- decisions of contacts --------------------------------------------------------------------------------------------
+
+
+def answer(excess, came=()):
+    """(side, whether it is left to its series) of the first of two contacts, pushed beyond its limit by this share."""
+    problem = Problem(
+        free=np.array([1.0 + excess, 0.3]), response=np.eye(2), loads=np.ones(2), raised=np.zeros((2, 2)),
+        sliding=np.ones(2), least=-np.ones(2), most=np.ones(2), down=-np.ones(2), up=np.ones(2),
+    )  # fmt: skip
+    sides = kernel_decision(problem, [0, 1], set(came), {0: 1, 1: 1})
+    kernel = contacts_of(2)
+    return sides[0], kernel.ints[kernel.place("TO_DECIDE")]
+
+
+@pytest.mark.parametrize("came", [(), (0,)])
+def test_a_force_within_a_billionth_of_its_limit_is_left_to_the_series(came):
+    """On both sides of the limit; farther from it the forces decide at once."""
+    assert [answer(excess, came) for excess in (-1e-8, -3e-10, 3e-10, 1e-8)] == [(0, 0), (0, 2), (0, 2), (1, 0)]
+
+
+def test_what_holds_in_every_other_mode_may_be_off_by_a_hundredth_of_that():
+    """1e-11 of its limits: a contact at rest whose force is beyond by less fits while modes are tried."""
+    kernel = contacts_of(2)
+    names = kernel.names
+    for excess, misfit in ((-1e-9, -1), (1e-11, -1), (1e-10, 0)):
+        for name, value in (("OPEN", 0.0), ("AT_REST", 1.0), ("TRIED", 0.0), ("TAKEN", 1.0 + excess)):
+            kernel.floats[names[name]] = value
+        held = lambda floats, c: (-1.0, 1.0)  # noqa: E731
+        with mock.patch.dict(names, {"held_between": held}):
+            assert names["first_misfit"](kernel.floats, 1, 0.0) == misfit
+
+
+@pytest.fixture(scope="module")
+def block():
+    return kernel_of(vc.System(vc.Oscillator(), vc.Coulomb(1.0, 1.5), vc.Harmonic()))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_limit(block, side):
+    """Well within it rests, well beyond it turns; the force of the slide before is known to a thousandth or better."""
+    found = []
+    for share in (0.998, 0.9995, -0.9995, -1.0005, -1.002, 1.002):
+
+        def holding(floats, _t, _point, _side, _lane, out, share=share):
+            floats[out], floats[out + 1] = side * share * 1.5, 1.5
+
+        block.fill("SIDE", side)
+        block.fill("TO_DECIDE", 0)
+        with mock.patch.dict(block.names, {"holding": holding}):
+            block["rest"](block.floats, block.ints, 0)
+        asked = block.ints[block.place("TO_DECIDE")]
+        found.append("asked" if asked else block.floats[block.place("SIDE")] * side)
+    assert found == [0.0, "asked", "asked", "asked", -1.0, "asked"]
+
+
+def test_contacts_give_way_together_within_rounding_of_their_limits():
+    """64 rounding errors: what is at its limit at one instant, to the last digits of the series that say so."""
+    kernel = contacts_of(2)
+    names = kernel.names
+    for gap, side in ((0.0, 1.0), (32.0 * EPSILON, 1.0), (500.0 * EPSILON, 0.0)):
+        for row, value in ((names["HOLD_OF"][0], 1.0 - gap), (names["LIMIT_OF"][0], 1.0)):
+            kernel.floats[row : row + kernel.layout.order + 1] = 0.0
+            kernel.floats[row] = value
+        kernel.fill("SIDE", [0.0, 1.0])
+        names["give_way_together"](kernel.floats, kernel.ints, 0, 0.1)
+        assert kernel.floats[kernel.place("SIDE")] == side
+
+
+def test_a_force_that_has_jumped_beyond_its_limit_asks_again_who_rests():
+    """A billionth beyond, which no step makes by itself."""
+    kernel = contacts_of(2)
+    names = kernel.names
+    for excess, asked in ((-0.1, 0), (3e-10, 0), (3e-9, 1)):
+        kernel.floats[names["HOLD_OF"][0]], kernel.floats[names["LIMIT_OF"][0]] = -2.0 * (1.0 + excess), 2.0
+        kernel.fill("SIDE", [0.0, 1.0])
+        kernel.fill("TO_DECIDE", [0, 0])
+        kernel.fill("GAVE_WAY", [0, 0])
+        assert bool(names["open_still"](kernel.floats, kernel.ints, 0)) == bool(asked)
+        assert kernel.ints[kernel.place("TO_DECIDE")] == asked
+
+
+def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
+    """1e-12 of a period, which the end of a window may cut off."""
+    for length, counted in ((3e-13, 0.0), (3e-12, 1.0)):
+        places = {name: i for i, name in enumerate(("PHASE_SIDE", "PHASE_LENGTH", "PERIOD", "STICK_TIME"))}
+        floats = np.array([0.0, length * 7.0, 7.0, 0.0, 0.0])
+        with mock.patch.multiple(stick_statistics, **places, STICK_PHASES=4):
+            stick_statistics.end_phase(floats, 0)
+        assert floats[4] == counted
+        assert floats[3] == counted * length * 7.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_of_two_dips_of_a_guard_close_together_the_one_that_is_below_zero_is_found(block, side):
+    """At 1/500 of a step, by less than 1e-12 of the terms, which is still a hundred times rounding."""
+    middle, half, deep = 0.4, 1e-3, 1e-13
+    dips = np.polynomial.polynomial.polypow(np.polynomial.polynomial.polyfromroots([middle - half, middle + half]), 2)
+    dips[:2] += side * deep / half * np.array([-middle, 1.0])  # the one falls by so much, the other rises
+    row = block.series(0)
+    row[:] = 0.0
+    row[:5] = dips
+    root, _ = block["first_root"](block.floats, block["SERIES"], 4, 1.0, 0, 1.0)
+    assert root == pytest.approx(middle - side * half - np.sqrt(deep) / (2.0 * half), abs=5e-5)
