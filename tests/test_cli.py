@@ -1,7 +1,9 @@
 """The command line: exit codes, what it prints, the files it writes and runs again."""
 
 import csv
+import importlib
 import importlib.util
+import inspect
 import json
 import math
 import os
@@ -17,8 +19,8 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.case.case import case_from_text, read_case
-from vibrocap.cli.main import main
+from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
+from vibrocap.cli.main import COMMANDS, main
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 from vibrocap.io.spreadsheets import beside
@@ -531,6 +533,34 @@ def test_reproduce_prints_the_claims_and_where_the_report_lies(tmp_path, capsys,
     assert "drift-is-zero" in text
     assert "does not hold 1" in text
     assert f"Report: {tmp_path / 'report.html'}" in text
+
+
+# command: the functions behind it
+BEHIND = {
+    "orbit": "orbit",
+    "branch": "branches",
+    "basins": "basins",
+    "crossing": "crossing",
+    "robust": "robustness",
+    "calibrate": "calibrate",
+    "optimise": "optimise",
+}
+RUN = ("periods", "settle_periods", "settle", "tolerance", "max_steps", "max_events_per_period")
+
+
+def test_commands_and_functions_have_one_set_of_defaults():
+    """Of settling, periods and tolerance: those of a command, of the function behind it, and of a case."""
+    for command, function in BEHIND.items():
+        module = importlib.import_module(f"vibrocap.cli.{COMMANDS[command]}")
+        asked = inspect.signature(getattr(module, command)).parameters
+        known = inspect.signature(getattr(vc, function)).parameters
+        assert {asked[name].default for name in RUN if name in asked} == {
+            known[name].default for name in RUN if name in asked
+        }, command
+    for function in (vc.simulate, vc.sweep):
+        known = inspect.signature(function).parameters
+        assert {name: known[name].default for name in RUN_DEFAULTS} == RUN_DEFAULTS
+    assert inspect.signature(vc.sweep).parameters["settle"].default is None
 
 
 # --- in a process of its own -----------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ import errno
 import os
 import select
 import stat
-from collections.abc import Callable
 from pathlib import Path
 
 PATIENCE = 10.0  # s for which nothing may come from a pipe
@@ -20,23 +19,19 @@ READ: set[tuple[int, int]] = set()  # files (device, number) that were read
 
 
 def read_input(path: str | Path, most: int) -> bytes:
-    """The content of a file that a user names, at most so many bytes; of a pipe or a device what comes until its end.
-
-    Within a command such a file is not replaced; what a command continues and writes anew it reads with `read_own`.
-    Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.
-    """
-    return _read(path, most, READ.add)
+    """The content of a file that a user names; within a command it is not replaced. Otherwise as `read_own`."""
+    _noted(path)
+    return read_own(path, most)
 
 
 def read_own(path: str | Path, most: int) -> bytes:
-    """The same of a file that an earlier run of the command wrote, and that this one may replace."""
-    return _read(path, most, lambda identity: None)
+    """The content of a file, or what comes from a pipe or a device until its end; at most so many bytes.
 
-
-def _read(path: str | Path, most: int, note: Callable[[tuple[int, int]], None]) -> bytes:
+    A command reads with this what an earlier run of it wrote, and what it may replace.
+    Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.
+    """
     with os.fdopen(os.open(path, READING), "rb", buffering=0) as file:
         status = os.fstat(file.fileno())
-        note((status.st_dev, status.st_ino))
         if stat.S_ISREG(status.st_mode) or os.name != "posix":
             pieces, left = [], most
             while left > 0 and (piece := file.read(min(left, 64 * PIECE))):
@@ -57,9 +52,15 @@ def _read(path: str | Path, most: int, note: Callable[[tuple[int, int]], None]) 
 
 def require_plain_file(path: str | Path) -> None:
     """OSError for a pipe, a device or a folder: of those a library that opens files by name would wait for ever."""
-    status = os.stat(path)
-    READ.add((status.st_dev, status.st_ino))
+    status = _noted(path)
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(status.st_mode):
         raise OSError(errno.EINVAL, "is a pipe or a device; give a file", str(path))
+
+
+def _noted(path: str | Path) -> os.stat_result:
+    """The status of a file that is an input."""
+    status = os.stat(path)
+    READ.add((status.st_dev, status.st_ino))
+    return status

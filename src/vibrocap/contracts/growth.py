@@ -41,6 +41,22 @@ def rounding(terms: Callable[..., Sequence[float]], *numbers: float) -> float:
     return OPERATIONS * EPSILON * float(size)
 
 
+def balance(growth: Callable, flows: Callable, machine: Any, *at: Any) -> tuple[float, float, float]:
+    """(how fast what is stored grows, what flows in, by how much rounding lets them differ) at (t, y, drive, R)."""
+
+    def grows(*now: Any) -> list[float]:
+        return growth(*now[:2], machine.rates(*now))
+
+    bound = rounding_of_machine(lambda *now: [*grows(*now), *flows(*now)], *at)
+    return sum(grows(*at)), sum(flows(*at)), bound
+
+
+def rounding_of_machine(terms: Callable, t: float, y: tuple, drive: float, frictions: tuple[float, ...]) -> float:
+    """`rounding` of terms of (t, y, drive, R)."""
+    end = 1 + len(y)
+    return rounding(lambda *x: terms(x[0], x[1:end], x[end], x[end + 1 :]), t, *y, drive, *frictions)
+
+
 def explicit_rates(functions: Callable, t: float, y: tuple) -> list[float]:
     """Partial derivatives by the time of functions of time and state."""
     graph = Graph()

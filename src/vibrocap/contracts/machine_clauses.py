@@ -1,10 +1,10 @@
 """The contract of a machine, clause by clause: each takes a machine and says what is wrong, or None."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
-from vibrocap.contracts.growth import EPSILON, explicit_rates, growth_terms, rounding
+from vibrocap.contracts.growth import EPSILON, balance, explicit_rates, growth_terms, rounding_of_machine
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
 from vibrocap.physics.machines.machine import Contact
 
@@ -95,7 +95,7 @@ def held_at_rest(given: Any) -> str | None:
                 if not abs(found - expected) <= 1e3 * EPSILON * max(1.0, abs(each.acceleration), abs(found)):
                     told = f"{expected:g} by its acceleration and response"
                     return f"rates: the acceleration of contact {i + 1} should be {told}, got {found:g}"
-            elif not abs(found) <= 4 * EPSILON * abs(moving) + _rounding(
+            elif not abs(found) <= 4 * EPSILON * abs(moving) + rounding_of_machine(
                 lambda *at, of=machine, place=place: [of.rates(*at)[place]], t, y, drive, asked[0]
             ):
                 told = f"with its holding_force as friction the rate of {name} should be 0, got {found:g}"
@@ -131,7 +131,7 @@ def energy(given: Any) -> str | None:
             sliding = (each.velocity for each in of.contacts(*at[:3]))
             return [*of.powers(*at), *(-force * v for force, v in zip(at[3], sliding, strict=True))]
 
-        found, expected, bound = _balance(growth, flows, machine, t, y, drive, frictions)
+        found, expected, bound = balance(growth, flows, machine, t, y, drive, frictions)
         if not abs(found - expected) <= bound:
             told = f"the energy grows by {found:g}, the powers less R v of every contact are {expected:g}"
             return f"energy, powers: {told}; they should be equal ({_place(y, drive, frictions)})"
@@ -146,27 +146,11 @@ def momentum(given: Any) -> str | None:
         def flows(*at: Any, of: Any = machine) -> list[float]:
             return [of.outer_force(*at[:3]), of.wall_force(*at), *(-force for force in at[3])]
 
-        found, expected, bound = _balance(growth, flows, machine, t, y, drive, frictions)
+        found, expected, bound = balance(growth, flows, machine, t, y, drive, frictions)
         if not abs(found - expected) <= bound:
             told = f"the momentum grows by {found:g}, the outer force less R is {expected:g}"
             return f"momentum, outer_force: {told}; they should be equal ({_place(y, drive, frictions)})"
     return None
-
-
-def _balance(growth: Callable, flows: Callable, machine: Any, *at: Any) -> tuple[float, float, float]:
-    """(how fast what is stored grows, what flows in, by how much rounding lets them differ) at (t, y, drive, R)."""
-
-    def grows(*now: Any) -> list[float]:
-        return growth(*now[:2], machine.rates(*now))
-
-    bound = _rounding(lambda *now: [*grows(*now), *flows(*now)], *at)
-    return sum(grows(*at)), sum(flows(*at)), bound
-
-
-def _rounding(terms: Callable, t: float, y: tuple, drive: float, frictions: tuple[float, ...]) -> float:
-    """`rounding` of terms of (t, y, drive, R)."""
-    end = 1 + len(y)
-    return rounding(lambda *x: terms(x[0], x[1:end], x[end], x[end + 1 :]), t, *y, drive, *frictions)
 
 
 def symmetric(given: Any) -> str | None:
@@ -239,10 +223,10 @@ def load_made(given: Any) -> str | None:
         def load(*at: Any, of: Any = machine) -> list[float]:
             return [_loads(of, *at)[0], -of.loads()[0]]
 
-        lift, above, bound = _balance(rising, load, machine, t, y, drive, frictions)
+        lift, above, bound = balance(rising, load, machine, t, y, drive, frictions)
         if not abs(above - lift) <= bound:
-            found, made = above + machine.loads()[0], machine.loads()[0] + lift
-            told = f"the load is {found:g}, the mean and the rate of the momentum make {made:g}"
+            mean = machine.loads()[0]
+            told = f"the load is {mean + above:g}, the mean and the rate of the momentum make {mean + lift:g}"
             return f"contacts, vertical_momentum: {told}; they should be equal ({_place(y, drive, frictions)})"
     return None
 
@@ -295,10 +279,8 @@ def _functions(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[
 
 def place(given: Any) -> str | None:
     """The place of the first contact moves with it and the ground."""
-    if not given.over_ground:
-        return None
     changes = ground_changes(given)
-    for machine, t, y, drive, frictions in _moving(given, 10):
+    for machine, t, y, drive, frictions in _moving(given, 10 if given.over_ground else 0):
         name = machine.place or machine.cyclic
         rate = machine.rates(t, y, drive, frictions)[machine.states.index(name)]
         speed = _ground(machine, t, *next(_moving(given, 1))[2:]) if changes else machine.ground_speed()
@@ -317,8 +299,7 @@ def _ground(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[flo
 
 def ground_changes(given: Any) -> bool:
     """Whether the ground moves at a speed that changes in time, which `ground_speed` cannot tell."""
-    at = next(_moving(given, 1))[2:]
-    speeds = [_ground(machine, t, *at) for machine, t, *_ in _moving(given, 10)]
+    speeds = [_ground(machine, t, *next(_moving(given, 1))[2:]) for machine, t, *_ in _moving(given, 10)]
     return max(speeds) - min(speeds) > 1e3 * EPSILON * max(1.0, *map(abs, speeds))
 
 

@@ -138,6 +138,7 @@ QUANTITIES = {
         for i in (2, 3)
         for name, ending, symbol, meaning in (
             ("friction", "", "R_{}", "friction force at contact {} (crawlers, rows; so for all that belongs to it)"),
+            ("holding_force", "", "R_0{}", "force that would hold it at rest"),
             ("contact_velocity", "", "v_{}", "its sliding velocity"),
             ("contact_sliding", "_work", "W_slide{}", "work lost by sliding there"),
             ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),

@@ -239,7 +239,7 @@ class Machine(Part):
 
     def rates(self, t, y, drive, frictions) -> tuple:
         """y', given the drive and the friction force at each contact. With its holding force as friction the
-        acceleration of a contact is exactly zero, which is how one at rest is integrated.
+        acceleration of a contact is zero, to the rounding of its terms, which is how one at rest is integrated.
         """
         raise NotImplementedError
 
