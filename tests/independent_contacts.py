@@ -30,7 +30,6 @@ from scipy.optimize import brentq, minimize_scalar
 from jets import Jet
 from vibrocap.physics.drives.drive import Piecewise, segment_in_time, segment_table
 from vibrocap.physics.drives.ramp import Ramp
-from vibrocap.physics.machines.machine import Imposed
 
 ORDERS = 7  # of the series in which modes are told apart
 ROUNDING = 1e-9  # of what is zero in them, over the largest acceleration or force
@@ -224,7 +223,7 @@ class Mechanics:
 
     def velocities(self, t, y) -> list:
         """Of all contacts."""
-        if not isinstance(self.machine, Imposed):
+        if not self.machine.imposes_motion:
             return [y[place] for place in self.places]
         return [each.velocity for each in self.machine.contacts(t, tuple(y[: self.states]), 0.0)]
 

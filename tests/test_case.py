@@ -17,7 +17,6 @@ from vibrocap.case.case import Case, CaseError, case_from_dict, case_from_text, 
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.quantities.hints import call_hints
 from vibrocap.quantities.opening import opened_in_si
@@ -94,7 +93,7 @@ def test_text_reads_back_equal_to_the_last_bit(machine, law, drive):
         return cls(**{name: math.nextafter(1.03 * value + 0.001 / 3, 9) for name, value in numbers.items()})
 
     moving, driving = part(machines()[machine]), part(drives()[drive])
-    if isinstance(moving, Imposed) and not (driving.continuous and type(driving).slope is not Drive.slope):
+    if moving.imposes_motion and not (driving.continuous and type(driving).slope is not Drive.slope):
         with pytest.raises(ArgumentError, match=f"drive: the waveform {drive}"):
             vc.System(moving, part(laws()[law]), driving)
         return

@@ -7,6 +7,8 @@ from typing import ClassVar
 import pytest
 
 import vibrocap as vc
+from hand_machines import pendulum_capsule as by_hand
+from hand_machines.oscillator import Oscillator as BY_HAND
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.contracts.system_clauses import motion_of, moves, system_of
@@ -72,7 +74,8 @@ def forgets_a_belt(self, t, y, drive, frictions):
 
 
 def unsprung(self, t, y):
-    return self._with_bob(y, "bob")
+    capsule, bob = vc.PendulumCapsule.mechanism(self, t, y).bodies
+    return Mechanism((capsule, dataclasses.replace(bob, stiffness=0.0)))
 
 
 def heavier(self, t, y):
@@ -124,7 +127,7 @@ FAULTS = {
         "energy, powers: the",
     ),
     "momentum": (of(OSCILLATOR, momentum=lambda self, t, y: y[1]), "momentum, outer_force: the momentum grows by"),
-    "signs": (of(OSCILLATOR, symmetry=(-1, 1)), "symmetry: mirrored rates should be"),
+    "signs": (of(OSCILLATOR, symmetry=(-1, 1), symmetric=True), "symmetry: mirrored rates should be"),
     "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
     "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
     "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
@@ -181,13 +184,13 @@ FAULTS = {
         "contacts, vertical_momentum: the load is",
     ),
     "lifted one way": (
-        of(DYNAMIC, contacts=lifted, vertical_momentum=lambda self, t, y: None),
+        of(DYNAMIC, contacts=lifted, symmetric=True, vertical_momentum=lambda self, t, y: None),
         "contacts: loads should be the same in the mirrored state",
     ),
     "no mass": (of(CAPSULE, masses=lambda self: {"angle_rate": 1.0}), "masses: should have that of the body at the"),
     "unknown mass": (of(CAPSULE, masses=lambda self: {"speed": 1.0}), "masses: should be named by states, got speed"),
     "mass of an angle": (
-        of(CAPSULE, masses=lambda self: {"velocity": 2.5, "angle_rate": 1.0}),
+        of(by_hand.PendulumCapsule, masses=lambda self: {"velocity": 2.5, "angle_rate": 1.0}),
         "masses: on a slope the energy grows by",
     ),
     "load": (of(CAPSULE, loads=lambda self: (-1.0,)), "loads: should be positive, got (-1)"),
@@ -227,14 +230,14 @@ def anchored(self, t, y):
 
 def anchor_power(self, t, y, drive, frictions):
     stretch = y[0] - led(t)
-    return *OSCILLATOR.powers(self, t, y, drive, frictions), -self.stiffness * stretch * led_rate(t)
+    return *BY_HAND.powers(self, t, y, drive, frictions), -self.stiffness * stretch * led_rate(t)
 
 
 LED_ANCHOR = {
-    "outer_force": lambda self, t, y, drive: OSCILLATOR.outer_force(self, t, anchored(self, t, y), drive),
-    "energy": lambda self, t, y: OSCILLATOR.energy(self, t, anchored(self, t, y)),
+    "outer_force": lambda self, t, y, drive: BY_HAND.outer_force(self, t, anchored(self, t, y), drive),
+    "energy": lambda self, t, y: BY_HAND.energy(self, t, anchored(self, t, y)),
     "powers": anchor_power,
-    "channels": (*OSCILLATOR.channels, "anchor"),
+    "channels": (*BY_HAND.channels, "anchor"),
     "symmetric": False,
     "mechanism": lambda self, t, y: None,
 }
@@ -265,20 +268,18 @@ def summed_otherwise(self, t, y, drive, frictions):
 
 
 def pressed(self, t, y, drive):
-    (found,) = OSCILLATOR.contacts(self, t, y, drive)
+    (found,) = BY_HAND.contacts(self, t, y, drive)
     return (dataclasses.replace(found, reaction=(1.0, self.normal_load + 0.2 * drive, 0.0)),)
 
 
 RIGHT = {
-    "an energy that depends on time": of(OSCILLATOR, **LED_ANCHOR),
-    "a belt whose speed depends on time": of(OSCILLATOR, **LED_BELT),
-    "forces summed in another order": of(OSCILLATOR, rates=summed_otherwise),
+    "an energy that depends on time": of(BY_HAND, **LED_ANCHOR),
+    "a belt whose speed depends on time": of(BY_HAND, **LED_BELT),
+    "forces summed in another order": of(BY_HAND, rates=summed_otherwise),
     "a load given by the drive": of(
-        OSCILLATOR, contacts=pressed, follows_load=property(lambda self: True), symmetric=False
+        BY_HAND, contacts=pressed, follows_load=property(lambda self: True), symmetric=False
     ),
-    "large numbers and a slow belt": OSCILLATOR(
-        mass=1e3, stiffness=5e5, damping=4.5e6, belt_speed=-1e-8, normal_load=5e7
-    ),
+    "large numbers and a slow belt": BY_HAND(mass=1e3, stiffness=5e5, damping=4.5e6, belt_speed=-1e-8, normal_load=5e7),
 }
 
 
@@ -291,14 +292,14 @@ def test_a_part_that_is_right_is_not_called_wrong(what):
 @pytest.mark.parametrize(
     ("right", "changed", "said"),
     [
-        (LED_ANCHOR, {"powers": lambda *at: (*OSCILLATOR.powers(*at), 0.0)}, "energy, powers: the energy grows by"),
+        (LED_ANCHOR, {"powers": lambda *at: (*BY_HAND.powers(*at), 0.0)}, "energy, powers: the energy grows by"),
         (LED_BELT, {"contacts": lambda self, t, y, drive: (Contact(y[1] - led(t), drive),)}, "the rate of velocity"),
         (LED_BELT, {"powers": lambda self, t, y, drive, frictions: (drive * y[1], 0.0, 0.0)}, "energy, powers: the"),
         ({}, {"ground_speed": lambda self: 0.1}, "rates: position should move with the velocity of the first contact"),
     ],
 )
 def test_a_fault_of_a_part_that_knows_the_time_is_found(right, changed, said):
-    report = vc.check_part(of(OSCILLATOR, **(right | changed)), motion=False)
+    report = vc.check_part(of(BY_HAND, **(right | changed)), motion=False)
     assert any(said in each for each in report.wrong), str(report)
 
 

@@ -12,7 +12,6 @@ from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines, registered
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.machines.machine import Imposed
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -27,7 +26,7 @@ def empty_folder(tmp_path, monkeypatch):
 
 def fit_together(machine, drive):
     """Whether a machine with an imposed motion can take the drive; the others take all."""
-    return not issubclass(machine, Imposed) or (drive.slope is not Drive.slope and drive().continuous)
+    return not machine.imposes_motion or (drive.slope is not Drive.slope and drive().continuous)
 
 
 PAIRS = [(m, d) for m, d in itertools.product(machines(), drives()) if fit_together(machines()[m], drives()[d])]

@@ -20,7 +20,7 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.machines.machine import Contact, Imposed, Machine, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Contact, Machine, Positive, parameter, parameters
 from vibrocap.physics.parameters import ParameterError
 
 ROUNDING = 1e-13
@@ -280,7 +280,7 @@ def surrounded(machine, law):
 SYSTEMS = [
     surrounded(make(**given), law)
     for make, law in itertools.product(machines().values(), LAWS[::8])
-    if not issubclass(make, Imposed)  # see the contracts, `surrounded`
+    if not make.imposes_motion  # see the contracts, `surrounded`
     for given in ([{"normal_load": "weight"}, {"normal_load": "dynamic"}] if make is vc.PendulumCapsule else [{}])
 ]
 COUNT = len(LAWS[::8])
@@ -353,7 +353,7 @@ def test_a_contact_at_rest_is_held_exactly(system):
         if system.friction.kind != "set-valued":
             continue
         flow = system.flow(t, y, 0)
-        assert isinstance(system.machine, Imposed) or flow.rates[contact] == 0.0
+        assert system.machine.imposes_motion or flow.rates[contact] == 0.0
         assert flow.friction == flow.contacts[0].held
 
 
@@ -361,7 +361,7 @@ def test_a_contact_at_rest_is_held_exactly(system):
 def test_the_acceleration_comes_from_the_balance_of_momentum(system):
     """Without it the series would be long, and the motion slow."""
     recording = equations(system)
-    if len(system.machine.contact_states) > 1 or isinstance(system.machine, Imposed):
+    if len(system.machine.contact_states) > 1 or system.machine.imposes_motion:
         assert recording.balance is None  # the acceleration of the contact is one of several in it, or is imposed
         return
     assert recording.balance is not None

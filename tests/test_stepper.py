@@ -31,7 +31,6 @@ from vibrocap.numerics.run.motion import begun_memory, series_order
 from vibrocap.numerics.run.motion import kernel as motion_kernel
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import segment_table
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.names import numbered
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -240,7 +239,7 @@ def test_every_law_on_every_machine_takes_an_input(law, machine):
     How often a kinked law turns at rest, and which branch it is on there, is a matter of rounding.
     """
     body = machines()[machine]()
-    imposed = isinstance(body, Imposed)
+    imposed = body.imposes_motion
     drive = vc.Trapezoid(amplitude=0.6, frequency=1.3) if imposed else vc.Square(amplitude=1.2, frequency=1.3)
     system = vc.System(body, laws()[law](), drive)
     reference = vc.simulate(system, periods=3, tolerance=1e-9)

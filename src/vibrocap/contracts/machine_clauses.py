@@ -280,7 +280,7 @@ def _functions(machine: Any, t: float, y: tuple, drive: float, frictions: tuple[
 def place(given: Any) -> str | None:
     """The place of the first contact moves with it and the ground."""
     changes = ground_changes(given)
-    for machine, t, y, drive, frictions in _moving(given, 10):
+    for machine, t, y, drive, frictions in _moving(given, 10 if given.over_ground else 0):
         name = machine.place or machine.cyclic
         rate = machine.rates(t, y, drive, frictions)[machine.states.index(name)]
         speed = _ground(machine, t, *next(_moving(given, 1))[2:]) if changes else machine.ground_speed()

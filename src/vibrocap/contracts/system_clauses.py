@@ -22,7 +22,6 @@ from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System
 
 SAMPLES = 20
@@ -44,7 +43,7 @@ def system_of(part: Any) -> System:
             times = {"sample_time": time, "delay": None if part.delay is None else 0.3 * time}
             part = dataclasses.replace(part, **times)  # type: ignore[type-var]
         return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
-    if isinstance(part, Imposed):
+    if part.imposes_motion:
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
     return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))
 
@@ -90,15 +89,10 @@ def surrounded(machine: Any) -> str | None:
     first = machine.contact_states[0]
     if masses and first not in masses:
         return f"masses: should have that of the body at the first contact, under {first}, got {masses}"
-    environment = Environment(
-        inclination=0.2 if masses else 0.0,
-        linear_drag=0.3,
-        linear_drag_back=None if machine.ground_speed() else 0.7,
-        quadratic_drag=0.0 if machine.ground_speed() else 0.4,
-        quadratic_drag_back=None if machine.ground_speed() else 0.1,
-        force=0.1,
-        gravity=None if machine.gravity else 1.7,
-    )
+    drags = {"linear_drag": 0.3, "force": 0.1} if machine.over_ground else {}
+    if machine.over_ground and not machine.ground_speed():
+        drags |= {"linear_drag_back": 0.7, "quadratic_drag": 0.4, "quadratic_drag_back": 0.1}
+    environment = Environment(inclination=0.2 if masses else 0.0, gravity=None if machine.gravity else 1.7, **drags)
     system = dataclasses.replace(system_of(machine), environment=environment)
     formulas, values = equations(system), parameter_values(system)
     known, contact, placed = formulas.observables, machine.states.index(first), system.placed

@@ -10,7 +10,6 @@ from vibrocap.design.search.goal import measure_unit
 from vibrocap.measures.during_run import measured
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.physics.drives.drive import Drive, Piecewise, Wave, segment_table
-from vibrocap.physics.machines.machine import ImposedDisplacement
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Number, NumberInUnit
 from vibrocap.results import Result
@@ -131,7 +130,7 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     """The largest mean velocity at a stroke, or why it is not known."""
     name = "mean velocity"
     machine, law = system.machine, system.friction
-    if not isinstance(machine, ImposedDisplacement) or len(system.laws) > 1:
+    if not machine.imposes_motion or len(system.laws) > 1:
         return f"{name}: no stroke is imposed on one inner mass"
     if system.environment is not None:
         return f"{name}: something besides level ground acts on the machine"

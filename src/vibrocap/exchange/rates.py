@@ -14,7 +14,6 @@ from vibrocap.exchange.stepped_case import SteppedCase
 from vibrocap.motion.recording.equations import parameter_values
 from vibrocap.numerics.api import codes, exported_instant
 from vibrocap.physics.events import CONTACT
-from vibrocap.physics.machines.machine import Imposed
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Rates:
         machine, law = system.machine.name, system.friction.name
         stay = [recorded.graph.node("state", i).index for i in range(len(recorded.rates))]
         turn = [each.index for each in recorded.contacts[0].after_reversal]
-        jumps = recorded.corners is not None and isinstance(system.machine, Imposed)
+        jumps = recorded.corners is not None and system.machine.imposes_motion
         for refused, said in (
             (recorded.several, f"take one contact, the {machine} has several"),
             (not recorded.contacts[0].sticks, f"take set-valued laws of friction, {law} is none"),

@@ -96,6 +96,10 @@ class Environment(Part):
                 "environment.inclination",
                 f"should be 0 with the {machine.name}, which does not know its weight (masses), got {self.inclination}",
             )
+        for name in () if machine.over_ground else ("linear_drag", "quadratic_drag", "force"):
+            if given := getattr(self, name):
+                what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {given:g}"
+                raise ArgumentError(f"environment.{name}", what)
         if self.inclination != 0.0 and not self.has_weight(machine):
             raise ArgumentError(
                 "environment.gravity",
@@ -130,6 +134,13 @@ class Environment(Part):
         strength = machine.gravity[0] if self.gravity is None else self.gravity
         return machine.tilted(strength * cos(self.inclination), strength * sin(self.inclination))
 
+    def push_at_rest(self, machine: Any):
+        """Force on the body of the first contact along the line, besides friction, while it rests; weight included."""
+        push = self.force - self.linear_drag * machine.ground_speed()
+        if not self.has_weight(machine):
+            return push
+        return push - machine.masses()[machine.contact_states[0]] * machine.gravity[1]
+
     def drag(self, velocity, side):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
         linear = _towards(self.linear_drag, self.linear_drag_back, side)
@@ -150,7 +161,9 @@ class Environment(Part):
         push = total = self.force - drag
         at_rest = self.linear_drag * ground
         push_at_rest = self.force - at_rest
-        if self.has_weight(machine):
+        if self.has_weight(machine) and machine.weighs:
+            powers = (*powers, -machine.gravity[1] * machine.line_momentum(t, y))
+        elif self.has_weight(machine):
             along, masses = machine.gravity[1], dict(machine.masses())
             own = masses.pop(machine.contact_states[0])
             push, push_at_rest = push - own * along, push_at_rest - own * along

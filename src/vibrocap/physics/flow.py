@@ -6,7 +6,7 @@ from typing import Any
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.events import AMBIGUOUS, BOUNDS
-from vibrocap.physics.machines.machine import Contact, Imposed
+from vibrocap.physics.machines.machine import Contact
 from vibrocap.physics.names import laws_by_state
 
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
@@ -120,7 +120,7 @@ def flow_of(system: Any, t, y, side) -> Flow:
     frictions, further = tuple(each.tangential for each in acting), acting[1:]
     switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
-    against_all = isinstance(system.machine, Imposed) or bool(given[0].response)
+    against_all = system.machine.imposes_motion or bool(given[0].response)
     worked_against = frictions if against_all else tuple(each.friction for each in acting)
     rates = machine.rates(t, mechanical, drive, frictions)
     if contacts.coupled:

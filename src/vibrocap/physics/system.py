@@ -17,7 +17,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Imposed, Machine
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
@@ -125,7 +125,7 @@ class System:
             if law.internal and load == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
-        if isinstance(self.machine, Imposed):
+        if self.machine.imposes_motion:
             self._check_imposed()
             if self.actuator is not None:
                 what = f"imposes a motion on the {self.machine.name}, whatever force that takes"

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
 from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
@@ -331,13 +330,13 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
 def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
     """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
     inner, body = _inner_plane(motion), ("position", _body_velocity(motion))
-    title = "Actuator" if isinstance(motion.system.machine, Imposed) else _inner_name(motion)
+    title = "Actuator" if motion.system.machine.imposes_motion else _inner_name(motion)
     return [(title, *inner)] + ([(_body_name(motion), *body)] if body != inner else [])
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:
     """(inner motion, its rate); of an imposed one (the motion, the force or torque that it takes)."""
-    if isinstance(motion.system.machine, Imposed):
+    if motion.system.machine.imposes_motion:
         taken = [name for name in motion.observable_names if name.startswith("actuator_") and name != "actuator_power"]
         return "drive", (*taken, "contact_velocity")[0]
     inner, rate = motion.state_names[2:4] if _held_row(motion) else motion.state_names[:2]
@@ -353,7 +352,7 @@ def _held_row(motion: Trajectory) -> bool:
 def _body_velocity(motion: Trajectory) -> str:
     """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
     machine = motion.system.machine
-    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_states[0]
+    return "contact_velocity" if machine.imposes_motion else machine.contact_states[0]
 
 
 def _body_name(motion: Trajectory) -> str:
@@ -370,7 +369,7 @@ def _inner_name(motion: Trajectory) -> str:
         return "Body 2"
     if len(machine.contact_states) > 1:
         return "Gap 1"
-    if isinstance(machine, Imposed):
+    if machine.imposes_motion:
         return "Imposed motion"
     if machine.cyclic is None:
         return "Block, across the belt" if motion.state_names[0] != "position" else "Block"

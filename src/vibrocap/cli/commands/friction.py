@@ -292,8 +292,7 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
         notes.append("The load follows the motion; these are the limits at its mean.")
     if (environment := system.environment) is None:
         return notes
-    states, still = ((0.0,) * len(names) for names in (system.machine.states, system.machine.contact_states))
-    (_, at_rest), *_ = environment.outside(system.placed, 0.0, states, still, still).pushes
+    at_rest = environment.push_at_rest(system.placed)
     push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
     if push:
         words = (

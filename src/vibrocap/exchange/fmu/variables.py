@@ -5,7 +5,6 @@ from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.physics.dimensions.units import one_way, over_seconds, parameter_keys, shortest
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.parameters import parameter_table
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
@@ -114,7 +113,7 @@ def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
     A machine whose motion the drive imposes feels nothing of a held input but its slope and curvature: three inputs.
     """
     held = variability == "discrete"
-    imposed = held and isinstance(stepped.system.machine, Imposed)
+    imposed = held and stepped.system.machine.imposes_motion
     meanings = ["what drives the machine, from when it is set on" if held else "what drives the machine"]
     meanings += ["slope of the drive from then on", "its curvature"] if imposed else []
     given = {"causality": "input", "variability": variability, "starts": True}

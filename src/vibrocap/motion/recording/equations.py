@@ -166,7 +166,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         inertia, own, *slopes = reaction
         made = sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))
         observables["reaction"] = (own + made) / inertia
-    from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
+    from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside or others:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:

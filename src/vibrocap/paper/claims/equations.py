@@ -89,7 +89,7 @@ def scaling(runs: Runs, tolerance: float) -> Finding:
         drive = torque * math.cos(wave)
         load = [drive + m * g * length * s - k * angle - c * turn, -m * length * s * turn**2 - force]
         si = np.linalg.solve(mass, load) / [rate**2, length * rate**2]
-        ours = machine.accelerations(0.0, (angle, turn / rate, 0.0, 0.0), drive / unit, force / (m * g))
+        ours = machine.rates(0.0, (angle, turn / rate, 0.0, 0.0), drive / unit, (force / (m * g),))[1::2]
         worst = max(worst, float(np.max(np.abs(si - ours))))
     why = (
         "With lambda, rho, nu, h, omega and N as defined, both sets say the same; the printed length g/omega_n^2 is l."
@@ -154,7 +154,7 @@ def load_is_the_weight(runs: Runs, tolerance: float) -> Finding:
     drive = np.array([period.motion.system.drive.value(float(t)) for t in period.time])
     pendulum, _ = np.array(
         [
-            machine.accelerations(0.0, row[:4], d, f)
+            machine.rates(0.0, tuple(row[:4]), d, (f,))[1::2]
             for *row, d, f in zip(angle, turn, period["position"], period["velocity"], drive, friction, strict=True)
         ]
     ).T

@@ -8,7 +8,6 @@ from vibrocap.physics.closed_loop.inverse_dynamics import affine_rates
 from vibrocap.physics.controllers.controller import CURVATURE, SIDE
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, state_units
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.names import laws_of
 
 SAMPLE = 0.3  # every state, where it is tried what a command does
@@ -21,7 +20,7 @@ def check_controller(parts: Mapping[str, Any], placed: Any) -> None:
     placed: its machine as the controller moves it
     """
     machine, controller, drive = parts["machine"], parts["controller"], parts["drive"]
-    if isinstance(machine, Imposed):
+    if machine.imposes_motion:
         what = f"imposes a motion on the {machine.name}, whatever force that takes"
         raise ArgumentError("controller", f"should be left out: the drive {what}")
     bends = CURVATURE in controller.measures(placed.machine)

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Body, Contact, Link, Mechanism, NonNegative, Number, Positive, Shape
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 from vibrocap.physics.names import numbered
 
 WALL = 2.0  # height from which the wall springs hang in pictures
@@ -44,9 +45,6 @@ class BlockRow(Row):
     called: ClassVar = ("block", "row")
     source: ClassVar[str] = "burridge1967; galvanetto1994; pascal2008"
     summary: ClassVar = "blocks in a row on a belt, on springs to a wall and to each other."
-    cyclic: ClassVar = None
-    place: ClassVar = "position"
-    channels: ClassVar = ("drive", "damper", "belt")
     belt_speed: Any
     row_parameters: ClassVar = (
         Numbered("mass", "body", Positive, Positive, 1.0, "m", "mass of block {}", "mass"),
@@ -67,19 +65,23 @@ class BlockRow(Row):
 
     @classmethod
     def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
-        """The states, block by block."""
-        each = [(numbered("position", i), numbered("sliding_velocity", i)) for i in range(1, bodies + 1)]
-        return {
-            "states": tuple(itertools.chain.from_iterable(each)),
-            "contact_states": tuple(velocity for _, velocity in each),
-            "symmetry": (-1,) * (2 * bodies),
-            "_loads": some_block_rubs,
-        }
+        """The coordinates, block by block."""
+        position = coordinate("x", "place of each block", "m", rate="sliding_velocity", count=bodies)
+        return {"position": position, "_loads": some_block_rubs}
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest."""
-        return self.belt_speed == 0.0
+    def parts(self, q):
+        """Blocks on the belt, on springs and dampers to the wall and to each other."""
+        belt = Support("belt", x=self.belt_speed * q.time)
+        found, blocks, gaps = [belt], [], [b - a for a, b in itertools.pairwise(q.position)]
+        own = (self._all(name, self.bodies) for name in ("mass", "stiffness", "damping", "actuation", "normal_load"))
+        for i, (x, mass, stiffness, damping, share, load) in enumerate(zip(q.position, *own, strict=True), start=1):
+            blocks.append(Mass(f"body {i}", mass, x=x))
+            found += [blocks[-1], Spring(stiffness, x), Damper(damping, x), Drive(x, share)]
+            found += [Contact(blocks[-1], on=belt, load=load)]
+        between = (self._all(name, len(gaps)) for name in ("coupling_stiffness", "coupling_damping"))
+        for gap, stiffness, damping in zip(gaps, *between, strict=True):
+            found += [Spring(stiffness, gap), Damper(damping, gap)]
+        return found
 
     def _whole(self, name: str):
         """The sum of a parameter over all blocks."""
@@ -94,91 +96,6 @@ class BlockRow(Row):
     def effort_scale(self):
         """The sum of all loads."""
         return self._whole("normal_load")
-
-    def ground_speed(self):
-        """v_b."""
-        return self.belt_speed
-
-    def masses(self):
-        """m_1, m_2, ..."""
-        return dict(zip(self.contact_states, self._all("mass", self.bodies), strict=True))
-
-    def _velocities(self, y) -> tuple:
-        """x_1', x_2', ..., over the ground."""
-        return tuple(v + self.belt_speed for v in y[1::2])
-
-    def _gaps(self, y) -> tuple:
-        """(how far each gap has opened, how fast)."""
-        each = zip(y[::2], y[1::2], strict=True)
-        return tuple((after - x, faster - v) for (x, v), (after, faster) in itertools.pairwise(each))
-
-    def _from_outside(self, y, drive) -> list:
-        """Of drive, wall spring and wall damper, on each block."""
-        own = (self._all(name, self.bodies) for name in ("actuation", "stiffness", "damping"))
-        each = zip(*own, y[::2], self._velocities(y), strict=True)
-        return [a * drive - k * x - c * velocity for a, k, c, x, velocity in each]
-
-    def _pushes(self, y, drive) -> list:
-        """All forces on each block but friction, and the weight along a slope of all but the first."""
-        found, last = self._from_outside(y, drive), self.bodies - 1
-        own = (self._all(name, last) for name in ("coupling_stiffness", "coupling_damping"))
-        for i, ((way, rate), k, c) in enumerate(zip(self._gaps(y), *own, strict=True)):
-            pull = k * way + c * rate
-            found[i], found[i + 1] = found[i] + pull, found[i + 1] - pull
-        if not self.level:
-            for i, mass in enumerate(self._all("mass", self.bodies)[1:], start=1):
-                found[i] = found[i] - mass * self.gravity[1]
-        return found
-
-    def outer_force(self, t, y, drive):
-        """The sum of a_i drive - k_i x_i - c_i x_i'."""
-        found = 0.0
-        for force in self._from_outside(y, drive):
-            found = found + force
-        return found
-
-    def contacts(self, t, y, drive):
-        """v_i, and R_i that keeps v_i' = 0."""
-        return tuple(map(Contact, y[1::2], self._pushes(y, drive)))
-
-    def rates(self, t, y, drive, frictions):
-        """y' = (x_1', v_1', x_2', v_2', ...)."""
-        each = zip(self._pushes(y, drive), frictions, self._all("mass", self.bodies), strict=True)
-        accelerations = [(push - friction) / mass for push, friction, mass in each]
-        return tuple(itertools.chain.from_iterable(zip(self._velocities(y), accelerations, strict=True)))
-
-    def energy(self, t, y):
-        """H = sum of m_i x_i'^2/2, k_i x_i^2/2 and kappa_i (x_(i+1) - x_i)^2/2."""
-        found, own = 0.0, (self._all(name, self.bodies) for name in ("mass", "stiffness"))
-        for mass, stiffness, x, velocity in zip(*own, y[::2], self._velocities(y), strict=True):
-            found = found + (0.5 * mass * velocity * velocity + 0.5 * stiffness * x * x)
-        for stiffness, (way, _) in zip(self._all("coupling_stiffness", self.bodies - 1), self._gaps(y), strict=True):
-            found = found + 0.5 * stiffness * way * way
-        return found
-
-    def powers(self, t, y, drive, frictions):
-        """Power of the drive, sum of a_i drive x_i', of all dampers, and of the belt, -v_b times all friction."""
-        driven = damped = belt = 0.0
-        own = (self._all(name, self.bodies) for name in ("actuation", "damping"))
-        for actuation, damping, velocity in zip(*own, self._velocities(y), strict=True):
-            driven, damped = driven + actuation * (drive * velocity), damped - damping * velocity * velocity
-        for damping, (_, rate) in zip(self._all("coupling_damping", self.bodies - 1), self._gaps(y), strict=True):
-            damped = damped - damping * rate * rate
-        for friction in frictions:
-            belt = belt - self.belt_speed * friction
-        return driven, damped, belt
-
-    def mechanism(self, t, y) -> Mechanism | None:
-        """Blocks on their wall springs, with a link in every gap."""
-        names = ("mass", "stiffness", "damping", "actuation")
-        own = zip(y[::2], self._velocities(y), *(self._all(name, self.bodies) for name in names), strict=True)
-        bodies = (
-            Body(f"body {i + 1}", mass, "slide", place, rate, "", stiffness, damping, actuation, i)
-            for i, (place, rate, mass, stiffness, damping, actuation) in enumerate(own)
-        )
-        gaps = zip(*(self._all(f"coupling_{name}", self.bodies - 1) for name in ("stiffness", "damping")), strict=True)
-        links = (Link(f"body {i}", f"body {i + 1}", *each) for i, each in enumerate(gaps, start=1))
-        return Mechanism(tuple(bodies), tuple(links))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """Blocks in a row, with the springs between them, under wall springs that hang from where each is at rest."""

@@ -6,17 +6,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
-from vibrocap.physics.machines.machine import (
-    Body,
-    Contact,
-    Machine,
-    Mechanism,
-    Scales,
-    cos,
-    parameter,
-    parameters,
-    sin,
-)
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import Scales, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
 
 LOADS = ("weight", "dynamic")
 
@@ -70,7 +63,7 @@ class PendulumScales(Scales):
         return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 
-class CapsuleWithBob(Machine):
+class CapsuleWithBob(Described):
     """What swings or turns about a pivot on a capsule: a bob at the distance 1, under a torque P (Liu et al. 2019).
 
     With B = lambda + 1 - cos^2(theta), theta from upright,
@@ -81,104 +74,17 @@ class CapsuleWithBob(Machine):
 
     mass_ratio: Any
     damping: Any
+    normal_load: Any
 
-    states: ClassVar = ("angle", "angle_rate", "position", "velocity")
-    cyclic: ClassVar = "position"
-    contact_states: ClassVar = ("velocity",)
-    symmetry: ClassVar = (-1, -1, -1, -1)
-    channels: ClassVar = ("drive", "damper")
+    angle = coordinate("theta", "angle of what turns from upright", "rad")
+    position = coordinate("X", "place of the capsule", "m")
+    bob: ClassVar[str] = "bob"
     effort: ClassVar = "torque"
     si_scales: ClassVar = PendulumScales
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
-    gravity: ClassVar = (1.0, 0.0)
 
-    @property
-    def follows_load(self) -> bool:
-        """Whether normal_load is "dynamic"."""
-        return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
-
-    def loads(self):
-        """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
-        word = isinstance(self.normal_load, str)
-        return (self._towards_ground(self.mass_ratio + 1.0) if word else self.normal_load,)
-
-    def masses(self):
-        """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
-        return {"velocity": self.mass_ratio + 1.0}
-
-    def _towards_ground(self, mass):
-        """Weight of a mass, normal to the line: g_n times it."""
-        return mass if self.level else self.gravity[0] * mass
-
-    def _inertia(self, y):
-        """B."""
-        return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
-
-    def _reaction(self, y, drive):
-        """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
-        inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
-        own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
-        return inertia, own - self.mass_ratio * (cosine * (y[1] * y[1])), sine * cosine
-
-    def vertical_momentum(self, t, y):
-        """(cos(theta))' = -sin(theta) theta', of the bob."""
-        return -(sin(y[0]) * y[1])
-
-    def _torque(self, y, drive):
-        """P, all torques on the pendulum but the capsule's inertia."""
-        weight = self._towards_ground(sin(y[0]))
-        if not self.level:
-            weight = weight + self.gravity[1] * cos(y[0])
-        return self._less_spring(drive + weight, y) - self.damping * y[1]
-
-    def _less_spring(self, torque, y):
-        """A torque, less that of the spring at the pivot where there is one."""
-        return torque
-
-    def _held(self, y, drive):
-        """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
-        return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
-
-    def contacts(self, t, y, drive):
-        """X', what holds the capsule, and the load that the bob makes."""
-        return (Contact(y[3], self._held(y, drive), reaction=self._reaction(y, drive)),)
-
-    def accelerations(self, t, y, drive, force):
-        """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
-
-        y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
-        """
-        capsule = (self._held(y, drive) - force) / self._inertia(y)
-        return self._torque(y, drive) + cos(y[0]) * capsule, capsule
-
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y' = (theta', theta'', X', X'')."""
-        pendulum, capsule = self.accelerations(t, y, drive, frictions[0])
-        return y[1], pendulum, y[3], capsule
-
-    def energy(self, t, y):
-        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + g_n cos(theta) - g_t sin(theta).
-
-        With the energy of the spring, where there is one. The weight along a slope does work on the capsule besides, as
-        nothing depends on X.
-        """
-        kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
-        total = self._with_spring(kinetic, y) + self._towards_ground(cos(y[0]))
-        return total if self.level else total - self.gravity[1] * sin(y[0])
-
-    def _with_spring(self, energy, y):
-        """An energy, with that of the spring at the pivot where there is one."""
-        return energy
-
-    def momentum(self, t, y):
-        """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
-        return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
-
-    def _with_bob(self, y, bob, stiffness=0.0) -> Mechanism:
-        """Capsule and bob, which stands under this name in the scene."""
-        turning = Body(bob, 1.0, "hinge", y[0], y[1], "capsule", stiffness, self.damping, actuation=1.0)
-        return Mechanism((Body("capsule", self.mass_ratio, place=y[2], rate=y[3], contact=0), turning))
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
-        return drive * y[1], -self.damping * y[1] * y[1]
+    def parts(self, q):
+        """Capsule and bob, with the damper and the drive at the pivot."""
+        capsule = Mass("capsule", self.mass_ratio, x=q.position)
+        bob = Mass(self.bob, 1.0, on=capsule, x=-sin(q.angle), z=cos(q.angle))
+        return [capsule, bob, Damper(self.damping, q.angle), Drive(q.angle), Contact(capsule, load=self.normal_load)]

@@ -7,7 +7,8 @@ from pydantic import BeforeValidator
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
-from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import Scales, parameter, parameters
 
 WEIGHT = "weight"
 ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
@@ -47,7 +48,7 @@ class InnerMassScales(Scales):
         return self.inner_mass_kg, self.length_unit_m, time
 
 
-class WithInnerMass(Machine):
+class WithInnerMass(Described):
     """A body of mass lambda in which a mass 1 moves to and fro, on one contact under a constant load or its weight."""
 
     mass_ratio: Any
@@ -62,10 +63,3 @@ class WithInnerMass(Machine):
         if self.normal_load == WEIGHT and not abs(counted - gravity) <= ROUNDING * gravity:
             what = "which counts forces in m g; leave out time_unit_s, or give the load in N, normal_load_N"
             raise ArgumentError("machine.normal_load", f'should be "weight" with a unit of time sqrt(l/g), {what}')
-
-    def loads(self):
-        """N, or the weight (lambda + 1) g_n."""
-        if not isinstance(self.normal_load, str):
-            return (self.normal_load,)
-        weight = self.mass_ratio + 1.0
-        return (weight if self.gravity is None else weight * self.gravity[0],)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape, block
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.elementary import cos, sin, sqrt
+from vibrocap.physics.mechanics.stops import IMPACT, rebounds
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
 
@@ -17,8 +18,6 @@ __all__ = [
     "IMPACT",
     "Body",
     "Contact",
-    "Imposed",
-    "ImposedDisplacement",
     "Link",
     "Machine",
     "Mechanism",
@@ -36,14 +35,7 @@ __all__ = [
     "sqrt",
 ]
 
-IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
-SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
-
-
-def rebounds(speed):
-    """1 where a mass leaves a stop at this speed, 0 where it is too slow and stays (see `RigidStopCapsule`)."""
-    fast = speed - SLOWEST_REBOUND
-    return 0.5 + 0.5 * fast / sqrt(fast * fast)
+IMPOSED = ("displacement", "number")  # efforts that are motions
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,7 +111,11 @@ class Machine(Part):
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
     the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
     gravity: its parts normal to the line and along it, against forward, as `tilted` gives them; of the class that on
-    level ground, None where the units of the machine say nothing of it.
+    level ground, None where the units of the machine say nothing of it. weighs: whether its equations hold all of its
+    weight along a slope; else `masses` says how the environment adds it.
+    over_ground: whether all contacts are of bodies with the ground, which stands or moves at `ground_speed`.
+    imposes_motion: whether the drive is a motion, by its effort. `driven_by` tells the machine of slope and curvature;
+    contact velocities then depend on the time, and jump where the slope does.
     """
 
     name: ClassVar[str]
@@ -141,11 +137,15 @@ class Machine(Part):
     si_load: ClassVar[str] = ""
     state_units: ClassVar[Mapping[str, str]] = {}
     gravity: ClassVar[Any] = None
-    normal_load: Any  # of the first contact: a number, or a word that the machine knows
+    weighs: ClassVar[bool] = False
+    over_ground: ClassVar[bool] = True
+    imposes_motion: ClassVar[bool] = False
+    imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
 
     def __init_subclass__(cls, **given: Any):
         """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
         super().__init_subclass__(**given)
+        cls.imposes_motion = cls.effort in IMPOSED
         own = {name: value for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
         said = ((wanted, [name for name in names if name in own]) for wanted, names in BEFORE.items())
         found = [f"{', '.join(names)}: {wanted}" for wanted, names in said if names]
@@ -169,8 +169,12 @@ class Machine(Part):
         return 1.0
 
     def driven_by(self, drive) -> "Machine":
-        """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
-        return self
+        """The machine under a drive, whose value each function is given; of a motion it knows slope and curvature."""
+        if not self.imposes_motion:
+            return self
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {"imposed": drive})
+        return copy
 
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
@@ -271,6 +275,10 @@ class Machine(Part):
         """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less all friction."""
         raise NotImplementedError
 
+    def line_momentum(self, t, y):
+        """Momentum of all masses along the line: `momentum`, unless contacts are not all with the ground."""
+        return self.momentum(t, y)
+
     def outer_force(self, t, y, drive):
         """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
         return 0.0
@@ -295,65 +303,3 @@ class Machine(Part):
         """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
         place = self.place or self.cyclic
         return block(0.0 if place is None else y[self.states.index(place)], self.name)
-
-
-class Imposed(Machine):
-    """A machine in which the drive is a motion, of which its functions need the slope and the curvature too.
-
-    Their contact velocity depends on the time, and jumps where the slope of the drive does.
-    """
-
-    imposed: ClassVar[Any] = None  # the drive, of a machine that `driven_by` gave
-
-    def driven_by(self, drive) -> Any:
-        """The same machine, which knows the drive."""
-        copy = object.__new__(type(self))
-        vars(copy).update(vars(self) | {"imposed": drive})
-        return copy
-
-
-class ImposedDisplacement(Imposed):
-    """A body with an inner mass whose displacement z along the line is imposed; the ground acts on nothing else.
-
-    The state is the position and p, the velocity of the common centre of mass, which continues where z' jumps:
-
-        X' = p - mu z',     (lambda + 1) p' = -R,     mu = 1/(lambda + 1)
-
-    in units of the inner mass. At rest the contact holds R = -z''.
-    """
-
-    mass_ratio: Any
-    states: ClassVar = ("position", "centre_velocity")
-    cyclic: ClassVar = "position"
-    contact_states: ClassVar = ("centre_velocity",)
-    symmetry: ClassVar = (-1, -1)
-    channels: ClassVar = ("drive", "damper")
-    state_units: ClassVar = {"centre_velocity": "m/s"}
-
-    def displacement(self, t) -> tuple:
-        """(z', z''); that of the drive itself."""
-        return self.imposed.slope(t), self.imposed.curvature(t)
-
-    def _velocity(self, t, y):
-        """X' = p - mu z'."""
-        return y[1] - self.displacement(t)[0] / (self.mass_ratio + 1.0)
-
-    def contacts(self, t, y, drive):
-        """X', and R = -z'' that keeps X'' = 0."""
-        return (Contact(self._velocity(t, y), holding_force=-self.displacement(t)[1]),)
-
-    def rates(self, t, y, drive, frictions):
-        """y' = (X', p')."""
-        return self._velocity(t, y), -frictions[0] / (self.mass_ratio + 1.0)
-
-    def energy(self, t, y):
-        """H = (lambda + 1) p^2/2, of the common centre."""
-        return 0.5 * (self.mass_ratio + 1.0) * y[1] * y[1]
-
-    def momentum(self, t, y):
-        """(lambda + 1) p; its rate is -R."""
-        return (self.mass_ratio + 1.0) * y[1]
-
-    def powers(self, t, y, drive, frictions):
-        """What of the power of the drive moves the common centre, -mu z' R; a damper is the drive's affair."""
-        return -(self.displacement(t)[0] * frictions[0]) / (self.mass_ratio + 1.0), 0.0

@@ -4,20 +4,13 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import (
-    Contact,
-    Machine,
-    NonNegative,
-    Number,
-    Positive,
-    SIScales,
-    parameter,
-    parameters,
-)
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
 
 @parameters
-class ModeCouplingBlock(Machine):
+class ModeCouplingBlock(Described):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
     The smallest model in which friction makes vibrations though its coefficient is constant (Hoffmann, Fischer,
@@ -47,24 +40,20 @@ class ModeCouplingBlock(Machine):
 
     name: ClassVar[str] = "mode-coupling-block"
     source: ClassVar[str] = "hoffmann2002"
-    states: ClassVar = ("approach", "approach_rate", "position", "sliding_velocity")
-    cyclic: ClassVar = None
-    place: ClassVar = "position"
-    contact_states: ClassVar = ("sliding_velocity",)
-    symmetry: ClassVar = (-1, -1, -1, -1)
-    channels: ClassVar = ("drive", "damper", "belt")
+    approach = coordinate("y", "place of the block towards the belt", "m")
+    position = coordinate("x", "place of the block along the belt", "m", rate="sliding_velocity")
+    gravity: ClassVar = None
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest, and with a load that does not follow the motion."""
-        return self.belt_speed == 0.0 and self.contact_stiffness == 0.0
-
-    @property
-    def follows_load(self) -> bool:
-        """Always."""
-        return True
+    def parts(self, q):
+        """The block on its springs, pressed on the belt."""
+        belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position, z=-q.approach)
+        springs = Spring(self.sliding_stiffness, q.position), Spring(self.normal_stiffness, q.approach)
+        coupling = Potential(self.coupling_stiffness * (q.position * q.approach))
+        dampers = Damper(self.damping, q.position), Damper(self.damping, q.approach)
+        pressed = Contact(block, on=belt, load=self.normal_load + self.contact_stiffness * q.approach)
+        return [belt, block, *springs, coupling, *dampers, Drive(q.position), pressed]
 
     def scales(self, time=1.0):
         """Amplitude and speed that a force of the size of the load makes, as of an `Oscillator`."""
@@ -75,43 +64,3 @@ class ModeCouplingBlock(Machine):
     def effort_scale(self):
         """N."""
         return self.normal_load
-
-    def ground_speed(self):
-        """v_b."""
-        return self.belt_speed
-
-    def contacts(self, t, y, drive):
-        """v = x' - v_b, R that keeps v' = 0, and N = N_0 + k3 y, whatever the friction."""
-        load = self.normal_load + self.contact_stiffness * y[0]
-        return (Contact(y[3], self.outer_force(t, y, drive), reaction=(1.0, load, 0.0)),)
-
-    def outer_force(self, t, y, drive):
-        """drive - k11 x - k12 y - c x', with x' = v + v_b."""
-        springs = self.sliding_stiffness * y[2] + self.coupling_stiffness * y[0]
-        return drive - springs - self.damping * (y[3] + self.belt_speed)
-
-    def rates(self, t, y, drive, frictions):
-        """y' = (y', y'', x', v')."""
-        pull = self.coupling_stiffness * y[2] + self.normal_stiffness * y[0] + self.damping * y[1]
-        sliding = (self.outer_force(t, y, drive) - frictions[0]) / self.mass
-        return y[1], -pull / self.mass, y[3] + self.belt_speed, sliding
-
-    def energy(self, t, y):
-        """H = m (x'^2 + y'^2)/2 + (k11 x^2 + 2 k12 x y + k22 y^2)/2."""
-        velocity = y[3] + self.belt_speed
-        springs = self.sliding_stiffness * y[2] * y[2] + self.normal_stiffness * y[0] * y[0]
-        kinetic = 0.5 * self.mass * (velocity * velocity + y[1] * y[1])
-        return kinetic + 0.5 * springs + self.coupling_stiffness * y[2] * y[0]
-
-    def momentum(self, t, y):
-        """p = m x'; p' = drive - k11 x - k12 y - c x' - R."""
-        return self.mass * (y[3] + self.belt_speed)
-
-    def powers(self, t, y, drive, frictions):
-        """Power of the drive, drive x', of both dampers, and of the belt, -R v_b; with -R v they are H'."""
-        velocity = y[3] + self.belt_speed
-        return (
-            drive * velocity,
-            -self.damping * (velocity * velocity + y[1] * y[1]),
-            -self.belt_speed * frictions[0],
-        )

@@ -4,23 +4,13 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import (
-    Body,
-    Contact,
-    Machine,
-    Mechanism,
-    NonNegative,
-    Number,
-    Positive,
-    Shape,
-    SIScales,
-    parameter,
-    parameters,
-)
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape, SIScales, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 
 
 @parameters
-class Oscillator(Machine):
+class Oscillator(Described):
     """Block of mass m on a spring k and a damper c, on a belt of the speed v_b, moved by the force of the drive.
 
     The oldest machine of dry friction (Den Hartog 1931), and with a running belt the standard test of stick-slip. The
@@ -46,12 +36,7 @@ class Oscillator(Machine):
 
     name: ClassVar[str] = "oscillator"
     source: ClassVar[str] = "denhartog1931"
-    states: ClassVar = ("position", "sliding_velocity")
-    cyclic: ClassVar = None
-    place: ClassVar = "position"
-    contact_states: ClassVar = ("sliding_velocity",)
-    symmetry: ClassVar = (-1, -1)
-    channels: ClassVar = ("drive", "damper", "belt")
+    position = coordinate("x", "place of the block", "m", rate="sliding_velocity")
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
@@ -63,10 +48,11 @@ class Oscillator(Machine):
         """
         return cls(belt_speed=-speed, **given)
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest."""
-        return self.belt_speed == 0.0
+    def parts(self, q):
+        """The block on its spring and damper, and the belt under it."""
+        belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position)
+        wall = Spring(self.stiffness, q.position), Damper(self.damping, q.position)
+        return [belt, block, *wall, Drive(q.position), Contact(block, on=belt, load=self.normal_load)]
 
     def scales(self, time=1.0) -> tuple:
         """Amplitude and speed that a force of the size of the load makes: N/|k + m omega^2| and omega times as much.
@@ -81,49 +67,6 @@ class Oscillator(Machine):
     def effort_scale(self):
         """N."""
         return self.normal_load
-
-    def ground_speed(self):
-        """v_b."""
-        return self.belt_speed
-
-    def masses(self):
-        """m."""
-        return {"sliding_velocity": self.mass}
-
-    def outer_force(self, t, y, drive):
-        """drive - k x - c x', with x' = v + v_b."""
-        return drive - self.stiffness * y[0] - self.damping * (y[1] + self.belt_speed)
-
-    def _held(self, t, y, drive):
-        """R that keeps v' = 0: all other forces."""
-        return self.outer_force(t, y, drive)
-
-    def contacts(self, t, y, drive):
-        """v, and what holds the block."""
-        return (Contact(y[1], self._held(t, y, drive)),)
-
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y' = (x', v')."""
-        return y[1] + self.belt_speed, (self._held(t, y, drive) - frictions[0]) / self.mass
-
-    def energy(self, t, y):
-        """H = m x'^2/2 + k x^2/2."""
-        velocity = y[1] + self.belt_speed
-        return 0.5 * self.mass * velocity * velocity + 0.5 * self.stiffness * y[0] * y[0]
-
-    def momentum(self, t, y):
-        """p = m x'; p' = drive - k x - c x' - R."""
-        return self.mass * (y[1] + self.belt_speed)
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
-        velocity = y[1] + self.belt_speed
-        return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * frictions[0]
-
-    def mechanism(self, t, y) -> Mechanism | None:
-        """The block on its spring."""
-        joint = {"place": y[0], "rate": y[1] + self.belt_speed, "actuation": 1.0, "contact": 0}
-        return Mechanism((Body("block", self.mass, stiffness=self.stiffness, damping=self.damping, **joint),))
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load
-from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.mechanics.parts import Spring
 
 
 @parameters
@@ -42,17 +43,9 @@ class PendulumCapsule(CapsuleWithBob):
         "default, because the one without units, 1, is the weight of the pendulum alone"
     )
 
-    def _less_spring(self, torque, y):
-        """Less rho theta."""
-        return torque - self.stiffness * y[0]
-
-    def _with_spring(self, energy, y):
-        """With rho theta^2/2."""
-        return energy + 0.5 * self.stiffness * y[0] * y[0]
-
-    def mechanism(self, t, y) -> Mechanism | None:
-        """The bob on its hinge, with the spring, on the capsule."""
-        return self._with_bob(y, "bob", self.stiffness)
+    def parts(self, q):
+        """With the spring at the pivot."""
+        return [*super().parts(q), Spring(self.stiffness, q.angle)]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""

@@ -5,19 +5,11 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.machines.machine import (
-    IMPACT,
-    Machine,
-    Positive,
-    Shape,
-    cos,
-    parameter,
-    parameters,
-    rebounds,
-    sin,
-)
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.machines.machine import Positive, Shape, parameter, parameters
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.physics.machines.stops import EndOrRestitution
+from vibrocap.physics.mechanics.parts import Stop
 
 # What is drawn, in lengths of the pendulum: the pivot on top of the capsule and a corner beside it; a stop from here to
 # there on a line through the pivot, which the bob touches when its middle is that angle before it.
@@ -47,14 +39,6 @@ class PendulumCapsuleWithStops(PendulumCapsule):
 
     source: ClassVar[str] = "liu2019; brogliato2016"
     name: ClassVar[str] = "pendulum-capsule-with-stops"
-    mechanism = Machine.mechanism  # stops have no part there
-    states: ClassVar = (*PendulumCapsule.states, "touching")
-    symmetry: ClassVar = (-1, -1, -1, -1, -1)
-    switched: ClassVar = ("touching",)
-    switch_events: ClassVar = ("impact", "stop_opened", "impact")
-    locked: ClassVar = {"touching": ("angle", "angle_rate")}
-    bound_kinds: ClassVar = ("stop_reached", "stop_reached")
-    channels: ClassVar = ("drive", "damper", IMPACT)
 
     @model_validator(mode="after")
     def _constant_load(self):
@@ -65,75 +49,10 @@ class PendulumCapsuleWithStops(PendulumCapsule):
             )
         return self
 
-    def room(self):
-        """Between the stops."""
-        return {"angle": (-self.limit_angle, self.limit_angle)}
-
-    def _free(self, y):
-        """1; 0 at a stop."""
-        return 1.0 - y[4] * y[4]
-
-    def _at_stop(self, y):
-        """The state of a pendulum at rest at the stop that it touches, exactly, with the same momentum."""
-        angle = y[4] * self.limit_angle
-        return angle, 0.0, y[2], y[3] - cos(y[0]) * y[1] / (self.mass_ratio + 1.0), y[4]
-
-    def _inertia(self, y):
-        """B; lambda + 1 at a stop."""
-        return self.mass_ratio + 1.0 - self._free(y) * (cos(y[0]) * cos(y[0]))
-
-    def _reaction(self, y, drive):
-        """That of the free pendulum, or the weight."""
-        inertia, own, slope = super()._reaction(y, drive)
-        free = self._free(y)
-        weight = self._towards_ground(self.mass_ratio + 1.0)
-        return inertia, free * own + (1.0 - free) * (inertia * weight), free * slope
-
-    def _held(self, y, drive):
-        """R that keeps X'' = 0; none at a stop."""
-        return self._free(y) * (cos(y[0]) * self._torque(y, drive)) - sin(y[0]) * (y[1] * y[1])
-
-    def accelerations(self, t, y, drive, force):
-        """(theta'', X''); at a stop theta'' = 0."""
-        pendulum, capsule = super().accelerations(t, y, drive, force)
-        return self._free(y) * pendulum, capsule
-
-    def rates(self, t, y, drive, frictions):
-        """y' = (theta', theta'', X', X'', 0)."""
-        return *super().rates(t, y, drive, frictions), 0.0
-
-    def powers(self, t, y, drive, frictions):
-        """Powers of drive and damper; impacts take their energy at one instant."""
-        return *super().powers(t, y, drive, frictions), 0.0
-
-    def _ways(self, y):
-        """Way to each stop, over the natural size of the angle."""
-        width = 1.0 + self.limit_angle
-        return (self.limit_angle - y[0]) / width, (self.limit_angle + y[0]) / width
-
-    def bounds(self, t, y):
-        """The stops, where a run ends at them."""
-        return self._ways(y) if self.restitution is None else ()
-
-    def switches(self, t, y, drive, frictions):
-        """The pendulum reaches one stop; the stop would have to pull; it reaches the other one."""
-        if self.restitution is None:
-            return ()
-        free, (front, back) = self._free(y), self._ways(y)
-        resting = self._at_stop(y)
-        capsule = (self._held(resting, drive) - frictions[0]) / (self.mass_ratio + 1.0)
-        pressed = free + y[4] * (self._torque(resting, drive) + cos(resting[0]) * capsule)
-        return 1.0 - free + free * front, pressed, 1.0 - free + free * back
-
-    def after_switch(self, which, t, y, drive, frictions):
-        """It bounces, or stays at the stop; it leaves the stop, from rest."""
-        if which == 1:
-            return *self._at_stop(y)[:4], 0.0
-        side = 1.0 if which == 0 else -1.0
-        bounces = rebounds(side * self.restitution * y[1])
-        rebound = -bounces * self.restitution * y[1]
-        capsule = y[3] + (cos(self.limit_angle) * rebound - cos(y[0]) * y[1]) / (self.mass_ratio + 1.0)
-        return side * self.limit_angle, rebound, y[2], capsule, side * (1.0 - bounces)
+    def parts(self, q):
+        """With the stops."""
+        ways = {"gap": self.limit_angle, "back_gap": self.limit_angle}
+        return [*super().parts(q), Stop(q.angle, **ways, restitution=self.restitution)]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """With the stops, each on an arm from a corner of the capsule: the bob touches them at the limit angle."""

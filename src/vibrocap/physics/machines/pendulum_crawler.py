@@ -5,17 +5,11 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.bodies import capsule_with_pendulum
-from vibrocap.physics.elementary import atan, sqrt
+from vibrocap.physics.elementary import atan, cos, sin, sqrt
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
-from vibrocap.physics.machines.machine import (
-    ImposedDisplacement,
-    NonNegative,
-    Positive,
-    cos,
-    parameter,
-    parameters,
-    sin,
-)
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Spring, coordinate
 
 MOTIONS = ("angle", "displacement")
 
@@ -30,7 +24,7 @@ Motion = Annotated[str, BeforeValidator(_checked_motion)]
 
 
 @parameters
-class PendulumCrawler(ImposedDisplacement):
+class PendulumCrawler(Described):
     """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
 
     With s = sin(theta), the displacement of the bob along the line, the balance of momentum alone is left:
@@ -60,30 +54,24 @@ class PendulumCrawler(ImposedDisplacement):
     effort: ClassVar = "number"
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
-    def displacement(self, t) -> tuple:
-        """(-s', -s'')."""
-        slope, curvature = super().displacement(t)
-        if self.motion == "displacement":
-            return -slope, -curvature
-        angle = self.imposed.value(t)
-        return -(cos(angle) * slope), sin(angle) * (slope * slope) - cos(angle) * curvature
+    position = coordinate("X", "place of the capsule", "m", rate="centre_velocity")
+    gravity: ClassVar = (1.0, 0.0)
 
-    def _angle(self, t) -> tuple:
-        """(theta, theta', theta'')."""
-        if self.motion == "angle":
-            return self.imposed.value(t), self.imposed.slope(t), self.imposed.curvature(t)
-        sine = self.imposed.value(t)
-        cosine = sqrt(1.0 - sine * sine)
-        rate = self.imposed.slope(t) / cosine
-        return atan(sine / cosine), rate, (self.imposed.curvature(t) + sine * (rate * rate)) / cosine
+    def _angle(self, given):
+        """theta, of what the drive says."""
+        return given if self.motion == "angle" else atan(given / sqrt(1.0 - given * given))
 
-    def actuator(self, t, y, frictions):
-        """T and its power."""
-        angle, rate, acceleration = self._angle(t)
-        capsule = (-self.displacement(t)[1] - frictions[0]) / (self.mass_ratio + 1.0)
-        torque = acceleration - cos(angle) * capsule - sin(angle) + self.stiffness * angle + self.damping * rate
-        return {"actuator_torque": torque, "actuator_power": torque * rate}
+    def parts(self, q):
+        """Capsule and bob, and what is at the pivot."""
+        capsule, angle = Mass("capsule", self.mass_ratio, x=q.position), q.imposed(self._angle(q.drive))
+        bob = Mass("bob", 1.0, on=capsule, x=-sin(angle), z=cos(angle))
+        joint = Spring(self.stiffness, angle), Damper(self.damping, angle)
+        return [capsule, bob, *joint, Contact(capsule, load=self.normal_load)]
 
     def scene(self, t, y):
         """The capsule and its pendulum, where the drive is known that moves it."""
-        return super().scene(t, y) if self.imposed is None else capsule_with_pendulum(y[0], self._angle(t)[0])
+        return (
+            super().scene(t, y)
+            if self.imposed is None
+            else capsule_with_pendulum(y[0], self._angle(self.imposed.value(t)))
+        )

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, Load, load
-from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.mechanics.parts import coordinate
 
 
 @parameters
@@ -39,14 +40,11 @@ class RotorCapsule(CapsuleWithBob):
 
     name: ClassVar[str] = "rotor-capsule"
     source: ClassVar[str] = "kononenko1969"
-    turns: ClassVar = {"angle": 2.0 * math.pi}
+    angle = coordinate("theta", "angle of the rotor from upright", "rad", repeats=2.0 * math.pi)
+    bob: ClassVar[str] = "eccentric mass"
     si_load: ClassVar = (
         '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for what the motion makes'
     )
-
-    def mechanism(self, t, y) -> Mechanism | None:
-        """The eccentric mass on its axis on the capsule; the fall of the motor's torque is a damper."""
-        return self._with_bob(y, "eccentric mass")
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, the axis of the rotor on top at X, and the mass at (X - sin(theta), cos(theta)) from there."""

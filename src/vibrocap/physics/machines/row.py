@@ -5,7 +5,8 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.described import Described
+from vibrocap.physics.machines.machine import Shape, SIScales, parameter, parameters
 from vibrocap.physics.names import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
@@ -42,15 +43,13 @@ class Numbered(NamedTuple):
     role: str
 
 
-class Row(Machine):
+class Row(Described):
     """Bodies 1, 2, ... in a row, each with a contact of its own; `row_of` makes the class of each number of them."""
 
     called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"
     bodies: ClassVar[int]
     summary: ClassVar[str]  # of the class of a number of bodies
     row_parameters: ClassVar[tuple[Numbered, ...]]  # its parameters
-    cyclic: ClassVar = "position"
-    channels: ClassVar = ("drive", "damper")
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
     normal_load: Any
@@ -63,17 +62,6 @@ class Row(Machine):
     def _all(self, name: str, count: int) -> tuple:
         """A parameter of the first so many bodies or gaps."""
         return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
-
-    def _velocities(self, y) -> tuple:
-        """Of all bodies, over the ground at rest."""
-        raise NotImplementedError
-
-    def momentum(self, t, y):
-        """p = sum of m_i x_i'; its rate is `outer_force` less the sum of the friction forces."""
-        found = 0.0
-        for mass, velocity in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
-            found = found + mass * velocity
-        return found
 
 
 @functools.cache

@@ -6,16 +6,8 @@ from pydantic import BeforeValidator
 
 from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
-from vibrocap.physics.machines.machine import (
-    Body,
-    Contact,
-    Mechanism,
-    NonNegative,
-    Positive,
-    Shape,
-    parameter,
-    parameters,
-)
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 
 ACTUATIONS = ("internal", "external")
 
@@ -65,63 +57,18 @@ class TwoMassCapsule(WithInnerMass):
 
     name: ClassVar[str] = "two-mass-capsule"
     source: ClassVar[str] = "chernousko2002; liu2013"
-    states: ClassVar = ("displacement", "displacement_rate", "position", "velocity")
-    cyclic: ClassVar = "position"
-    contact_states: ClassVar = ("velocity",)
-    symmetry: ClassVar = (-1, -1, -1, -1)
-    channels: ClassVar = ("drive", "damper")
     si_load: ClassVar = '"weight" for that of capsule and inner mass, (M + m) g'
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+    displacement = coordinate("z", "displacement of the inner mass in the capsule", "m")
+    position = coordinate("X", "place of the capsule", "m")
 
-    @property
-    def _external(self) -> bool:
-        return self.actuation == "external"
-
-    def masses(self):
-        """lambda and 1."""
-        return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
-
-    def pull(self, y):
-        """F, what pulls the mass back to its place in the capsule."""
-        return self.stiffness * y[0] + self.damping * y[1]
-
-    def _held(self, t, y, drive):
-        """R that keeps X'' = 0: what the mass and the drive do to the capsule."""
-        return self.pull(y) if self._external else self.pull(y) - drive
-
-    def contacts(self, t, y, drive):
-        """X', and what holds the capsule."""
-        return (Contact(y[3], self._held(t, y, drive)),)
-
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y' = (z', z'', X', X''), with X'' = (holding force - R)/lambda."""
-        capsule = (self._held(t, y, drive) - frictions[0]) / self.mass_ratio
-        return y[1], drive - self.pull(y) - capsule, y[3], capsule
-
-    def energy(self, t, y):
-        """H = lambda X'^2/2 + (X' + z')^2/2 + rho z^2/2."""
-        inner = y[3] + y[1]
-        return 0.5 * self.mass_ratio * y[3] * y[3] + 0.5 * inner * inner + 0.5 * self.stiffness * y[0] * y[0]
-
-    def momentum(self, t, y):
-        """p = lambda X' + (X' + z')."""
-        return (self.mass_ratio + 1.0) * y[3] + y[1]
-
-    def outer_force(self, t, y, drive):
-        """The drive, where it pulls from outside."""
-        return drive if self._external else 0.0
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
-        path = y[3] + y[1] if self._external else y[1]
-        return drive * path, -self.damping * y[1] * y[1]
-
-    def mechanism(self, t, y) -> Mechanism | None:
-        """The inner mass on its spring in the capsule; a drive from outside acts on both joints."""
-        outside = 1.0 if self._external else 0.0
-        capsule = Body("capsule", self.mass_ratio, place=y[2], rate=y[3], actuation=outside, contact=0)
-        joint = {"place": y[0], "rate": y[1], "carrier": "capsule", "actuation": 1.0}
-        return Mechanism((capsule, Body("inner mass", 1.0, stiffness=self.stiffness, damping=self.damping, **joint)))
+    def parts(self, q):
+        """Capsule and inner mass with what joins them."""
+        capsule = Mass("capsule", self.mass_ratio, x=q.position)
+        inner = Mass("inner mass", 1.0, on=capsule, x=q.displacement)
+        joint = Spring(self.stiffness, q.displacement), Damper(self.damping, q.displacement)
+        drive = Drive(inner.along if self.actuation == "external" else q.displacement)
+        return [capsule, inner, *joint, drive, Contact(capsule, load=self.normal_load)]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, and in it the mass on its spring."""

@@ -4,11 +4,12 @@ from typing import ClassVar
 
 from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
-from vibrocap.physics.machines.machine import ImposedDisplacement, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Positive, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Mass, coordinate
 
 
 @parameters
-class TwoMassCrawler(WithInnerMass, ImposedDisplacement):
+class TwoMassCrawler(WithInnerMass):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
@@ -44,16 +45,12 @@ class TwoMassCrawler(WithInnerMass, ImposedDisplacement):
     si_names: ClassVar = {"mass_ratio": "body_mass"}
     si_load: ClassVar = '"weight" for that of body and inner mass, (M + m) g'
 
-    def masses(self):
-        """lambda + 1, of both; what moves between them is imposed."""
-        return {"centre_velocity": self.mass_ratio + 1.0}
+    position = coordinate("X", "place of the body", "m", rate="centre_velocity")
 
-    def actuator(self, t, y, frictions):
-        """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
-        total = self.mass_ratio + 1.0
-        push = (self.mass_ratio * self.imposed.curvature(t) - frictions[0]) / total
-        push = push if self.gravity is None else push + self.gravity[1]
-        return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
+    def parts(self, q):
+        """The body, and in it the mass that moves as the drive says."""
+        body = Mass("body", self.mass_ratio, x=q.position)
+        return [body, Mass("inner mass", 1.0, on=body, x=q.imposed(q.drive)), Contact(body, load=self.normal_load)]
 
     def scene(self, t, y):
         """The body, and in it the mass, where the drive is known that moves it."""

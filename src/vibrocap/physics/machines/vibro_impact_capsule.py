@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, ElasticStops, StopDamping, StopStiffness, stop_shapes
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
@@ -18,7 +18,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     With actuation = "external", rho = 1 and the friction level N eta = 1 it is the capsule of Liu, Wiercigroch,
     Pavlovskaia and Yu (Int. J. Mech. Sci. 66, 2013, 2-11): time in 1/sqrt(k_1/m_1), length in P_f/k_1, force in P_f,
     nu = 2 xi and lambda = gamma. A stop may have a damper too, which acts while it is touched, and the stop behind a
-    spring and a damper of its own (`ElasticStops`).
+    spring and a damper of its own (`Stop`).
     """
 
     mass_ratio: Positive = parameter(
@@ -50,48 +50,10 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"
-    mechanism = Machine.mechanism  # stops have no part there
-    states: ClassVar = (*TwoMassCapsule.states, "touching")
-    symmetry: ClassVar = (-1, -1, -1, -1, -1)
-    switched: ClassVar = ("touching",)
-    switch_events: ClassVar = ("impact", "stop_opened", "impact")
 
-    @property
-    def _stops(self) -> ElasticStops:
-        """Both stops."""
-        back = self.back_stop_stiffness, self.stop_damping, self.back_stop_damping
-        return ElasticStops(self.gap, self.back_gap, self.stop_stiffness, *back)
-
-    @property
-    def symmetric(self) -> bool:
-        """Only with stops on both sides that are alike, at the same distance."""
-        return self._stops.symmetric
-
-    def pull(self, y):
-        """F, of spring, damper and stop."""
-        return super().pull(y) + self._stops.force(y[0], y[1], y[4])
-
-    def rates(self, t, y, drive, frictions):
-        """y' = (z', z'', X', X'', 0)."""
-        return *super().rates(t, y, drive, frictions), 0.0
-
-    def energy(self, t, y):
-        """H, with beta (z - delta)^2/2 of the stop that is touched."""
-        return super().energy(t, y) + self._stops.energy(y[0], y[4])
-
-    def powers(self, t, y, drive, frictions):
-        """Power of the drive, and of the dampers, that of the stop that is touched with the other."""
-        drives, damper = super().powers(t, y, drive, frictions)
-        taken = self._stops.damper_power(y[1], y[4])
-        return drives, damper if taken is None else damper + taken
-
-    def switches(self, t, y, drive, frictions):
-        """The mass reaches the stop in front; it leaves the stop; it reaches the one behind."""
-        return self._stops.guards(y[0], y[4], 1.0 + self.gap, 1.0 if self.back_gap is None else 1.0 + self.back_gap)
-
-    def after_switch(self, which, t, y, drive, frictions):
-        """Another stop is touched, or none; nothing jumps."""
-        return *y[:4], (1.0, 0.0, -1.0)[which]
+    def parts(self, q):
+        """With the stops."""
+        return [*super().parts(q), elastic_stop(self, q.displacement)]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """With the stops: the nearest sides of the mass touch them where it has gone its way."""

@@ -9,7 +9,6 @@ from vibrocap.case.sections import kind_path
 from vibrocap.physics.dimensions.conversion import path_in_si
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
-from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.names import name_and_number
 from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
 from vibrocap.physics.symbols import GREEK, printed
@@ -126,11 +125,11 @@ def quantity_label(name: str, system: System) -> str:
             "displacement": "gap $z_{}$",
         }
         label = known[stem].format(number) if stem in known else label
-    elif name == "contact_velocity" and isinstance(machine, Imposed):
+    elif name == "contact_velocity" and machine.imposes_motion:
         label = LABELS["velocity"]
     elif name == "contact_velocity" and machine.contact_states[:1] == ("sliding_velocity",):
         label = LABELS["sliding_velocity"]
-    elif name == "drive" and isinstance(machine, Imposed):
+    elif name == "drive" and machine.imposes_motion:
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
     elif name == "drive" and system.controller is not None:
         label = "command $u$"

@@ -1,0 +1,58 @@
+"""What one's own machine is made of: parts, coordinates, parameters and elementary functions, under one name.
+
+from vibrocap.mechanics import Contact, Damper, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
+"""
+
+from vibrocap.physics.elementary import atan, cos, exp, log, sin, sqrt, tanh
+from vibrocap.physics.machines.described import Described as Machine
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.mechanics.parts import (
+    Contact,
+    Damper,
+    Drive,
+    Inertia,
+    Mass,
+    MechanicsError,
+    Motor,
+    Point,
+    Potential,
+    Spring,
+    Stop,
+    Support,
+    coordinate,
+    distance,
+    offset,
+    signal,
+)
+
+__all__ = [
+    "Contact",
+    "Damper",
+    "Drive",
+    "Inertia",
+    "Machine",
+    "Mass",
+    "MechanicsError",
+    "Motor",
+    "NonNegative",
+    "Number",
+    "Point",
+    "Positive",
+    "Potential",
+    "Spring",
+    "Stop",
+    "Support",
+    "atan",
+    "coordinate",
+    "cos",
+    "distance",
+    "exp",
+    "log",
+    "offset",
+    "parameter",
+    "parameters",
+    "signal",
+    "sin",
+    "sqrt",
+    "tanh",
+]

@@ -1,0 +1,366 @@
+"""The equations of motion of what a machine is made of.
+
+A quantity along the motion has slopes along the generalised speeds u (`speeds.py`). With places x_i, z_i and angles
+phi_i so sloped, weight g_n towards the ground and g_t back along it,
+
+    M_ij = sum of m (x_i x_j + z_i z_j) + J phi_i phi_j
+    h_i  = sum of a drive s_i - k s s_i - c s' s_i - V_i - m [x_i (x_c + g_t) + z_i (z_c + g_n)] - J phi_i phi_c
+    M u' = h - sum of R s_i of each contact, s its path
+
+Speeds that are no contact's are eliminated first, so that what is left is the acceleration of each contact and what
+each friction force takes off it. A direction along which nothing moves, one that lifts a body or stretches what the
+drive imposes, has a row of M and h as well: with u' put in, that is the force along it, the load on a contact or the
+push of the actuator. The row of time is the power that supports put in, for time runs at the rate 1.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
+from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
+from vibrocap.physics.mechanics.quantities import Direction, Quantity
+from vibrocap.physics.mechanics.speeds import TIME, Motion
+from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
+from vibrocap.physics.mechanics.sums import Sum, back_substituted, eliminate, total, written
+
+
+class Derivation(Motion):
+    """The mechanics of one form of a machine, as formulas."""
+
+    def inertia(self, i: Direction, j: Direction) -> Sum:
+        """M_ij."""
+        found = []
+        for m in self.masses:
+            for along, size in m.moved:
+                if i in along.slopes and j in along.slopes:
+                    found.append(as_sum(size) * (along.slope(i) * along.slope(j)))
+        return total(found)
+
+    def applied(self, i: Direction) -> Sum:
+        """Force of drive, springs, dampers and elastic stops along a direction."""
+        force = total(as_sum(d.share) * Quantity.of(d.path).slope(i) * self.drive for d in self.drives)
+        force = force - total(Quantity.of(p.energy).slope(i) for p in self.potentials)
+        for spring in self.springs:
+            stretch = self.stretches[id(spring)]
+            force = force - as_sum(spring.stiffness) * (stretch.value * stretch.slope(i))
+        for damper in self.dampers:
+            stretch = Quantity.of(damper.stretch)
+            force = force - as_sum(damper.damping) * (stretch.rate * stretch.slope(i))
+        for _, stop, touching in self.switching:
+            if stop.elastic and (slope := stop.way.slope(i)):
+                force = force - elastic_force(stop, touching) * slope
+        return force
+
+    @property
+    def drive(self) -> Any:
+        """The force or torque of the drive."""
+        return 0.0 if self.imposes else self.inputs.drive
+
+    def weight(self, i: Direction) -> Sum:
+        """What the weight of all pulls along a direction."""
+        return -total(
+            as_sum(m.mass) * (m.along.slope(i) * self.back + m.height.slope(i) * self.normal) for m in self.masses
+        )
+
+    def push(self, i: Direction) -> Sum:
+        """h_i."""
+        force = self.applied(i) + self.weight(i)
+        for m in self.masses:
+            bent = m.along.slope(i) * m.along.curvature + m.height.slope(i) * m.height.curvature
+            force = force - as_sum(m.mass) * bent - as_sum(m.inertia) * (m.turn.slope(i) * m.turn.curvature)
+        return force
+
+    # --- accelerations -----------------------------------------------------------------------------------------------
+
+    @functools.cached_property
+    def rubbing(self) -> list[str]:
+        """The coordinates whose speeds are those of contacts."""
+        return list(self.pivots) if not self.imposes else list(self.names)
+
+    @functools.cached_property
+    def order(self) -> list[str]:
+        """The coordinates, those of contacts last."""
+        return [*(name for name in self.names if name not in self.rubbing), *self.rubbing]
+
+    def _free(self, name: str) -> Sum:
+        """1; 0 where a rigid stop holds the coordinate."""
+        free = Sum.of(1.0)
+        for _, stop, touching in self.switching:
+            if stop.rigid and stopped(self, stop) == name:
+                free = free - Sum.of(touching * touching)
+        return free
+
+    @functools.cached_property
+    def reduced(self) -> list[list[Sum]]:
+        """Rows [M | h], all but those of contacts eliminated; a rigid stop that is touched takes its row out."""
+        rows = []
+        for i in self.order:
+            free = self._free(i)
+            mass = [self.inertia(i, j) if i == j else free * self.inertia(i, j) for j in self.order]
+            rows.append([*mass, free * self.push(i)])
+        eliminate(rows, len(rows) - len(self.rubbing))
+        return rows
+
+    def _accelerated(self, columns: Callable[[str], Sequence[Any]]) -> dict[str, list[Any]]:
+        """u' of each coordinate, of other right-hand sides of the rows of contacts; h stands in all others."""
+        rows, inner = self.reduced, len(self.order) - len(self.rubbing)
+        filled = []
+        for i, row in zip(self.order, rows, strict=True):
+            own = columns(i) if i in self.rubbing else None
+            count = len(columns(self.rubbing[0]))
+            right = [row[-1], *(Sum() for _ in range(count - 1))] if own is None else own
+            filled.append([*row[:-1], *right])
+        return dict(zip(self.order, back_substituted(filled, len(rows), inner), strict=True))
+
+    @functools.cached_property
+    def accelerations(self) -> dict[str, Any]:
+        """u', given the friction at each contact."""
+        row = dict(zip(self.order, self.reduced, strict=True))
+
+        def right(name: str) -> list[Any]:
+            force, free = written(row[name][-1]), written(self._free(name))
+            for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
+                force = sub(force, mul(free, friction)) if speed == self.rates[name] else force
+            return [Sum.of(force)]
+
+        return {name: found[0] for name, found in self._accelerated(right).items()}
+
+    @functools.cached_property
+    def responses(self) -> dict[str, list[Any]]:
+        """u' of each coordinate without friction, then what the force at each contact takes off it, negative."""
+        row = dict(zip(self.order, self.reduced, strict=True))
+
+        def right(name: str) -> list[Any]:
+            free = self._free(name)
+            return [row[name][-1], *(-free if speed == self.rates[name] else Sum() for speed in self.speeds)]
+
+        return self._accelerated(right)
+
+    # --- contacts ----------------------------------------------------------------------------------------------------
+
+    def _moves(self, contact: Contact) -> bool:
+        """Whether the load on a contact follows the motion or the time; one that nothing lifts or tilts does not."""
+        if not is_word(contact.load):
+            return Quantity.of(contact.load).moves
+        return contact.load == "dynamic" and self._pressed_on(contact)
+
+    def _pressed_on(self, contact: Contact) -> bool:
+        """Whether the motion changes what presses on a contact."""
+        lift = contact.body.lift
+        borne = [m for m in self.masses if m.height.slope(lift) or m.along.slope(lift)]
+        moved = any(m.along.slope(lift) or m.height.curvature or any(map(m.height.slope, self.names)) for m in borne)
+        return moved or bool(self.applied(lift))
+
+    @functools.cached_property
+    def moving_loads(self) -> bool:
+        """Whether loads follow the motion."""
+        return any(map(self._moves, self.contacts))
+
+    def loads(self) -> tuple:
+        """Constant loads, or those at rest."""
+        return tuple(written(self._load_at_rest(each)) for each in self.contacts)
+
+    def _load_at_rest(self, contact: Contact) -> Sum:
+        if not is_word(contact.load):
+            return Quantity.of(contact.load).value
+        normal = 1.0 if self.gravity is None else self.normal
+        if contact.load == "weight":
+            return total(as_sum(m.mass) for m in self.masses if m.stands_on(contact.body)) * normal
+        return total(as_sum(m.mass) * m.height.slope(contact.body.lift) for m in self.masses) * normal
+
+    def contact_results(self) -> tuple:
+        """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction)."""
+        k, own = (
+            len(self.rubbing),
+            [row[len(self.order) - len(self.rubbing) :] for row in self.reduced[-len(self.rubbing) :]],
+        )
+        alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
+        alone = alone and not any(own[i][j] for i in range(k) for j in range(k) if i != j)
+        found = []
+        for c, (path, speed) in enumerate(zip(self.paths, self.speeds, strict=True)):
+            name = next(name for name in self.rubbing if self.rates[name] == speed)
+            at = self.rubbing.index(name)
+            velocity, bend = written(path.rate), path.curvature
+            if not self.imposes:
+                velocity, bend = written(self.speed[name]), Sum()
+            if alone:
+                held = written(own[at][k] + own[at][at] * bend)
+                reaction = self._borne_alone() if k == 1 else self._reaction(c)
+                found.append((velocity, held, None, (), reaction))
+            else:
+                free, *taken = self.responses[name]
+                found.append(
+                    (velocity, None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken), self._reaction(c))
+                )
+        return tuple(found)
+
+    def _given_load(self, contact: Contact) -> tuple | None:
+        """The reaction of a load that is a function of place or time, among loads that follow the motion."""
+        if not self.moving_loads or (is_word(contact.load) and contact.load == "dynamic"):
+            return None
+        return (1.0, written(self._load_at_rest(contact)), *(0.0 for _ in self.contacts))
+
+    def _borne(self, contact: Contact) -> bool:
+        """Whether the load that the motion makes is said: where it is the load, or else differs from the weight."""
+        return self.moving_loads or (not self.imposes and self._pressed_on(contact))
+
+    def _reaction(self, c: int) -> tuple | None:
+        """(1, n, s_1, ...) of N = n + s_1 R_1 + ..."""
+        contact = self.contacts[c]
+        if (given := self._given_load(contact)) is not None or not self._borne(contact):
+            return given
+        found = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
+        for name, a in self.responses.items():
+            found = [
+                add(x, mul(written(self.inertia(contact.body.lift, name)), z)) for x, z in zip(found, a, strict=True)
+            ]
+        return (1.0, *found)
+
+    def _borne_alone(self) -> tuple | None:
+        """(b, n, s) of b N = n + s R at the one contact, b its inertia: N = N_0 + K u', b u' = held - R."""
+        (contact,), rows, inner = self.contacts, self.reduced, len(self.order) - 1
+        if (given := self._given_load(contact)) is not None or not self._borne(contact):
+            return given
+        if any(rows[i][i].number is None for i in range(inner)):
+            return self._reaction(0)
+        lift, still, moved = contact.body.lift, {}, {self.order[-1]: Sum.of(1.0)}
+        for i in reversed(range(inner)):
+            name, over = self.order[i], 1.0 / Sum.of(rows[i][i].number)
+            ahead = self.order[i + 1 :]
+            still[name] = over * (
+                rows[i][-1] - total(rows[i][j] * still.get(each, Sum()) for j, each in enumerate(ahead, i + 1))
+            )
+            moved[name] = over * (-total(rows[i][j] * moved[each] for j, each in enumerate(ahead, i + 1)))
+        load = -self.push(lift) + total(self.inertia(lift, name) * a for name, a in still.items())
+        by = total(self.inertia(lift, name) * a for name, a in moved.items())
+        inertia, pull = rows[-1][-2], rows[-1][-1]
+        return written(inertia), written(inertia * load + by * pull), written(-by)
+
+    # --- balances ----------------------------------------------------------------------------------------------------
+
+    def rate_results(self) -> dict[str, Any]:
+        """The rates of coordinates and speeds, by name."""
+        found = {name: written(each.rate) for name, each in self.along.items()}
+        return found | {self.rates[name]: a for name, a in self.accelerations.items()}
+
+    def wall_force(self) -> Any:
+        """Of a rigid stop on the ground that is touched: as much as the other forces need."""
+        found: Any = 0.0
+        if not self.straight:  # 0 = 0
+            return functools.reduce(add, self.inputs.frictions)
+        for _, stop, touching in self.switching:
+            if stop.rigid and stop.on_ground:
+                name = stopped(self, stop)
+                force = -written(self.push(name))
+                for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
+                    force = add(friction, force) if speed == self.rates[name] else force
+                found = add(found, mul(touching * touching, force))
+        return found
+
+    def energy(self) -> Any:
+        """Kinetic and potential energy, without that of the weight along a slope."""
+        if self.imposes:  # of the common centre: that of all relative motion is the drive's
+            (name,) = self.names
+            return written(0.5 * self.inertia(name, name) * (self.speed[name] * Sum.of(self.speed[name])))
+        found = total(
+            0.5 * as_sum(m.mass) * (m.along.rate * m.along.rate + m.height.rate * m.height.rate)
+            + 0.5 * as_sum(m.inertia) * (m.turn.rate * m.turn.rate)
+            + as_sum(m.mass) * (self.normal * m.height.value)
+            for m in self.masses
+        )
+        for spring in self.springs:
+            stretch = self.stretches[id(spring)].value
+            found = found + 0.5 * as_sum(spring.stiffness) * (stretch * stretch)
+        for _, stop, touching in self.switching:
+            if stop.elastic:
+                found = found + total(0.5 * k * (pressed * pressed) for _, pressed, k, _ in springs(stop, touching))
+        return written(found + total(Quantity.of(p.energy).value for p in self.potentials))
+
+    def momentum(self, i: Direction) -> Sum:
+        """Momentum along a direction."""
+        return total(
+            as_sum(m.mass) * (m.along.slope(i) * m.along.rate + m.height.slope(i) * m.height.rate)
+            + as_sum(m.inertia) * (m.turn.slope(i) * m.turn.rate)
+            for m in self.masses
+        )
+
+    def common_momentum(self) -> Any:
+        """Momentum along the speeds of all contacts together: of all that moves over one ground the common one."""
+        if self.imposes:
+            (name,) = self.names
+            return written(self.inertia(name, name) * self.speed[name])
+        return written(total(map(self.momentum, self.rubbing))) if self.straight else 0.0
+
+    @functools.cached_property
+    def straight(self) -> bool:
+        """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
+        places = [each for m in self.masses for each in (m.along, m.height, m.turn)]
+        slopes = tuple(written(total(map(each.slope, self.rubbing))) for each in places)
+        return Program(slopes, 0).inputs.isdisjoint(self.inputs.changing)
+
+    def line_momentum(self) -> Any:
+        """Momentum of all masses along the line, over the ground at rest."""
+        return (
+            self.common_momentum()
+            if self.imposes
+            else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
+        )
+
+    def weighing(self) -> tuple:
+        """Of each contact's speed the mass whose weight along a slope pulls there."""
+        return tuple(written(total(as_sum(m.mass) * m.along.slope(i) for m in self.masses)) for i in self.rubbing)
+
+    def outer_force(self) -> Any:
+        """The force along the same, but for friction and rigid stops."""
+        if not self.straight:
+            return 0.0
+        return written(total(self.applied(i) + self.weight(i) for i in self.rubbing))
+
+    def vertical_momentum(self) -> Any:
+        """Momentum normal to the ground of what stands on the one contact; None where that says nothing of its load."""
+        (*others, contact), found = self.contacts, total(as_sum(m.mass) * m.height.rate for m in self.masses)
+        given = not is_word(contact.load) and Quantity.of(contact.load).moves
+        return None if others or given or self.imposes or not found else written(found)
+
+    def ground_speeds(self) -> tuple:
+        """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""
+        found = []
+        for contact, path in zip(self.contacts, self.paths, strict=True):
+            slides = isinstance(contact.body, Mass) and isinstance(contact.on, (Support, type(None)))
+            slides = slides and contact.path is None and not isinstance(contact.body.on, Support)
+            found.append(written(-path.slope(TIME)) if slides else None)
+        return tuple(found)
+
+    def powers(self) -> tuple:
+        """(of the drive, of dampers, of supports)."""
+        if self.imposes:
+            pairs = zip(self.paths, self.speeds, self.inputs.frictions, strict=True)
+            (name,) = self.names
+            driven = total((path.rate - self.speed[name]) * friction for path, _, friction in pairs)
+            return written(driven), 0.0, 0.0
+        driven = total(as_sum(d.share) * (Quantity.of(d.path).rate * self.drive) for d in self.drives)
+        lost = -total(
+            as_sum(d.damping) * (Quantity.of(d.stretch).rate * Quantity.of(d.stretch).rate) for d in self.dampers
+        )
+        for _, stop, touching in self.switching:
+            if stop.elastic:
+                rate = stop.way.rate
+                lost = lost - total(c * closed * (rate * rate) for closed, _, _, c in springs(stop, touching))
+        return written(driven), written(lost), self._along(TIME)
+
+    def _along(self, direction: Direction) -> Any:
+        """The force that a direction takes along which the motion is imposed."""
+        found = written(-self.push(direction))
+        for name, acceleration in self.accelerations.items():
+            found = add(found, mul(written(self.inertia(direction, name)), acceleration))
+        for path, friction in zip(self.paths, self.inputs.frictions, strict=True):
+            found = add(found, mul(written(path.slope(direction)), friction))
+        return found
+
+    def actuators(self) -> tuple:
+        """(force along each motion that is imposed, power of all)."""
+        power, forces = 0.0, tuple(self._along(("imposed", k)) for k in range(len(self.imposed)))
+        for path, force in zip(self.imposed, forces, strict=True):
+            power = add(power, mul(force, written(path.rate)))
+        return (*forces, power) if forces else ()

@@ -1,0 +1,283 @@
+"""The coordinates of a machine, how they move, and its parts along that motion.
+
+Coordinates q move at generalised speeds u (Kane): the rate of a coordinate, or in place of it the sliding velocity of a
+contact, so that one at rest is at rest exactly,
+
+    A q' + a = u,     q' = B u + b,     B = A^-1
+
+Where the drive imposes a motion, u is the velocity of the common centre of mass instead, which continues where the rate
+of the drive jumps.
+"""
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from vibrocap.arguments import suggestion
+from vibrocap.physics.mechanics.formulas import Formula, Tape, div
+from vibrocap.physics.mechanics.parts import (
+    Contact,
+    Damper,
+    Drive,
+    Inertia,
+    Mass,
+    MechanicsError,
+    Placed,
+    Potential,
+    Spring,
+    Stop,
+    as_sum,
+    is_word,
+)
+from vibrocap.physics.mechanics.quantities import Quantity
+from vibrocap.physics.mechanics.sums import Sum, solved, total, written
+from vibrocap.physics.names import numbered
+
+TIME = "time"
+WORDS = ("dynamic", "weight")  # for loads
+PARTS = (Placed, Spring, Damper, Drive, Potential, Stop, Contact)
+
+
+class Inputs:
+    """The formulas that stand for time, drive, states, friction forces, parameters, gravity and further inputs.
+
+    signals: names of inputs of which value, slope and curvature are known, "drive" of one that imposes a motion
+    """
+
+    def __init__(self, states: int, contacts: int, parameters: int, signals: Sequence[str] = ()):
+        self.tape = tape = Tape()
+        number = iter(range(5 + states + contacts + parameters + 3 * len(signals)))
+
+        def block(count: int) -> tuple[Any, ...]:
+            return tuple(tape.input(next(number)) for _ in range(count))
+
+        (self.t, self.drive), self.gravity = block(2), block(2)
+        self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
+        self.signals = {name: block(3) for name in signals}
+        self.changing = {each.operands[0] for each in (self.t, *self.states, *itertools.chain(*self.signals.values()))}
+        self.count = 4 + states + contacts + parameters + 3 * len(signals)
+
+
+class Space:
+    """What `parts` is given: coordinates and other quantities by name."""
+
+    time: Quantity
+    imposed: Callable[[Any], Quantity]
+
+    def __getattr__(self, name: str) -> Any:
+        raise MechanicsError(f"q.{name}: there is no such quantity; {suggestion(name, vars(self))}")
+
+
+class Motion:
+    """The parts of one form of a machine along its motion.
+
+    describe: the parts, given coordinates, `time`, signals and `imposed` by name
+    coordinates: the names of all, each with the name of its rate   counts: of those that are several, how many
+    gravity: (g_n, g_t); None: not known, and nothing weighs
+    states: formulas by name; None: only what does not depend on them
+    touching: of stops by their number, the states that say whether they are touched   own: other switched states
+    """
+
+    def __init__(
+        self,
+        describe: Callable[[Any], Iterable],
+        coordinates: Mapping[str, str],
+        inputs: Inputs,
+        gravity: tuple[Any, Any] | None = (1.0, 0.0),
+        states: Mapping[str, Any] | None = None,
+        counts: Mapping[str, int] | None = None,
+        touching: Mapping[int, Any] | None = None,
+        own: tuple[str, ...] = (),
+    ):
+        self.describe, self.names, self.counts, self.inputs = describe, tuple(coordinates), counts or {}, inputs
+        self.coordinates, self.gravity, self.touching, self.own = coordinates, gravity, touching or {}, own
+        self.normal, self.back = map(Sum.of, gravity or (0.0, 0.0))
+        self.imposes = "drive" in inputs.signals
+        self.rates = dict(coordinates)
+        self._find_speeds()
+        self._judge()
+        if states is not None:
+            self._move(states)
+
+    def at(self, states: Mapping[str, Any]) -> Any:
+        """The same at other states."""
+        return type(self)(
+            *(self.describe, self.coordinates, self.inputs, self.gravity),
+            *(states, self.counts, self.touching, self.own),
+        )
+
+    @property
+    def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
+        """Stops that are touched and left: number, stop and state: 1 in front, -1 behind, 0 where it is not touched."""
+        return ((i, self.stops[i], each) for i, each in self.touching.items() if self.stops[i].switches)
+
+    def _space(self, places, slopes, rates, curvatures) -> Space:
+        """What `parts` is given."""
+        q, self.imposed = Space(), []
+        q.time = Quantity(self.inputs.t, {TIME: Sum.of(1.0)}, 1.0)
+        for name, (value, slope, bend) in self.inputs.signals.items():
+            setattr(q, name, Quantity(value, {TIME: Sum.of(slope)}, slope, bend))
+        found = {name: Quantity(places[name], slopes[name], rates[name], curvatures[name]) for name in self.names}
+        self.along = found
+        for name, each in found.items():
+            setattr(q, name, each)
+        for name, count in self.counts.items():
+            setattr(q, name, tuple(found[numbered(name, i + 1)] for i in range(count)))
+        for name in self.own:
+            setattr(q, name, Quantity(places[name]))
+        q.imposed = self._imposed
+        return q
+
+    def _imposed(self, path: Any) -> Quantity:
+        """A coordinate that moves as this path: the force along it is the actuator's."""
+        path = Quantity.of(path)
+        self.imposed.append(
+            Quantity(path.value, {("imposed", len(self.imposed)): Sum.of(1.0)}, path.rate, path.curvature)
+        )
+        return self.imposed[-1]
+
+    def _take(self, q: Any) -> None:
+        """The parts at these coordinates, by kind."""
+        self.parts = tuple(_flat(self.describe(q)))
+        if strange := [each for each in self.parts if not isinstance(each, PARTS)]:
+            raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
+        self.masses = self._of(Mass, Inertia)
+        self.contacts, self.stops = self._of(Contact), self._of(Stop)
+        self.springs, self.dampers, self.drives, self.potentials = map(self._of, (Spring, Damper, Drive, Potential))
+        self.bodies = self._of(Placed)
+        self.paths = [_path(each) for each in self.contacts]
+        self.stretches = {id(each): Quantity.of(each.stretch) - each.rest for each in self.springs}
+
+    def _of(self, *kinds: type) -> list[Any]:
+        return [each for each in self.parts if isinstance(each, kinds)]
+
+    def _find_speeds(self) -> None:
+        """Which coordinate gives its rate to the sliding velocity of which contact."""
+        nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
+        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate((*self.names, *self.own))}
+        self._take(self._space(sample, unit, nothing, nothing))
+        self.pivots: dict[str, int] = {}
+        self.speeds: list[str] = []  # of the contacts, names of states
+        if not self.contacts:
+            raise MechanicsError("there is no Contact: something should rub")
+        if self.imposes:
+            self.speeds, self.place = [self.rates[self.names[0]]] * len(self.contacts), self.names[0]
+            return
+        for k, (contact, path) in enumerate(zip(self.contacts, self.paths, strict=True)):
+            moved = [name for name in self.names if path.slope(name)]
+            free = [name for name in moved if name not in self.pivots]
+            if not free:
+                why = "no coordinate moves it" if not moved else "its sliding velocity follows from those before it"
+                raise MechanicsError(f"contact {k + 1} ({contact.body.name}): {why}")
+            pivot = free[-1]
+            self.pivots[pivot] = k
+            if contact.speed is not None or len(moved) > 1 or path.slope(pivot).number != 1.0:
+                self.rates[pivot] = contact.speed or numbered("sliding_velocity", k + 1)
+            self.speeds.append(self.rates[pivot])
+        self.place = next(iter(self.pivots))
+
+    def _judge(self) -> None:
+        """MechanicsError for what the parts cannot mean."""
+        known, rules, words = {id(each) for each in self.bodies}, [], " or ".join(WORDS)
+        for each in self.bodies:
+            again = sum(other.name == each.name for other in self.bodies) > 1
+            rules.append((again, f"two bodies have the name {each.name!r}"))
+            missing = each.on is not None and id(each.on) not in known
+            rules.append(
+                (missing, f"{each.name!r} stands on {getattr(each.on, 'name', '')!r}, which is not among the parts")
+            )
+        for each in self.contacts:
+            name, word = each.body.name, is_word(each.load)
+            strange = [end.name for end in (each.body, each.on) if end is not None and id(end) not in known]
+            rules += [
+                (strange, f"the contact of {name!r} is with {strange}, not among the parts"),
+                (word and each.load not in WORDS, f"the load on {name!r} should be {words}, or a quantity"),
+                (word and isinstance(each.body, Inertia), f"the load on {name!r}, which turns, is a torque: give it"),
+            ]
+        what = "give what it moves a mass, or write it as a function of the others"
+        for name in self.names:
+            still = not any(as_sum(size) and x.slope(name) for m in self.masses for x, size in m.moved)
+            rules.append((still, f"the coordinate {name!r} moves no mass: {what}"))
+        for m in self.masses:
+            slopes = [each.along.slope(self.place).number for each in (m.on, m) if each is not None]
+            twice = slopes == [1.0, 2.0]
+            where = (
+                f"its x counts from {getattr(m.on, 'name', '')!r}, on which it stands: leave {self.place!r} out there"
+            )
+            rules.append((twice, f"{m.name!r} moves twice as far as {self.place!r}; {where}"))
+            carried = any(m.stands_on(each.body) for each in self.contacts)
+            borne = carried or not as_sum(m.mass) or any(map(m.height.slope, self.names))
+            dynamic = any(is_word(each.load) and each.load == "dynamic" for each in self.contacts)
+            rules.append((dynamic and not borne, f"nothing carries {m.name!r}: say on which body it stands, on=..."))
+        for each in (*self.springs, *self.dampers, *self.drives):
+            path = Quantity.of(getattr(each, "stretch", None) or getattr(each, "path", 0.0))
+            rules.append((not path.moves, f"a {type(each).__name__} acts along what never moves"))
+        for stop in (each for each in self.stops if not each.elastic):
+            one = any(not (stop.way - self.along[name]).moves for name in self.names)
+            rules.append((not one, "a stop should bound one coordinate, which grows one to one with its stretch"))
+        held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
+        rules.append((held and len(self.contacts) > 1, "a rigid stop bounds what rubs, among several contacts"))
+        rules.append((self.imposes and len(self.names) != 1, "a machine whose drive is a motion has one coordinate"))
+        rules.append((self.imposes and self.drives, "a machine whose drive is a motion has no Drive, but q.drive"))
+        if wrong := [said for broken, said in rules if broken]:
+            raise MechanicsError("; ".join(dict.fromkeys(wrong)))
+
+    def _move(self, states: Mapping[str, Formula]) -> None:
+        """Let the coordinates move at their generalised speeds."""
+        self.states = {name: Sum.of(each) for name, each in states.items()}
+        places = self.states
+        self.speed = {name: self.states[self.rates[name]] for name in self.names}
+        nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
+        shifts, bends, slopes = dict(nothing), dict(nothing), unit
+        paths = [(name, self.paths[k]) for name, k in self.pivots.items()]
+        plain = all(path.slopes.keys() == {name} and path.slope(name).number == 1.0 for name, path in paths)
+        if self.imposes or not plain:
+            self._take(self._space(places, unit, nothing, nothing))
+            if self.imposes:
+                (name,) = self.names
+                whole = written(total(as_sum(m.mass) * m.along.slope(name) for m in self.masses))
+                moved = total(as_sum(m.mass) * m.along.rate for m in self.masses)
+                bent = total(as_sum(m.mass) * m.along.curvature for m in self.masses)
+                shifts[name], bends[name] = (-div(written(x), whole) for x in (moved, bent))
+            else:
+                slopes, shifts = self._kinematics()
+                rates = {n: total(s * self.speed[j] for j, s in slopes[n].items()) + shifts[n] for n in self.names}
+                self._take(self._space(places, unit, rates, nothing))
+                bent = {name: self.paths[k].curvature for name, k in self.pivots.items()}
+                bends = {n: -total(slopes[n].get(j, Sum()) * bend for j, bend in bent.items()) for n in self.names}
+        rates = {n: total(s * self.speed[j] for j, s in slopes[n].items()) + shifts[n] for n in self.names}
+        self._take(self._space(places, slopes, rates, bends))
+
+    def _kinematics(self) -> tuple[dict, dict]:
+        """(B, b) of q' = B u + b."""
+        n, rows = len(self.names), []
+        for i, name in enumerate(self.names):
+            path = self.paths[self.pivots[name]] if name in self.pivots else None
+            own = [Sum.of(float(j == i)) if path is None else path.slope(each) for j, each in enumerate(self.names)]
+            own += [Sum.of(float(j == i)) for j in range(n)]
+            rows.append([*own, Sum() if path is None else path.rate])
+        found = solved(rows, n)
+        slopes = {
+            name: {each: Sum.of(b) for each, b in zip(self.names, row, strict=False)}
+            for name, row in zip(self.names, found, strict=True)
+        }
+        return slopes, {name: -Sum.of(row[n]) for name, row in zip(self.names, found, strict=True)}
+
+
+def _flat(parts: Iterable) -> Iterator:
+    """Parts, out of the lists and tuples in which they may stand."""
+    for each in parts:
+        if isinstance(each, (list, tuple)):
+            yield from _flat(each)
+        else:
+            yield each
+
+
+def _path(contact: Contact) -> Quantity:
+    """Along which a contact slides."""
+    if contact.path is not None:
+        return Quantity.of(contact.path)
+    body, on = contact.body, contact.on
+    if isinstance(body, Inertia):
+        return body.turn if on is None else body.turn - on.turn
+    return body.along if on is None else body.along - on.along

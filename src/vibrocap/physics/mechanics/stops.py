@@ -1,0 +1,173 @@
+"""Stops: elastic ones, and rigid ones, off which a body bounces and at which it may stay.
+
+What strikes a rigid stop with the rate s' of the stretch leaves it with -e s'. The blow acts along the slope of s, so
+that all speeds jump by M^-1 times it, unless the ground takes it; friction is finite and has no impulse then. A body
+that is pushed against a stop stays there, s' = 0, until the stop would have to pull.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.mechanics.formulas import add, div, mul, sub
+from vibrocap.physics.mechanics.parts import MechanicsError, Stop, as_sum
+from vibrocap.physics.mechanics.sums import Sum, named, solved, total, written
+
+IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
+LEAST_PULL = 1e-12  # of the force of a stop: with this acceleration a body leaves it, so that the way is no rounding
+
+SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
+
+
+def rebounds(speed):
+    """1 where a mass leaves a stop at this speed, 0 where it is too slow and stays (see `RigidStopCapsule`)."""
+    fast = speed - SLOWEST_REBOUND
+    return 0.5 + 0.5 * fast / sqrt(fast * fast)
+
+
+def which_stop(touching):
+    """(front, back): 1 where that stop is touched; touching: 1 in front, -1 behind, 0 none."""
+    return 0.5 * touching * (touching + 1.0), 0.5 * touching * (touching - 1.0)
+
+
+def springs(stop: Stop, touching: Any) -> list[tuple]:
+    """(1 while it is touched, how far it is pressed, stiffness, damping) of the springs of an elastic stop.
+
+    A spring without mass, and where it has one a damper beside it, is touched and left where it carries nothing,
+
+        F = k (s - gap) + c s'   in front,     F = k_b (s + back_gap) + c_b s'   behind
+
+    so that a damper pulls, by at most c |s'|, just before the mass leaves. Stops that are alike are one spring.
+    """
+    way, k, c = stop.way.value, as_sum(stop.stiffness), as_sum(stop.damping or 0.0)
+    if stop.back_gap is None:
+        return [(touching, named(touching * (way - as_sum(stop.gap))), k, c)]
+    front, back = which_stop(touching)
+    pressed, pressed_back = named(front * (way - as_sum(stop.gap))), named(back * (way + as_sum(stop.back_gap)))
+    if stop.back_stiffness is None and stop.back_damping is None:
+        return [(front + back, named(pressed + pressed_back), k, c)]
+    k_back = k if stop.back_stiffness is None else as_sum(stop.back_stiffness)
+    c_back = c if stop.back_damping is None else as_sum(stop.back_damping)
+    return [(front, pressed, k, c), (back, pressed_back, k_back, c_back)]
+
+
+def elastic_force(stop: Stop, touching: Any) -> Sum:
+    """F of an elastic stop."""
+    return total(k * pressed + c * closed * stop.way.rate for closed, pressed, k, c in springs(stop, touching))
+
+
+def sizes(stop: Stop) -> tuple[Sum, Sum]:
+    """Natural sizes of the ways to the stop in front and to the one behind."""
+    if stop.size is not None:
+        return as_sum(stop.size), as_sum(stop.size)
+    return 1.0 + as_sum(stop.gap), 1.0 + as_sum(0.0 if stop.back_gap is None else stop.back_gap)
+
+
+def stopped(motion: Any, stop: Stop) -> str:
+    """The coordinate that a stop bounds; MechanicsError where there is none, or a rigid stop cannot hold its speed."""
+    name = next((name for name in motion.names if not (stop.way - motion.along[name]).moves), None)
+    if name is None or (stop.rigid and stop.way.slopes.keys() != {name}):
+        raise MechanicsError("a stop should bound one coordinate, which grows one to one with its stretch")
+    return name
+
+
+def ends(motion: Any) -> tuple:
+    """What is positive until a run ends at a stop."""
+    found = []
+    for stop in motion.stops:
+        if not stop.switches:
+            way, (size, back_size) = stop.way.value, sizes(stop)
+            found.append(written((as_sum(stop.gap) - way) / size))
+            if stop.back_gap is not None:
+                found.append(written((as_sum(stop.back_gap) + way) / back_size))
+    return tuple(found)
+
+
+def rooms(motion: Any) -> tuple:
+    """(coordinate, least, most) of those that stops bound which no motion passes."""
+    found = []
+    for stop in motion.stops:
+        if not stop.elastic:
+            name = stopped(motion, stop)
+            at = stop.way.value - motion.states[name]
+            low = -math.inf if stop.back_gap is None else written(-as_sum(stop.back_gap) - at)
+            found.append((name, low, written(as_sum(stop.gap) - at)))
+    return tuple(found)
+
+
+def guards(motion: Any) -> tuple:
+    """Positive while it lasts, of each stop: it is reached in front, left, and reached behind where it is there too."""
+    found = []
+    for _, stop, touching in motion.switching:
+        way, (size, back_size), gap = stop.way, sizes(stop), as_sum(stop.gap)
+        if stop.elastic:
+            front, back = (touching, 0.0) if stop.back_gap is None else which_stop(touching)
+            open_, ahead = 1.0 - front - back, (way.value - gap) / size
+            behind = Sum() if stop.back_gap is None else (way.value + as_sum(stop.back_gap)) / back_size
+            found += [written(front + back - open_ * ahead), written(open_ + front * ahead - back * behind)]
+            found += [] if stop.back_gap is None else [written(front + back + open_ * behind)]
+            continue
+        free = 1.0 - touching * touching
+        found += [written(1.0 - free + free * ((gap - way.value) / size)), _pressed(motion, stop, touching)]
+        if stop.back_gap is not None:
+            found.append(written(1.0 - free + free * ((way.value + as_sum(stop.back_gap)) / back_size)))
+    return tuple(found)
+
+
+def _pressed(motion: Any, stop: Stop, touching: Sum) -> Any:
+    """1; at a rigid stop what presses against it, over its natural size: h less M u' along the stretch, at rest."""
+    name, free = stopped(motion, stop), 1.0 - touching * touching
+    still = motion.at(_at_rest(motion, stop, touching))
+    push = written(still.push(name))
+    for other, acceleration in motion.accelerations.items():
+        if other != name:
+            push = sub(push, mul(written(still.inertia(name, other)), acceleration))
+    for speed, friction in zip(motion.speeds, motion.inputs.frictions, strict=True):
+        push = sub(push, friction) if speed == motion.rates[name] else push
+    least = LEAST_PULL if stop.on_ground else 0.0
+    return add(written(free + (1.0 - free) * least), mul(written(touching), div(push, written(as_sum(stop.force)))))
+
+
+def _at_rest(motion: Any, stop: Stop, touching: Sum) -> Mapping[str, Any]:
+    """All states of a body at rest at the stop that it touches, exactly."""
+    front, back = which_stop(touching)
+    wall = front * as_sum(stop.gap)
+    wall = wall if stop.back_gap is None else wall - back * as_sum(stop.back_gap)
+    if stop.on_ground:  # a state that touches nothing stays as it is
+        free = 1.0 - touching * touching
+        return _moved(motion, stop, wall + free * stop.way.value, free * stop.way.rate)
+    return _moved(motion, stop, wall, Sum())
+
+
+def _moved(motion: Any, stop: Stop, way: Any, rate: Any) -> dict[str, Any]:
+    """All states once the stretch of a stop has this value and this rate; all other momenta stay, but at the ground."""
+    name, speeds = stopped(motion, stop), motion.rates
+    after = {name: Sum.of(way) + (motion.states[name] - stop.way.value)}
+    after[speeds[name]] = motion.speed[name] + (rate - stop.way.rate)
+    found = {**motion.states, **after}
+    if not stop.on_ground:
+        still, others = motion.at(found), [each for each in motion.names if each != name]
+        rows = [[*(still.inertia(i, j) for j in others), motion.momentum(i) - still.momentum(i)] for i in others]
+        for each, (change,) in zip(others, solved(rows, len(others)), strict=True):
+            found[speeds[each]] = Sum.of(add(written(found[speeds[each]]), change))
+    return found
+
+
+def outcomes(motion: Any) -> tuple[dict[str, Any], ...]:
+    """Of each guard the states that change, by name, a stop's own by its number."""
+    found: list[dict[Any, Any]] = []
+    for number, stop, touching in motion.switching:
+        sides = (1.0, 0.0, -1.0) if stop.back_gap is not None else (1.0, 0.0)
+        for side in sides:
+            if stop.elastic:
+                found.append({number: side})
+            elif side == 0.0:
+                found.append({**_at_rest(motion, stop, touching), number: 0.0})
+            else:
+                rate, e = stop.way.rate, as_sum(stop.restitution)
+                bounces = Sum.of(rebounds(written(side * (e * rate) / as_sum(stop.speed))))
+                wall = as_sum(stop.gap) if side > 0.0 else -as_sum(stop.back_gap)
+                after = _moved(motion, stop, wall, -(bounces * e * rate))
+                found.append({**after, number: side * (1.0 - bounces)})
+    return tuple({key: written(value) for key, value in each.items()} for each in found)

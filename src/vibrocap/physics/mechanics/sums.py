@@ -1,0 +1,242 @@
+"""Sums of products in one normal form, so that terms that cancel are gone: sin^2 is written 1 - cos^2.
+
+Without it centripetal terms of opposite signs stay in the equations of motion, which then take up to three times as
+long. A sum can swell where products of sums are multiplied; what is common is then better named once, by a division or
+a function, which makes it an atom.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+from vibrocap.physics import elementary
+from vibrocap.physics.mechanics.formulas import Formula, add, div, mul, sub
+
+Product = tuple[tuple[Formula, int], ...]  # atoms with their powers, in order
+
+
+class Sum:
+    """sum of c a^n b^m ...: numbers c by products of atoms; an atom is a formula that is no sum or product."""
+
+    __slots__ = ("terms",)
+
+    def __init__(self, terms: dict[Product, float] | None = None):
+        self.terms = terms or {}
+
+    @classmethod
+    def of(cls, x: Any) -> "Sum":
+        """A number, a formula or a sum, as a sum."""
+        if isinstance(x, Sum):
+            return x
+        if isinstance(x, Formula):
+            return cls({((x, 1),): 1.0})
+        return cls({(): float(x)} if x else {})
+
+    @property
+    def number(self) -> float | None:
+        """The number that it is, if it is one."""
+        return None if self.terms.keys() - {()} else self.terms.get((), 0.0)
+
+    def __bool__(self) -> bool:
+        return bool(self.terms)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, (Sum, Formula, int, float)) and self.terms == Sum.of(other).terms
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __add__(self, other):
+        if not isinstance(other, (Sum, Formula, int, float)):
+            return NotImplemented
+        found = dict(self.terms)
+        for product, c in Sum.of(other).terms.items():
+            found[product] = found.get(product, 0.0) + c
+            if found[product] == 0.0:
+                del found[product]
+        return Sum(found)
+
+    def __neg__(self):
+        return Sum({product: -c for product, c in self.terms.items()})
+
+    def __sub__(self, other):
+        return NotImplemented if not isinstance(other, (Sum, Formula, int, float)) else self + -Sum.of(other)
+
+    def __rsub__(self, other):
+        return Sum.of(other) - self
+
+    def __mul__(self, other):
+        if not isinstance(other, (Sum, Formula, int, float)):
+            return NotImplemented
+        found: dict[Product, float] = {}
+        others = Sum.of(other).terms
+        if not self.terms or not others:
+            return Sum()
+        for a, x in self.terms.items():
+            for b, y in others.items():
+                product = _times(a, b)
+                found[product] = found.get(product, 0.0) + x * y
+        return _reduced(found)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __truediv__(self, other):
+        if not isinstance(other, (Sum, Formula, int, float)):
+            return NotImplemented
+        number = Sum.of(other).number
+        return self * (div(1.0, written(other)) if number is None else 1.0 / number)
+
+    def __rtruediv__(self, other):
+        return Sum.of(other) / self
+
+    def __pow__(self, exponent: int | float):
+        if exponent == 0.5:
+            return self.sqrt()
+        if exponent != int(exponent) or exponent < 0:
+            raise TypeError(f"should be a whole number >= 0, or 0.5, got the exponent {exponent!r}")
+        found = Sum.of(1.0)
+        for _ in range(int(exponent)):
+            found = found * self
+        return found
+
+    def _function(self, name: str) -> "Sum":
+        return Sum.of(getattr(elementary, name)(written(self)))
+
+    def sin(self):
+        return self._function("sin")
+
+    def cos(self):
+        return self._function("cos")
+
+    def exp(self):
+        return self._function("exp")
+
+    def log(self):
+        return self._function("log")
+
+    def sqrt(self):
+        return self._function("sqrt")
+
+    def tanh(self):
+        return self._function("tanh")
+
+    def atan(self):
+        return self._function("atan")
+
+
+def named(x: Any) -> Sum:
+    """A sum as one atom, which is not multiplied out."""
+    return Sum.of(written(x))
+
+
+def total(items: Iterable[Any]) -> Sum:
+    """The sum of all."""
+    found: dict[Product, float] = {}
+    for each in items:
+        for product, c in Sum.of(each).terms.items():
+            found[product] = found.get(product, 0.0) + c
+    return Sum({product: c for product, c in found.items() if c != 0.0})
+
+
+def _times(a: Product, b: Product) -> Product:
+    if not a or not b:
+        return a or b
+    powers = dict(a)
+    for atom, n in b:
+        powers[atom] = powers.get(atom, 0) + n
+    return tuple(sorted(powers.items(), key=lambda item: item[0].index))
+
+
+def _reduced(terms: dict[Product, float]) -> Sum:
+    """With 1 - cos^2 in place of every sin^2."""
+    found: dict[Product, float] = {}
+    again = False
+    for product, c in terms.items():
+        square = next((atom for atom, n in product if n >= 2 and atom.op == "sin"), None)
+        if square is None:
+            found[product] = found.get(product, 0.0) + c
+            continue
+        again, powers = True, dict(product)
+        powers[square] -= 2
+        rest = tuple((atom, n) for atom, n in powers.items() if n)
+        cosine = square.tape.formula("cos", *square.operands)
+        for more, sign in (((), 1.0), (((cosine, 2),), -1.0)):
+            product = _times(rest, more)
+            found[product] = found.get(product, 0.0) + sign * c
+    found = {product: c for product, c in found.items() if c != 0.0}
+    return _reduced(found) if again else Sum(found)
+
+
+def written(x: Any) -> Any:
+    """A number or a formula: the atom that most products share is factored out, again and again."""
+    whole = Sum.of(x)
+    terms = whole.terms
+    if whole.number is not None:
+        return whole.number
+    shared: dict[Formula, int] = {}
+    for product in terms:
+        for atom, _ in product:
+            shared[atom] = shared.get(atom, 0) + 1
+    if len(terms) > 1 and (most := max(shared.values())) > 1:
+        factor = max((atom for atom in shared if shared[atom] == most), key=lambda atom: atom.index)
+        inside: dict[Product, float] = {}
+        rest: dict[Product, float] = {}
+        for product, c in terms.items():
+            powers = dict(product)
+            if factor in powers:
+                powers[factor] -= 1
+                inside[tuple((atom, n) for atom, n in powers.items() if n)] = c
+            else:
+                rest[product] = c
+        made = mul(written(Sum(inside)), factor)
+        return add(written(Sum(rest)), made)
+    found: Any = None
+    for product, c in sorted(terms.items(), key=lambda item: (item[1] < 0, [(a.index, n) for a, n in item[0]])):
+        made: Any = None
+        for atom, n in product:
+            for _ in range(n):
+                made = atom if made is None else mul(made, atom)
+        size = abs(c) if made is None else mul(abs(c), made)
+        if found is None:
+            found = -size if c < 0 else size
+        else:
+            found = found - size if c < 0 else add(found, size)
+    return found
+
+
+# --- linear equations ------------------------------------------------------------------------------------------------
+
+
+def eliminate(rows: list[list], pivots: int) -> None:
+    """The first so many unknowns of rows [M | b], taken out of the rows below. Over numbers what is left is one sum."""
+    for p in range(pivots):
+        pivot = Sum.of(rows[p][p])
+        for below in rows[p + 1 :]:
+            if not below[p]:
+                continue
+            if pivot.number is not None:
+                factor = below[p] * (1.0 / pivot.number)
+                below[p + 1 :] = [a - factor * b for a, b in zip(below[p + 1 :], rows[p][p + 1 :], strict=True)]
+                continue
+            quotient = div(written(below[p]), written(pivot))
+            below[p + 1 :] = [
+                Sum.of(sub(written(a), mul(quotient, written(b))))
+                for a, b in zip(below[p + 1 :], rows[p][p + 1 :], strict=True)
+            ]
+
+
+def back_substituted(rows: list[list], n: int, eliminated: int) -> list[list]:
+    """Solutions, written, of rows [M | b_1, b_2, ...] whose first pivots are eliminated; the others are, here."""
+    last = [list(row[eliminated:]) for row in rows[eliminated:]]
+    eliminate(last, n - eliminated)
+    rows = [*rows[:eliminated], *([None] * eliminated + row for row in last)]
+    found: list[list] = [[]] * n
+    for i in reversed(range(n)):
+        right = [written(each) for each in rows[i][n:]]
+        for j in range(i + 1, n):
+            right = [sub(r, mul(written(rows[i][j]), x)) for r, x in zip(right, found[j], strict=True)]
+        found[i] = [div(r, written(rows[i][i])) for r in right]
+    return found
+
+
+def solved(rows: list[list], n: int) -> list[list]:
+    """Rows [M | b_1, b_2, ...] of n unknowns: their solutions, written."""
+    return back_substituted(rows, n, 0)

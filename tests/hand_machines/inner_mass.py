@@ -1,0 +1,71 @@
+"""What machines with an inner mass on a line have in common: their scales, and the load that their weight makes."""
+
+import math
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2
+from vibrocap.physics.machines.machine import Machine, Positive, Scales, parameter, parameters
+
+WEIGHT = "weight"
+ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
+
+
+def _checked_load(given: Any) -> Any:
+    number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if given == WEIGHT if isinstance(given, str) else number and 0 <= given < 1e300:
+        return given
+    raise ValueError('should be a finite number >= 0 or "weight" (mass_ratio + 1, in units of m g)')
+
+
+Load = Annotated[Any, BeforeValidator(_checked_load)]
+
+
+@parameters
+class InnerMassScales(Scales):
+    """Scales of a machine that counts mass in that of its inner mass.
+
+    Length is counted in a centimetre and time in sqrt(l/g), 32 milliseconds, unless they are given: sizes of a bench,
+    with which forces are counted in the weight of the inner mass, m g. They decide only over what size errors are
+    measured: good units are of the size of the motion, the length of a stroke and the time of one radian of the drive.
+    """
+
+    inner_mass_kg: Positive = parameter(..., "m", "inner mass", unit="kg")
+    length_unit_m: Positive = parameter(0.01, "l", "unit of length, such as the stroke of the inner mass", unit="m")
+    time_unit_s: Positive | None = parameter(
+        None, "1/omega_0", "unit of time, such as sqrt(m/k); sqrt(l/g) where it is left out", unit="s"
+    )
+    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        """m, l, 1/omega_0."""
+        time = self.time_unit_s
+        time = math.sqrt(self.length_unit_m / self.gravity_m_per_s2) if time is None else time
+        return self.inner_mass_kg, self.length_unit_m, time
+
+
+class WithInnerMass(Machine):
+    """A body of mass lambda in which a mass 1 moves to and fro, on one contact under a constant load or its weight."""
+
+    mass_ratio: Any
+    normal_load: Any
+
+    si_scales: ClassVar = InnerMassScales
+
+    def check_scales(self, scales: Scales) -> None:
+        """The weight is lambda + 1 where force is counted in m g: ArgumentError for it in other units."""
+        gravity = getattr(scales, "gravity_m_per_s2", STANDARD_GRAVITY_M_PER_S2)
+        counted = scales.length_m / scales.time_s**2
+        if self.normal_load == WEIGHT and not abs(counted - gravity) <= ROUNDING * gravity:
+            what = "which counts forces in m g; leave out time_unit_s, or give the load in N, normal_load_N"
+            raise ArgumentError("machine.normal_load", f'should be "weight" with a unit of time sqrt(l/g), {what}')
+
+    def loads(self):
+        """N, or the weight (lambda + 1) g_n."""
+        if not isinstance(self.normal_load, str):
+            return (self.normal_load,)
+        weight = self.mass_ratio + 1.0
+        return (weight if self.gravity is None else weight * self.gravity[0],)

@@ -1,0 +1,59 @@
+"""The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
+
+from typing import ClassVar
+
+from hand_machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load
+from vibrocap.physics.bodies import capsule_with_pendulum
+from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
+
+
+@parameters
+class PendulumCapsule(CapsuleWithBob):
+    """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
+
+    The drive torque swings the pendulum, whose reaction pushes the capsule against friction. With
+    B = lambda + 1 - cos^2(theta) and P = drive + sin(theta) - rho theta - nu theta' (Liu et al. 2019, eq. 9):
+
+        theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
+        X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
+
+    Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
+    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
+    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
+    rises and falls. With normal_load = "dynamic" it does: from the
+    vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
+
+        B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
+
+    Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
+    """
+
+    mass_ratio: Positive = parameter(
+        2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    stiffness: NonNegative = SPRING
+    damping: NonNegative = DAMPER
+    normal_load: Load = load(1.0)
+
+    name: ClassVar[str] = "pendulum-capsule"
+    source: ClassVar[str] = "liu2019"
+    si_load: ClassVar = (
+        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
+        "default, because the one without units, 1, is the weight of the pendulum alone"
+    )
+
+    def _less_spring(self, torque, y):
+        """Less rho theta."""
+        return torque - self.stiffness * y[0]
+
+    def _with_spring(self, energy, y):
+        """With rho theta^2/2."""
+        return energy + 0.5 * self.stiffness * y[0] * y[0]
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The bob on its hinge, with the spring, on the capsule."""
+        return self._with_bob(y, "bob", self.stiffness)
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
+        return capsule_with_pendulum(y[2], y[0])

@@ -1,0 +1,53 @@
+"""The rotor capsule: an eccentric mass, turned by a motor of limited power, on a capsule that slides on a line."""
+
+import math
+from typing import ClassVar
+
+from hand_machines.capsule_with_bob import CapsuleWithBob, Load, load
+from vibrocap.physics.bodies import capsule_with_pendulum
+from vibrocap.physics.machines.machine import Mechanism, NonNegative, Positive, Shape, parameter, parameters
+
+
+@parameters
+class RotorCapsule(CapsuleWithBob):
+    """Eccentric mass (mass m, eccentricity l) turned by a motor on a capsule (mass M), which its reaction pushes.
+
+    The motor is one of limited power: the faster it turns, the less torque it has left,
+
+        P = T + sin(theta) - nu theta',     nu = T/Omega_0              Kononenko 1969, linear characteristic
+
+    where T is the drive, the torque at standstill, which the voltage of a direct-current motor sets, and Omega_0 the
+    speed at which nothing of it is left (damping of the bearings adds to nu). So the speed is no input: it follows from
+    the motion of the capsule, is not even over a turn, and may be caught at a resonance or stop where T cannot lift the
+    mass. A constant drive is a motor that is switched on; theta is the angle from upright, the equations are those of
+    `CapsuleWithBob`. All of them have the period 2 pi in theta: what a motion gains in whole turns leads back to where
+    it was, and their number in a period is its winding number.
+
+    Units as of the pendulum capsule, with the eccentric mass and the eccentricity for pendulum's mass and length:
+    time in sqrt(l/g). The load is a constant, the weight lambda + 1 by default, or follows the motion ("dynamic").
+
+    V. O. Kononenko, Vibrating Systems with a Limited Power Supply, Iliffe, London 1969, ch. 1.
+    """
+
+    mass_ratio: Positive = parameter(
+        4.0, "lambda", "capsule mass over eccentric mass, M/m", "mass", in_si="mass of the capsule"
+    )
+    damping: NonNegative = parameter(
+        0.75, "nu", "fall of the motor's torque over its speed (stall torque over no-load speed)", "torsional damping"
+    )
+    normal_load: Load = load("weight")
+
+    name: ClassVar[str] = "rotor-capsule"
+    source: ClassVar[str] = "kononenko1969"
+    turns: ClassVar = {"angle": 2.0 * math.pi}
+    si_load: ClassVar = (
+        '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for what the motion makes'
+    )
+
+    def mechanism(self, t, y) -> Mechanism | None:
+        """The eccentric mass on its axis on the capsule; the fall of the motor's torque is a damper."""
+        return self._with_bob(y, "eccentric mass")
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, the axis of the rotor on top at X, and the mass at (X - sin(theta), cos(theta)) from there."""
+        return capsule_with_pendulum(y[2], y[0], "rotor", "eccentric mass", "axis")

@@ -1,0 +1,116 @@
+"""What machines of several bodies in a row share: their parameters, the classes of each number of bodies, pictures."""
+
+import functools
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal, NamedTuple
+
+from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
+from vibrocap.physics.names import numbered
+
+APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
+WORDS = (
+    "two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen eighteen"
+)
+NUMBERS = dict(enumerate([*WORDS.split(), "nineteen", "twenty"], start=2))
+
+
+def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tuple[Shape, ...]:
+    """Blocks at places along the ground, joined by what is of the kind `link`, "spring" or "rod"."""
+    found = []
+    for i, x in enumerate(places, start=1):
+        found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
+        found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
+    for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
+        found.append(Shape(link, f"{link} {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
+    return tuple(found)
+
+
+class Numbered(NamedTuple):
+    """A parameter of every body or gap, or of the whole row; that of the first may be of another type than the others.
+
+    meaning: {} stands for the number of the body or gap
+    """
+
+    name: str
+    of: Literal["body", "gap", "row"]
+    first: Any
+    others: Any
+    default: float
+    symbol: str
+    meaning: str
+    role: str
+
+
+class Row(Machine):
+    """Bodies 1, 2, ... in a row, each with a contact of its own; `row_of` makes the class of each number of them."""
+
+    called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"
+    bodies: ClassVar[int]
+    summary: ClassVar[str]  # of the class of a number of bodies
+    row_parameters: ClassVar[tuple[Numbered, ...]]  # its parameters
+    cyclic: ClassVar = "position"
+    channels: ClassVar = ("drive", "damper")
+    si_scales: ClassVar = SIScales
+    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
+    normal_load: Any
+
+    @classmethod
+    def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
+        """What else of the class depends on the number of bodies."""
+        return {}
+
+    def _all(self, name: str, count: int) -> tuple:
+        """A parameter of the first so many bodies or gaps."""
+        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
+
+    def _velocities(self, y) -> tuple:
+        """Of all bodies, over the ground at rest."""
+        raise NotImplementedError
+
+    def momentum(self, t, y):
+        """p = sum of m_i x_i'; its rate is `outer_force` less the sum of the friction forces."""
+        found = 0.0
+        for mass, velocity in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
+            found = found + mass * velocity
+        return found
+
+
+@functools.cache
+def row_of(kind: type[Row], bodies: int) -> Any:
+    """The class of a row of two to twenty bodies, "two-body-crawler" and so on; ValueError for another number."""
+    if bodies not in NUMBERS:
+        raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
+    fields: dict[str, Any] = {}
+    types: dict[str, Any] = {}
+    counts = {"body": bodies, "gap": bodies - 1, "row": 1}
+    for each in kind.row_parameters:
+        for i in range(1, counts[each.of] + 1):
+            name, symbol = numbered(each.name, i), each.symbol if each.of == "row" else f"{each.symbol}_{i}"
+            fields[name] = parameter(each.default, symbol, each.meaning.format(i), each.role)
+            types[name] = each.first if i == 1 else each.others
+    words = (NUMBERS[bodies], *kind.called)
+    class_name = "".join(word.title() for word in words)
+    space = {
+        **fields,
+        "__annotations__": types,
+        "__module__": kind.__module__,
+        "__qualname__": class_name,
+        "__doc__": f"{words[0].title()} {kind.summary}\n\n    {kind.__doc__}",
+        "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
+        "name": "-".join(words),
+        "bodies": bodies,
+        **kind.of_bodies(bodies),
+    }
+    return parameters(type(class_name, (kind,), space))
+
+
+def row_called(name: str, kinds: Sequence[type[Row]]) -> Any:
+    """The class of a row of one of these kinds by its name, such as "five-body-worm"; KeyError for what is none."""
+    known = {"-".join((word, *kind.called)): (kind, number) for kind in kinds for number, word in NUMBERS.items()}
+    return row_of(*known[name])
+
+
+def _made(kind: type[Row], bodies: int, values: dict[str, Any]) -> Any:
+    """A machine again, where it was pickled: the classes of more than three bodies can be found in no module."""
+    return row_of(kind, bodies)(**values)

@@ -1,0 +1,61 @@
+"""The two-mass crawler: a body in which an inner mass moves to and fro as it is told, whatever force that takes."""
+
+from typing import ClassVar
+
+from hand_machines.imposed import ImposedDisplacement
+from hand_machines.inner_mass import Load, WithInnerMass
+from vibrocap.physics.bodies import capsule_with_mass
+from vibrocap.physics.machines.machine import Positive, parameter, parameters
+
+
+@parameters
+class TwoMassCrawler(WithInnerMass, ImposedDisplacement):
+    """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
+
+    The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
+    common centre of mass, which continues where the relative velocity z' jumps; the body moves with
+
+        X' = p - mu z',     (lambda + 1) p' = -R,     mu = m/(M + m) = 1/(lambda + 1)
+
+    With z' piecewise constant or piecewise linear these are the two-phase and three-phase crawlers of Chernousko
+    (2002), whose progress is known in closed form. At rest the contact holds R = -z'', in units of m.
+
+    The energy is that of the common centre, (lambda + 1) p^2/2, and the work of the drive what reaches it. The energy
+    of the relative motion, (1 - mu) z'^2/2, goes from the drive into the inner mass and back within each period. Both
+    powers, and the force between the masses, are in `actuator_power` and `actuator_force`; where z' jumps by d that
+    force has the impulse (1 - mu) d besides.
+
+    Mass is counted in m, length and time in units of one's choice; the load is a force in those.
+    """
+
+    mass_ratio: Positive = parameter(
+        1.0, "lambda", "mass of the body over inner mass, M/m", "mass", in_si="mass of the body"
+    )
+    normal_load: Load = parameter(
+        1.0,
+        "N",
+        'load on the contact: a number, or "weight" (lambda + 1, in units of m g)',
+        "load",
+        in_si='load on the contact: a force, or "weight"',
+    )
+
+    name: ClassVar[str] = "two-mass-crawler"
+    source: ClassVar[str] = "chernousko2002"
+    effort: ClassVar = "displacement"
+    si_names: ClassVar = {"mass_ratio": "body_mass"}
+    si_load: ClassVar = '"weight" for that of body and inner mass, (M + m) g'
+
+    def masses(self):
+        """lambda + 1, of both; what moves between them is imposed."""
+        return {"centre_velocity": self.mass_ratio + 1.0}
+
+    def actuator(self, t, y, frictions):
+        """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
+        total = self.mass_ratio + 1.0
+        push = (self.mass_ratio * self.imposed.curvature(t) - frictions[0]) / total
+        push = push if self.gravity is None else push + self.gravity[1]
+        return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
+
+    def scene(self, t, y):
+        """The body, and in it the mass, where the drive is known that moves it."""
+        return super().scene(t, y) if self.imposed is None else capsule_with_mass(y[0], y[0] + self.imposed.value(t))

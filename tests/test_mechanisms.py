@@ -1,0 +1,385 @@
+"""Twelve machines that the package does not have, described, against Lagrange's equations written for SymPy."""
+
+import functools
+import math
+import random
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+import vibrocap as vc
+from mechanisms import MECHANISMS
+
+ROUNDING = 1e-12
+LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
+
+
+class Energies:
+    """T, V, Rayleigh's D, the path along which the drive acts, and the paths of contacts with their loads.
+
+    load: an expression, or the lift off the ground along which the load is the force
+    """
+
+    def __init__(self, t):
+        self.t, self.contacts = t, []
+        self.kinetic, self.potential, self.lost, self.path = (sp.Integer(0),) * 4
+
+    def body(self, mass, x, z=0, inertia=0, angle=0):
+        speeds = (sp.diff(each, self.t) ** 2 for each in (x, z))
+        self.kinetic += mass * sum(speeds) / 2 + inertia * sp.diff(angle, self.t) ** 2 / 2
+        self.potential += mass * z
+
+    def spring(self, stiffness, stretch):
+        self.potential += stiffness * stretch**2 / 2
+
+    def damper(self, damping, stretch):
+        self.lost += damping * sp.diff(stretch, self.t) ** 2 / 2
+
+
+def twin_pendulum(m, e, q, u):
+    e.body(m.mass_ratio, q["position"], u[0])
+    for name, k, share in (("angle", m.stiffness, 1), ("angle_2", m.stiffness_2, m.share)):
+        e.body(1, q["position"] - sp.sin(q[name]), u[0] + sp.cos(q[name]))
+        e.spring(k, q[name])
+        e.damper(m.damping, q[name])
+        e.path += share * q[name]
+    e.contacts = [(q["position"], u[0])]
+
+
+def double_pendulum(m, e, q, u):
+    first, second, x = q["angle"], q["angle_2"], q["position"]
+    e.body(m.mass_ratio, x, u[0])
+    e.body(1, x - sp.sin(first), u[0] + sp.cos(first))
+    end = x - sp.sin(first) - m.length * sp.sin(second), u[0] + sp.cos(first) + m.length * sp.cos(second)
+    e.body(sp.Rational(1, 2), *end)
+    for stretch in (first, second - first):
+        e.spring(m.stiffness, stretch)
+        e.damper(m.damping, stretch)
+    e.path, e.contacts = first, [(x, u[0])]
+
+
+def elastic_skin(m, e, q, u):
+    x, s, z = q["position"], q["sway"], q["displacement"]
+    for mass, place in ((m.runner, x), (m.mass_ratio, x + s), (1, x + s + z)):
+        e.body(mass, place)
+    for stiffness, stretch in ((m.skin, s), (m.stiffness, z)):
+        e.spring(stiffness, stretch)
+        e.damper(m.damping, stretch)
+    e.path, e.contacts = z, [(x, m.runner + m.mass_ratio + 1)]
+
+
+def cubic_pendulum(m, e, q, u):
+    a, x = q["angle"], q["position"]
+    e.body(m.mass_ratio, x, u[0])
+    e.body(1, x - sp.sin(a), u[0] + sp.cos(a))
+    e.spring(m.stiffness, a)
+    e.potential += m.cubic * a**4 / 4
+    e.damper(m.damping, a)
+    e.path, e.contacts = a, [(x, u[0])]
+
+
+def drill_string(m, e, q, u):
+    turned = m.speed * e.t
+    for inertia, twist in ((m.disc, q["twist"]), (m.bit, q["twist_2"])):
+        e.body(0, 0, 0, inertia, turned + twist)
+    for stretch in (q["twist"], q["twist_2"] - q["twist"]):
+        e.spring(m.stiffness, stretch)
+        e.damper(m.damping, stretch)
+    e.path, e.contacts = q["twist"], [(turned + q["twist_2"], 1)]
+
+
+def clutch(m, e, q, u):
+    slip, angle = q["slip"], q["angle"]
+    e.body(0, 0, 0, m.vehicle, angle)
+    e.body(0, 0, 0, m.engine, angle + slip)
+    e.spring(m.shaft, angle)
+    e.damper(m.damping, angle)
+    e.path, e.contacts = angle + slip, [(slip, m.preload + sp.Rational(3, 10) * sp.cos(2 * e.t))]
+
+
+def stacked_plates(m, e, q, u):
+    lower, upper = q["position"], q["upper"]
+    e.body(m.lower_mass, lower)
+    e.body(m.upper_mass, upper)
+    e.spring(m.stiffness, upper)
+    e.path, e.contacts = upper, [(lower, m.lower_mass + m.upper_mass), (upper - lower, m.upper_mass)]
+
+
+def feeder(m, e, q, u):
+    turn = m.rate * e.t
+    e.body(1, q["position"] + m.stroke * sp.sin(turn), u[0] + m.lift * sp.sin(turn + m.phase))
+    e.path, e.contacts = q["position"], [(q["position"], u[0])]
+
+
+def bowed_string(m, e, q, u):
+    point = -m.bow_speed * e.t
+    for n, name in enumerate(("mode", "mode_2", "mode_3"), 1):
+        e.body(sp.Rational(1, 2), q[name])
+        e.spring((n * m.frequency) ** 2 / 2, q[name])
+        e.damper(m.damping * n * m.frequency, q[name])
+        point += sp.sin(sp.pi * n * m.beta) * q[name]
+    e.path, e.contacts = q["mode"], [(point, 1)]
+
+
+def bristle_robot(m, e, q, u):
+    feet = q["position"], q["position"] + 1 + q["stretch"]
+    x, z = q["position"] + m.lean + sp.Rational(1, 2) + q["shift"], 1 - q["sag"]
+    e.body(m.mass, x, z, sp.Rational(1, 10), q["pitch"])
+    for foot, lift, side in zip(feet, u, (-sp.Rational(1, 2), sp.Rational(1, 2)), strict=True):
+        e.body(m.foot, foot, lift)
+        dx, dz = x + side * sp.cos(q["pitch"]) - foot, z + side * sp.sin(q["pitch"]) - lift
+        leg = sp.sqrt(dx**2 + dz**2)
+        e.spring(m.stiffness, leg - (1 + m.lean**2) ** 0.5)
+        e.spring(m.bending, dx - m.lean)
+        e.damper(m.damping, leg)
+        e.damper(m.damping, dx)
+    e.path, e.contacts = -q["sag"], list(zip(feet, u, strict=True))
+
+
+def tube_capsule(m, e, q, u):
+    e.body(1, q["offset"] + sp.Rational(4, 10) * sp.cos(e.t))
+    e.path, e.contacts = q["offset"], [(q["offset"], 1)]
+
+
+def belt_row(m, e, q, u):
+    first, second, belt = q["position"], q["position_2"], sp.Rational(3, 10) * sp.cos(e.t)
+    for x in (first, second):
+        e.body(m.mass, x)
+        e.spring(m.stiffness, x)
+    e.spring(m.coupling_stiffness, second - first)
+    e.path, e.contacts = first, [(first - belt, 1), (second - belt, 1)]
+
+
+MODELS = dict(
+    zip(
+        MECHANISMS,
+        (
+            *(twin_pendulum, double_pendulum, elastic_skin, cubic_pendulum, drill_string, clutch, stacked_plates),
+            *(feeder, bowed_string, bristle_robot, tube_capsule, belt_row),
+        ),
+        strict=True,
+    )
+)
+
+
+class Lagrange:
+    """Lagrange's equations of one machine: M q'' = h - sum of R ds/dq, and the loads."""
+
+    def __init__(self, machine):
+        t, force = sp.Symbol("t"), sp.Symbol("F")
+        self.machine, self.names = machine, list(machine.coordinates)
+        q = {name: sp.Function(name)(t) for name in self.names}
+        lifts = [sp.Function(f"lift_{i}")(t) for i in range(len(machine.contact_states))]
+        e = Energies(t)
+        MODELS[type(machine)](machine, e, q, lifts)
+        places, rates, more = (sp.symbols(f"{s}0:{len(q)}") for s in "qwa")
+
+        def plain(x):
+            x = sp.sympify(x)
+            for lift in lifts:
+                x = x.subs(lift.diff(t, 2), 0).subs(lift.diff(t), 0).subs(lift, 0)
+            for own, place, rate, acceleration in zip(q.values(), places, rates, more, strict=True):
+                x = x.subs(own.diff(t, 2), acceleration).subs(own.diff(t), rate).subs(own, place)
+            return x
+
+        def equation(c):
+            rate, path = c.diff(t), sp.sympify(e.path)
+            kinetic = e.kinetic.diff(rate).diff(t) - e.kinetic.diff(c)
+            return plain(kinetic + e.potential.diff(c) + sp.sympify(e.lost).diff(rate)) - force * plain(path.diff(c))
+
+        rows = [equation(c) for c in (*q.values(), *lifts)]
+        slides = [plain(sp.sympify(path).diff(t)) for path, _ in e.contacts]
+        bends = [plain(sp.sympify(path).diff(t, 2)) for path, _ in e.contacts]
+        given = [plain(load) for _, load in e.contacts]
+        pairs = zip((load for _, load in e.contacts), given, strict=True)
+        loads = [rows[len(q) + lifts.index(load)] if load in lifts else x for load, x in pairs]
+        linear = [sp.Matrix(x) for x in (rows[: len(q)], slides, bends, loads)]
+        found = [linear[0].jacobian(more), linear[1].jacobian(rates)]
+        still = [x.subs(dict.fromkeys(more, 0)) for x in linear]
+        found += [-still[0], linear[1].subs(dict.fromkeys(rates, 0)), still[2], still[3], linear[3].jacobian(more)]
+        self.compute = sp.lambdify([t, *places, *rates, force], found, "numpy", cse=True)
+
+    def at(self, t, y, force):
+        """(M, slopes of paths, h, rate of paths at rest, their curvature, loads without q'', their slopes), q'."""
+        state = dict(zip(self.machine.states, y, strict=True))
+        n, speeds = len(self.names), list(self.machine.coordinates)
+        q = [state[name] for name in self.names]
+        _, S, _, moved, *_ = (np.asarray(x, float) for x in self.compute(t, *q, *[0.0] * n, force))
+        rates = list(type(self.machine).kind().rates.values())
+        A, right = np.eye(n), np.array([state[each] for each in rates])
+        for c, name in enumerate(self.machine.contact_states):
+            A[rates.index(name)], right[rates.index(name)] = S[c], state[name] - moved[c, 0]
+        w = np.linalg.solve(A, right)
+        assert speeds == self.names
+        return [np.asarray(x, float) for x in self.compute(t, *q, *w, force)], w
+
+    def rates(self, t, y, force, frictions):
+        """(y' by name, loads), given the friction forces."""
+        (M, S, h, _, bend, loads, by), w = self.at(t, y, force)
+        a = np.linalg.solve(M, h[:, 0] - S.T @ np.array(frictions))
+        found = dict(zip(self.names, w, strict=True)) | dict(zip(self.kind_rates, a, strict=True))
+        found |= dict(zip(self.machine.contact_states, S @ a + bend[:, 0], strict=True))
+        return found, loads[:, 0] + by @ a
+
+    @property
+    def kind_rates(self):
+        return list(type(self.machine).kind().rates.values())
+
+
+@functools.cache
+def lagrange(kind):
+    return Lagrange(kind())
+
+
+def drive_of(kind):
+    return vc.Harmonic(1.2, 2.0 if kind.name == "clutch" else 1.0)
+
+
+@pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
+def test_described_machines_obey_lagrange(kind):
+    machine, draw, worst = kind(), random.Random(1), 0.0
+    for _ in range(50):
+        y = [draw.uniform(-0.3, 0.3) if name not in kind.switched else 0.0 for name in kind.states]
+        t, force = draw.uniform(0.0, 6.0), draw.uniform(-1.0, 1.0)
+        frictions = tuple(draw.uniform(-0.5, 0.5) for _ in kind.contact_states)
+        rates, loads = lagrange(kind).rates(t, y, force, frictions)
+        own = dict(zip(kind.states, machine.rates(t, y, force, frictions), strict=True))
+        size = 1.0 + max(map(abs, rates.values()))
+        worst = max(worst, *(abs(rates[name] - own[name]) / size for name in rates))
+        if machine.follows_load:
+            reactions = [each.reaction for each in machine.contacts(t, y, force)]
+            found = [(n + sum(s * r for s, r in zip(more, frictions, strict=True))) / b for b, n, *more in reactions]
+        else:
+            found = machine.loads()
+        worst = max(worst, *(abs(a - b) / size for a, b in zip(found, loads, strict=True)))
+    assert worst <= ROUNDING
+
+
+class Filippov:
+    """A motion by SciPy, from Lagrange's equations, whose contacts rest and slide by located events.
+
+    A resting contact gives way where its friction passes what it can hold; one that stops rests where it can be held.
+    """
+
+    def __init__(self, kind, drive, law):
+        self.lagrange, self.drive, self.law = lagrange(kind), drive, law
+        self.states, self.count = list(kind.states), len(kind.contact_states)
+        self.at = [self.states.index(name) for name in kind.contact_states]
+        self.order = [self.states.index(name) for name in self.lagrange.names]
+
+    def level(self, v):
+        """Of friction over the load, while sliding."""
+        law = self.law
+        more = (law.static_coefficient - law.coulomb_coefficient) * math.exp(-abs(v) * law.decay_rate)
+        return law.coulomb_coefficient + more
+
+    def forces(self, t, y, sides):
+        """(y', friction at each contact, load on each contact) in a mode: one linear problem for all."""
+        n = self.count
+        (M, S, h, _, bend, loads, by), w = self.lagrange.at(t, y, self.drive.value(t))
+        free, taken = np.linalg.solve(M, h[:, 0]), np.linalg.solve(M, S.T)
+        A, b, C, N = S @ taken, S @ free + bend[:, 0], by @ taken, loads[:, 0] + by @ free
+        rows, right = np.zeros((n, n)), np.zeros(n)
+        for c, side in enumerate(sides):
+            level = side * self.level(y[self.at[c]])
+            rows[c] = A[c] if side == 0 else np.eye(n)[c] + level * C[c]
+            right[c] = b[c] if side == 0 else level * N[c]
+        friction = np.linalg.solve(rows, right)
+        a, rates = free - taken @ friction, np.zeros(len(y))
+        rates[self.order] = w
+        for name, each in zip(self.lagrange.kind_rates, a, strict=True):
+            rates[self.states.index(name)] = each
+        rates[self.at] = np.where(np.array(sides) == 0, 0.0, b - A @ friction)
+        return rates, friction, N - C @ friction
+
+    def room(self, t, y, sides, c):
+        """What a resting contact can hold, less what it holds."""
+        _, friction, load = self.forces(t, y, sides)
+        return self.law.static_coefficient * load[c] - abs(friction[c])
+
+    def settled(self, t, y, sides):
+        """The mode that lasts, of contacts that rest and may give way."""
+        for _ in range(2 * self.count):
+            excess = [self.room(t, y, sides, c) if side == 0 else 1.0 for c, side in enumerate(sides)]
+            if min(excess) >= -1e-12:
+                break
+            c = int(np.argmin(excess))
+            sides = tuple(int(np.sign(self.forces(t, y, sides)[1][c])) if i == c else s for i, s in enumerate(sides))
+        return sides
+
+    def run(self, y, end):
+        """(state at the end, event times)."""
+        t, times, y = 0.0, [], np.array(y)
+        sides = self.settled(0.0, y, tuple(int(np.sign(y[i])) for i in self.at))
+        while t < end:
+            guards = []
+            for c, side in enumerate(sides):
+
+                def guard(t, y, c=c, side=side, sides=sides):
+                    return side * y[self.at[c]] if side else self.room(t, y, sides, c)
+
+                guard.terminal, guard.direction = True, -1
+                guards.append(guard)
+            found = solve_ivp(
+                lambda t, y, sides=sides: self.forces(t, y, sides)[0],
+                *((t, end), y, "DOP853"),
+                rtol=1e-12,
+                atol=1e-13,
+                events=guards,
+                max_step=0.05,
+                first_step=1e-4,
+            )
+            t, y = found.t[-1], found.y[:, -1].copy()
+            if found.status != 1:
+                break
+            times.append(t)
+            for c, event in enumerate(found.t_events):
+                if len(event):
+                    new = 0 if sides[c] else int(np.sign(self.forces(t, y, sides)[1][c]))
+                    y[self.at[c]] = 0.0 if sides[c] else y[self.at[c]]
+                    sides = tuple(new if i == c else s for i, s in enumerate(sides))
+            sides = self.settled(t, y, sides)
+        return y, times
+
+
+STARTS = {"twin-pendulum": {"angle": 0.6, "angle_2": -0.4}, "double-pendulum": {"angle": 0.3}, "feeder": {}}
+PERIODS = 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [kind for kind in MECHANISMS if not kind.switched], ids=lambda kind: kind.name)
+def test_their_motions_are_those_of_an_independent_solver(kind):
+    weak = vc.Harmonic(0.5, drive_of(kind).frequency)
+    drive = weak if kind.name in ("double-pendulum", "bristle-robot", "feeder") else drive_of(kind)
+    start = STARTS.get(kind.name, {})
+    motion = vc.simulate(vc.System(kind(), LAW, drive), periods=PERIODS, initial=start, tolerance=1e-12)
+    assert motion.certificate.ok, motion.certificate.failures
+    y = [start.get(name, 0.0) for name in kind.states]
+    end, times = Filippov(kind, drive, LAW).run(y, PERIODS * drive.period)
+    found = np.array([motion[name][-1] for name in kind.states])
+    assert np.max(np.abs(found - end)) <= 1e-10
+    own = [time for time in motion.event_times if 1e-9 < time < PERIODS * drive.period - 1e-9]
+    assert len(times) >= 2
+    assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
+
+
+@pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
+def test_they_keep_the_contract_of_machines(kind):
+    report = vc.check_part(kind, motion=False)
+    assert report.ok, str(report)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["twin-pendulum", "clutch", "stacked-plates", "drill-string", "elastic-skin"])
+def test_they_close_in_orbits_and_run_in_lanes(name):
+    kind = next(kind for kind in MECHANISMS if kind.name == name)
+    system = vc.System(kind(), LAW, drive_of(kind))
+    found = vc.orbit(system, initial=vc.simulate(system, periods=40).state)
+    assert found.residual <= 1e-12
+    amplitudes = [1.1, 1.2]
+    lanes = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=["drive_work"], periods=5)["drive_work"]
+    for amplitude, work in zip(amplitudes, lanes, strict=True):
+        alone = vc.simulate(system.with_parameters({"drive.amplitude": amplitude}), periods=5)
+        assert work == pytest.approx(vc.energy_balance(alone).drive / 5, rel=1e-7, abs=1e-9)
