@@ -195,6 +195,9 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             plain, given = without_units(sections, form, scales, complaints)
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
+        elif described:
+            lacking = [name for name in classes["machine"].required if name not in sections["machine"]]
+            complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
     kept = data.get("units") == DIMENSIONLESS
     if scales is not None and not kept:  # results are in SI
         about = {each.field for each in complaints if isinstance(each, Complaint)}
@@ -207,9 +210,6 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
-    if described and complete and not form.si:
-        lacking = [name for name in form.classes["machine"].required if name not in sections["machine"]]
-        complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
     if complete and None not in parts.values():
         with complaints.collected(), _computable(described):
             system = System.of_parts(parts, None if kept else scales)

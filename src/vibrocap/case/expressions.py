@@ -151,7 +151,7 @@ class Expression:
             case ast.Call(func=ast.Name(id=name), args=[inner]):
                 own = self._measured(inner, known, bare)
                 if name == "sqrt":
-                    return FREE if own is FREE else own**0.5
+                    return FREE if own is FREE else own**0.5  # type: ignore[operator]
                 if own not in (FREE, NUMBER):
                     raise self._error(inner, f"{name} takes a number, got {ast.unparse(inner)!r} ({in_words(own)})")
                 return bare

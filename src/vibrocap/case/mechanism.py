@@ -7,7 +7,6 @@ processes have it again. Nothing of a description is run: its expressions are pa
 
 import contextlib
 import dataclasses
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
@@ -132,9 +131,6 @@ class Mechanism(Described):
         vars(wave).update({each.name: getattr(self, f"{name}_{each.name}") for each in parameter_table(kind)})
         return wave
 
-    def __reduce__(self):
-        return _blank, (json.dumps(self.description),), vars(self)
-
 
 @dataclasses.dataclass(frozen=True)
 class Planned:
@@ -171,13 +167,6 @@ class Planned:
         if isinstance(found.get("name"), str):
             bodies[found["name"]] = part
         return part
-
-
-def _blank(text: str) -> Mechanism:
-    """A machine of a description, whose values are put in by whoever unpickles it."""
-    from vibrocap.case.mechanism_reading import made
-
-    return object.__new__(made(text))
 
 
 @contextlib.contextmanager

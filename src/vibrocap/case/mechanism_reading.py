@@ -86,6 +86,16 @@ def made(text: str) -> type[Mechanism]:
     return kind
 
 
+def _reduced(machine: Mechanism) -> tuple:
+    """How a machine is made again in another process, from its description."""
+    return _blank, (json.dumps(machine.description),), vars(machine)
+
+
+def _blank(text: str) -> Mechanism:
+    """A machine of a description, without its values."""
+    return object.__new__(made(text))
+
+
 class Reading:
     """A description as it is read: names with their dimensions, fields of the class, its parts in order."""
 
@@ -124,6 +134,7 @@ class Reading:
             "waves": self.waves,
             "required": tuple(self.required),
             "weight": float(gravity),
+            "__reduce__": _reduced,
             **({"cyclic": None} if "travels" in self.tables else {}),
         }
         with placed(KIND):
@@ -203,7 +214,7 @@ class Reading:
         if isinstance(given, str) and given in RANGES:
             return dict(RANGES[given])
         pair = isinstance(given, list) and len(given) == 2 and all(map(is_number, given))
-        if pair and -math.inf < given[0] < given[1] < math.inf:
+        if pair and -1e300 < float(given[0]) < float(given[1]) < 1e300:
             return {"ge": float(given[0]), "le": float(given[1])}
         self.complaints.add(where, f"should be one of {listed(RANGES)}, or [least, most], got {shown(given)}")
         return {}
@@ -211,15 +222,16 @@ class Reading:
     def _coordinate(self, name: str, row: Mapping[str, Any]) -> None:
         where, count = f"{KIND}.coordinates.{name}", len(self.complaints)
         dimension, texts = self._dimension(where, row, ("m", "rad")), self._texts(where, name, row)
-        several, rate, repeats = row.get("repeat"), row.get("rate"), row.get("repeats")
+        several, rate = row.get("repeat"), row.get("rate")
+        repeats: Any = row.get("repeats")
         if several is not None and not is_whole(several, 1, MOST):
             self.complaints.add(f"{where}.repeat", f"should be a whole number from 1 to {MOST}, got {shown(several)}")
             several = None
         if repeats is not None:
             try:
-                repeats = float(Expression(repeats, ())({}, {}))
-                if not 0.0 < repeats < math.inf:
-                    raise ExpressionError(f"should be above 0, got {repeats:g}")
+                turn = repeats = float(Expression(repeats, ())({}, {}))
+                if not 0.0 < turn < math.inf:
+                    raise ExpressionError(f"should be above 0, got {turn:g}")
             except (ExpressionError, ArithmeticError, ValueError) as error:
                 self.complaints.add(f"{where}.repeats", str(error))
         if rate is not None and not (isinstance(rate, str) and self._named(f"{where}.rate", rate, None)):

@@ -21,7 +21,7 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
     for key in description:
         if key not in (known := (*HEAD, *TABLES, *PARTS)):
             complaints.add(f"{KIND}.{key}", f"no such key; {suggestion(key, known)}")
-    given = {"version": VERSION, **description}
+    given: dict[str, Any] = {"version": VERSION, **description}
     found: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
     for key, what in found.items():
         if (wanted := _head_wanted(key, what)) is not None:
@@ -50,17 +50,18 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
 
 def _head_wanted(key: str, value: Any) -> str | None:
     """What a key of [mechanism] should be; None where it is."""
-    text = isinstance(value, str) and len(value) <= 200
+    text = value if isinstance(value, str) and len(value) <= 200 else ""
+    number = float(value) if is_number(value) and abs(value) < 1e300 else -1.0
     wanted: dict[str, tuple[bool, str]] = {
         "version": (value == VERSION and is_whole(value), f"{VERSION}, the newest there is"),
         "name": (
-            text and bool(re.fullmatch(PART_NAME, value)) and (value == KIND or value not in machines()),
+            bool(re.fullmatch(PART_NAME, text)) and (text == KIND or text not in machines()),
             'a text of small letters, digits and hyphens such as "my-capsule", and no name of another machine',
         ),
-        "source": (text, "a text: a key of the references, or words"),
-        "effort": (text and value in EFFORT_WORDS, f"one of {listed(EFFORT_WORDS)}"),
-        "units": (text and value in UNITS, f"one of {listed(UNITS)}"),
-        "gravity": (is_number(value) and 0.0 <= value < 1e300, "a number >= 0"),
+        "source": (bool(text), "a text: a key of the references, or words"),
+        "effort": (text in EFFORT_WORDS, f"one of {listed(EFFORT_WORDS)}"),
+        "units": (text in UNITS, f"one of {listed(UNITS)}"),
+        "gravity": (number >= 0.0, "a number >= 0"),
         "travels": (value is False, "false, of a machine that is held to its place, or left out"),
     }
     right, words = wanted[key]
