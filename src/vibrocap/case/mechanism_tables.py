@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaints, is_number, is_whole, listed, shown, suggestion
+from vibrocap.arguments import Complaints, is_whole, listed, shown, suggestion
 from vibrocap.case.mechanism import HEAD, KIND, PARTS, TABLES, VERSION
 from vibrocap.physics.catalogue import PART_NAME, machines
 
@@ -51,7 +51,7 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
 def _head_wanted(key: str, value: Any) -> str | None:
     """What a key of [mechanism] should be; None where it is."""
     text = value if isinstance(value, str) and len(value) <= 200 else ""
-    number = float(value) if is_number(value) and abs(value) < 1e300 else -1.0
+    number = float(value) if isinstance(value, (int, float)) and 0.0 <= value < 1e300 else -1.0
     wanted: dict[str, tuple[bool, str]] = {
         "version": (value == VERSION and is_whole(value), f"{VERSION}, the newest there is"),
         "name": (
@@ -76,5 +76,7 @@ def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], co
             complaints.add(f"{where}.{key}", f"no such key; {suggestion(key, known)}")
         elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
+        elif not all(isinstance(each, str) or abs(each) < 1e300 for each in plain):
+            complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
         elif any(isinstance(each, str) and len(each) > 1000 for each in plain):
             complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
