@@ -10,7 +10,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import bifurcation_diagram as diagrams
-from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors, attractors_of
 from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
 from vibrocap.orbits.attractors.classification import same_set, within_set
 from vibrocap.orbits.attractors.starts import evenly_spread
@@ -206,13 +206,22 @@ def test_drift_is_per_drive_period_whatever_the_response():
     assert np.all(np.isnan(found.states[0, 0, 0, 8:]))
 
 
-@pytest.mark.slow
-def test_runs_caught_by_unstable_orbits_would_be_noticed(monkeypatch):
-    """Planted: taken as they end, a few of a thousand runs lead to orbits that attract nothing."""
-    monkeypatch.setattr(attractor_matching.OrbitPoints, "attracts", True)
-    found = attractors(capsule(vc.LuGre(bristle_damping=1.0)), 1000)
-    assert len(found.attractors) > 2
-    assert not all(each.motion.orbit.stable for each in found.attractors)
+@pytest.mark.parametrize("planted", [False, True])
+def test_runs_caught_by_unstable_orbits_are_noticed(monkeypatch, planted):
+    """A start on a symmetric orbit from which travel has branched stays there; planted: that it attracts."""
+    if planted:
+        monkeypatch.setattr(attractor_matching.OrbitPoints, "attracts", True)
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(amplitude=1.6))
+    map_ = StroboscopicMap(system, 1e-12)
+    stable = vc.orbit(system, initial={"angle": 1.0})
+    symmetric = vc.shoot(system, vc.orbit(system.with_parameters({"drive.amplitude": 1.25})).state, half=True)
+    starts = np.array([list(orbit.state.values()) for orbit in (symmetric, stable)])
+    assert symmetric.unstable
+    assert not stable.unstable
+    runs = settling_runs.settling_runs(map_, starts, np.tile(map_.parameters(), (2, 1)), 1000)
+    runs.response_period[0] = 1  # as where it looks settled
+    found, _, _ = attractors_of(map_, runs, 1000)
+    assert all(not each.motion.orbit.unstable for each in found) != planted
 
 
 @pytest.mark.slow

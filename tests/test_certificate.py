@@ -253,3 +253,48 @@ def test_values_of_pieces_do_not_depend_on_how_they_are_asked():
         polynomial_values(coefficients, uneven, s[:6]),
         np.hstack([polynomial_values(coefficients, uneven[i : i + 1], s[i : i + 1]) for i in range(6)]),
     )
+
+
+CRUST = vc.RateAndStateAgeing(0.6, 0.015, 0.02, 0.1, 1e-6)  # rates of ten decades, as of crustal faults
+CRUSTAL_START = {"position": -63.45, "sliding_velocity": 1e-9, "log_age": 6.9}
+
+
+def crustal(damping: float, duration: float) -> vc.System:
+    block = vc.Oscillator(mass=1e3, stiffness=5e5, damping=damping, belt_speed=-1e-8, normal_load=50e6)
+    return vc.System(block, CRUST, vc.Constant(0.0, duration=duration))
+
+
+@pytest.mark.parametrize("duration", [100.0, 1e4, 1e6])
+def test_an_idle_drive_does_not_bound_the_first_step(duration):
+    """The least step follows from the time at which it begins, not from the period of the drive."""
+    motion = vc.simulate(crustal(0.0, duration), periods=1, initial=CRUSTAL_START)
+    assert motion.status.ok
+    assert motion.certificate.ok
+
+
+def test_a_motion_that_did_not_finish_is_never_certified():
+    runaway = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic(1e200, 1.0))
+    nothing = vc.simulate(runaway, periods=1)
+    some = vc.simulate(stick_slip(), periods=5, max_steps=40, initial={"angle": 1.0})
+    for motion in (nothing, some):
+        assert not motion.status.ok
+        assert not motion.certificate.ok
+        assert "did not finish" in motion.certificate.failures[0]
+        assert "passed" not in repr(motion.certificate)
+    assert some.end > 0.0
+    assert len(nothing.time) == len(nothing["position"]) == len(nothing["drive_work"]) == 0
+    with pytest.raises(ValueError, match="ended where it began"):
+        nothing.at(0.0, "position")
+
+
+@pytest.mark.slow
+def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
+    """An impulse of 1e17 balances to a share of 1e-14; a real gap of a share of 1e-9 is still found."""
+    start = CRUSTAL_START | {"position": -63.4539, "log_age": 6.90776}
+    motion = vc.simulate(crustal(4.5e6, 4.73e7), periods=100, initial=start)
+    verdict = motion.certificate.verdict("momentum_residual")
+    assert motion.status.ok
+    assert motion.certificate.ok
+    impulse = np.max(np.abs(motion.piece_marks[-1]))
+    assert impulse > 1e16
+    assert verdict.value < verdict.bound < 1e-9 * impulse

@@ -932,3 +932,42 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     assert front.values == pytest.approx(known.values * [speed, cost], rel=1e-6)
     assert abs(front.orbits[0].mean_velocity) == pytest.approx(front.values[0, 0], rel=1e-9)
     assert front.table()[0]["mean_velocity"] == front.values[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("system", "uncertain", "settings", "doubt"),
+    [
+        pytest.param(
+            vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8)),
+            {"machine.damping": "factor:0.9:1.1"},
+            {},
+            "no travel",
+            id="a symmetric machine, whose travel is residue",
+        ),
+        pytest.param(
+            vc.System(vc.PendulumCapsule(0.9, 1.5, 0.3, "dynamic"), vc.Exponential(), vc.Harmonic(4.0, 1.0)),
+            {"drive.amplitude": "factor:0.2:0.4"},
+            {"initial": START[0]},
+            "lift off",
+            id="a nominal run that lifts off",
+        ),
+        pytest.param(
+            vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Biharmonic(1.5, 0.8, 0.5)),
+            {"machine.damping": "factor:0.9:1.1"},
+            {"periods": 4},
+            "not settled",
+            id="runs that have not settled",
+        ),
+    ],
+)
+def test_what_is_not_to_be_trusted_has_no_direction_and_no_index(system, uncertain, settings, doubt):
+    """One rule (`motion.trust`): of residue, failures and transients neither a wrong way nor an index is derived."""
+    found = vc.robustness(system, uncertain, samples=16, **settings)
+    assert found.nominal_doubt == doubt
+    assert found.wrong_way is None
+    assert (found.first_order, found.total) == (None, None) or doubt == "lift off"
+    assert doubt in found.facts["nominal"]
+    if doubt == "not settled":
+        assert found.not_settled == 1.0
+        assert np.isnan(found.mean)
+        assert np.all(np.isnan(found.values))

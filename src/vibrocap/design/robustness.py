@@ -10,15 +10,15 @@ from vibrocap.arguments import Complaints, check_whole
 from vibrocap.case.case import Case, CaseError
 from vibrocap.design.search.goal import asked_case, goal_of, measure_unit
 from vibrocap.design.search.uncertainty import TAIL, sample_points, sampled, uncertain_quantities
-from vibrocap.measures.ensemble import FINISHED, ensemble
+from vibrocap.measures.ensemble import ensemble
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import initial_state
+from vibrocap.motion.trust import NOT_SETTLED, Trust, residue
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, NumbersInUnit
 from vibrocap.results import Result
 
-STILL = 1e-5  # of the nominal travel, below which a sample does not travel: what settled runs are off by
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -26,21 +26,26 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 class Robustness(Result):
     """What becomes of a measure where some quantities are uncertain.
 
-    measure, unit; nominal: of the system itself; of a measure of travel all values are along the nominal direction
-    values: [samples] of the measure, of runs that failed what `failed_as` says; parameters: [samples] by path
+    measure, unit; nominal: of the system itself, NaN where its run is not to be trusted; of a measure of travel all
+    values are along the nominal direction, where there is one
+    nominal_doubt: why the nominal run has no value or no direction: a status, "not settled" or "no travel"; else empty
+    values: [samples] of the measure; of runs that failed what `failed_as` says, NaN of runs that had not settled
+    parameters: [samples] by path
     mean, deviation, quantiles; worst: the worst sample; tail_mean: the mean of the worst tenth, the conditional value
-        at risk (Rockafellar and Uryasev 2000)
+        at risk (Rockafellar and Uryasev 2000); all over the samples that have a value
     failed: share of the samples whose run failed (it lifts off, for instance), by status; not_settled: share of those
-        that had not settled; wrong_way: share that travels against the nominal direction, None of other measures
+        that had not settled; wrong_way: share that travels against the nominal direction by more than its residue
+        (`motion.trust`), None of other measures and without a nominal direction
     failed_as: what a failed run counts as in the numbers above: 0 of travel, else NaN, and it is left out of them
     first_order, total: Sobol indices by quantity, the share of the variance that it alone explains, and that would
-        vanish if all others were known (Saltelli 2010), each with a 95 % interval (value, low, high); None where runs
-        failed that count as nothing, or nothing varies
+        vanish if all others were known (Saltelli 2010), each with a 95 % interval (value, low, high); None where any
+        run is not to be trusted, or nothing varies by more than its residue
     """
 
     measure: str
     unit: str
     nominal: NumberInUnit
+    nominal_doubt: str
     parameters: dict[str, Numbers]
     values: NumbersInUnit
     failed: dict[str, Number]
@@ -100,7 +105,7 @@ class Robustness(Result):
         unit = "" if self.unit == "1" else f" {self.unit}"
         low, *_, high = self.quantiles.values()
         found = {
-            "nominal": f"{self.nominal:.8g}{unit}",
+            "nominal": f"{self.nominal:.8g}{unit}" + f" ({self.nominal_doubt})" * bool(self.nominal_doubt),
             "mean": f"{self.mean:.6g}{unit}, deviation {self.deviation:.3g}{unit}",
             "90 % within": f"{low:.6g} to {high:.6g}{unit}",
             "worst": f"{self.worst:.6g}{unit}, mean of the worst tenth {self.tail_mean:.6g}{unit}",
@@ -151,7 +156,8 @@ def robustness(
     samples: a power of two; samples (quantities + 2) runs are made for the Sobol indices, of which 2 samples count
     seed: the same one gives the same samples; periods, settle, tolerance, threads: see `ensemble`
 
-    A run that lifts off or fails otherwise counts as no travel of a measure of travel. Returns a `Robustness`. Raises
+    A run that lifts off or fails otherwise counts as no travel of a measure of travel; one that has not settled within
+    `periods` has no value. Returns a `Robustness`. Raises
     CaseError with every complaint about system, uncertain and measure, before any work.
     """
     complaints = Complaints()
@@ -189,24 +195,27 @@ def robustness(
     )
     unit, scale = measure_unit(system, measures[0])
     values = scale * runs[goal.measure].astype(float)
-    fails = runs["status"] != FINISHED
-    nominal = values[-1]
-    if goal.travels and nominal < 0.0:
-        values = -values
+    trust = Trust.of_runs(runs, scale * residue(system, goal.measure, settle))
+    directions = trust.direction(values)
+    nominal_doubt = trust.doubt(-1) or ("no travel" if goal.travels and directions[-1] == 0.0 else "")
+    directed = goal.travels and not nominal_doubt
+    if directed and directions[-1] < 0.0:
+        values, directions = -values, -directions
     failed_as = 0.0 if goal.travels else float("nan")
-    values = np.where(fails, failed_as, values)
+    shown = np.where(trust.finished, trust.known(values), failed_as)
     counted = slice(0, 2 * samples)
-    status, settled = runs["status"][counted], runs["settled"][counted]
-    indices = _sobol_indices(values[:-1], samples, quantities, seed)
+    indices = _sobol_indices(values[:-1], samples, quantities, seed) if trust[:-1].differ(values[:-1]) else (None, None)
+    doubts = trust[counted].doubts
     return Robustness(
         measure=goal.measure,
         unit=unit,
-        nominal=float(nominal),
+        nominal=float(trust.known(values)[-1]),
+        nominal_doubt=nominal_doubt,
         parameters={name: column[counted] for name, column in drawn.items()},
-        values=values[counted],
-        failed=_shares_of(status),
-        not_settled=float(np.mean(~settled & (status == FINISHED))),
-        wrong_way=float(np.mean(values[counted] < -STILL * abs(nominal))) if goal.travels else None,
+        values=shown[counted],
+        not_settled=doubts.pop(NOT_SETTLED, 0.0),
+        failed=doubts,
+        wrong_way=float(np.mean(directions[counted] < 0.0)) if directed else None,
         failed_as=failed_as,
         worst_is_least=goal.maximise,
         first_order=indices[0],
@@ -214,16 +223,8 @@ def robustness(
     )
 
 
-def _shares_of(status: np.ndarray) -> dict[str, float]:
-    """Share of each status but of finished runs."""
-    from vibrocap.motion.status import Status
-
-    words = [each.value for each in Status]
-    return {words[k]: float(np.mean(status == k)) for k in np.unique(status) if k != FINISHED}
-
-
 def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int) -> tuple[Any, Any]:
-    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where there are none.
+    """(first-order, total) Sobol indices with intervals, by quantity; (None, None) where a value is not known.
 
         S = <b (ab - a)>/s^2,   T = <(a - ab)^2>/(2 s^2)        Saltelli et al. 2010, table 2 (b) and (f)
 
@@ -232,7 +233,7 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     """
     from scipy.stats import bootstrap
 
-    if np.any(np.isnan(values)) or np.ptp(values) == 0.0:
+    if np.any(np.isnan(values)):
         return None, None
     if len(quantities) == 1:  # all variance is its own
         whole = {quantities[0].name: (1.0, 1.0, 1.0)}

@@ -327,7 +327,7 @@ STOPS = (
 
 def _imposed_by(kind: type[Machine]) -> str:
     """What imposes the motion of a kind of machine, "force" or "torque"; "" where none is imposed."""
-    if kind.actuator is Machine.actuator:
+    if not kind.imposes_motion:
         return ""
     return "force" if kind.effort == "displacement" else "torque"
 

@@ -3,6 +3,8 @@
 import dataclasses
 from typing import Any
 
+UNFINISHED = "the motion did not finish: the evidence is of what was computed of it"
+
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
@@ -33,7 +35,7 @@ class Certificate:
 
     stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick). Of several
     contacts the largest, and so for the least velocity.
-    slip_shortfall: largest 1 - |R|/(N eta_s) where the (first) contact began to slip; 0 to rounding (None: never).
+    slip_shortfall: largest 1 - |R|/(N eta_s) where a contact began to slip; 0 to rounding (None: never).
     event_velocity: largest |contact velocity| at located events, before it was set to zero.
     sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
@@ -45,6 +47,7 @@ class Certificate:
     the same number, but along the stiff directions, in which friction multiplies any error.
     least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.
+    finished: whether the motion went to its end; one that did not is never certified.
     warnings: what is no fault of the computation, but of the model: a constant load that hides a lift-off.
     """
 
@@ -62,16 +65,18 @@ class Certificate:
     least_reaction: float | None = None
     warnings: tuple[str, ...] = ()
     slip_shortfall: float | None = None
+    finished: bool = True
 
     @property
     def ok(self) -> bool:
-        """Whether all that is known speaks for the motion."""
-        return all(verdict.ok for verdict in self.verdicts)
+        """Whether the motion finished and all evidence is within its bounds."""
+        return self.finished and all(verdict.ok for verdict in self.verdicts)
 
     @property
     def failures(self) -> tuple[str, ...]:
         """What is beyond its bound, in words."""
-        return tuple(verdict.text for verdict in self.verdicts if not verdict.ok)
+        unfinished = () if self.finished else (UNFINISHED,)
+        return (*unfinished, *(verdict.text for verdict in self.verdicts if not verdict.ok))
 
     def verdict(self, field: str) -> Verdict | None:
         """The verdict on a field; None where there is nothing to judge."""
@@ -92,4 +97,5 @@ class Certificate:
             for each in self.verdicts
         ]
         steps = f"{self.taylor_steps} Taylor and {self.implicit_steps} implicit steps"
-        return f"Certificate({'passed' if self.ok else 'FAILED'}: {', '.join([*said, steps])})"
+        word = "passed" if self.ok else "FAILED" if self.finished else "not finished"
+        return f"Certificate({word}: {', '.join([*said, steps])})"

@@ -1,7 +1,8 @@
 """What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
 
+import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ LEAST_TOLERANCE = 1e-13  # below it rounding decides
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
 BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
-ROUNDING = 64 * float(np.finfo(float).eps)  # of a velocity at rest, over the largest one or 1
+EPSILON = float(np.finfo(float).eps)
+ROUNDING = 64 * EPSILON  # of a velocity at rest, over the largest one or 1
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
@@ -32,39 +34,36 @@ INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance tha
 def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio_of_tolerances: float) -> Certificate:
     """Evidence for a motion, from points within every piece and from a second run whose tolerance is tighter."""
     if not len(motion.piece_start):
-        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0, 0.0)
+        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0, 0.0, finished=False)
     recording, parameters = equations(motion.system), parameter_values(motion.system)
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)
     tolerance = max(motion.tolerance, LEAST_TOLERANCE)
     share = np.linspace(0.0, 1.0, POINTS)
     index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
     s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
-    side = motion.piece_side[index]
-    names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
-    velocity, friction, energy, contact_energy, momentum = motion.piece_observables(names, index, s)
-    marks = motion.piece_marks  # integrals at the start of every piece and at the end
+    energy, contact_energy, momentum = motion.piece_observables(("energy", "contact_energy", "momentum"), index, s)
+    marks, outer = motion.piece_marks, _outer_impulse(motion)  # at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    laws = motion.system.laws
-    if any(law.switched for law in laws):  # energy that was stored in the contact is lost where a piece begins unloaded
+    if any(law.switched for law in motion.system.laws):
+        # Energy that was stored in the contact is lost where a piece begins unloaded.
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
         balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
-    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
+    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - outer
     if motion.system.machine.strikes_ground:
         impulse[1:] -= np.cumsum(np.append(motion.piece_blows, 0.0))
-    stuck = side == 0
-    least = float(np.min((side * velocity)[~stuck], initial=0.0))
-    slack = ROUNDING * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
-    if motion.system.machine.imposes_distances or derivative(recording.contact_velocity, -1).value != 0.0:
+    seen = [_contact_evidence(motion, number, index, s) for number in range(1, 1 + motion.piece_sides.shape[1])]
+    least = min(each.least for each in seen)
+    slack = ROUNDING * max(1.0, *(each.fastest for each in seen))
+    natural_speed = max(_natural_size(motion, recording, scales, name) for name in velocity_names(recording))
+    imposed = any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
+    if motion.system.machine.imposes_distances or imposed:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
-        slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))
+        slack = max(slack, EVENT_BOUND * tolerance * natural_speed)
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
-    ratio = _stick_force_ratio(motion, 1, friction[stuck], index[stuck], s[stuck])
-    least = least if laws[0].kind != "smooth" else 0.0
     event_velocity = recorded.contact_residual
-    for held, along in _further_contacts(motion, index, s):
-        ratio, least = held if ratio is None else max(ratio, held or 0.0), min(least, along)
+    ratio = max((each.share for each in seen if each.share is not None), default=None)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
     verdicts = []
@@ -82,18 +81,18 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     judge(
         "event_velocity",
         event_velocity,
-        EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"),
+        EVENT_BOUND * tolerance * natural_speed,
         f"the contact still moves at {event_velocity:.2g} where it is said to rest or to turn: an event was "
         f"not located to the tolerance",
     )
-    if any(law.kind != "smooth" for law in laws):
+    if any(law.kind != "smooth" for law in motion.system.laws):
         judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
-    for field, value, observables, check in (
-        ("energy_residual", energy_residual, ("energy", "contact_energy"), _energy_contradiction),
-        ("momentum_residual", momentum_residual, ("momentum",), _momentum_contradiction),
+    for field, value, observables, flows, check in (
+        ("energy_residual", energy_residual, ("energy", "contact_energy"), marks[:-1], _energy_contradiction),
+        ("momentum_residual", momentum_residual, ("momentum",), (marks[-1], outer), _momentum_contradiction),
     ):
-        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables)
+        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables) + _rounding_of_sums(flows)
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     words = f"the equations are left by {defect:.1e} within a step, where {DEFECT_BOUND * tolerance:.1e} is the bound"
@@ -104,6 +103,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     return Certificate(
         stick_force_ratio=ratio,
         slip_shortfall=shortfall,
+        finished=motion.run_status.ok,
         event_velocity=event_velocity,
         sign_kept=bool(least >= -slack),
         least_velocity=least,
@@ -119,29 +119,54 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     )
 
 
-def _stick_force_ratio(
-    motion: Trajectory, number: int, held: np.ndarray, index: np.ndarray, s: np.ndarray
-) -> float | None:
-    """Largest share of what a contact can hold, of the forces that held it; None: its law cannot stick."""
-    if motion.system.laws[number - 1].kind != "set-valued":
-        return None
-    return float(np.max(np.abs(_shares_held(motion, number, held, index, s)), initial=0.0))
+@dataclasses.dataclass(frozen=True)
+class ContactEvidence:
+    """What was seen of one contact.
+
+    share: largest part of what it can hold that it held at rest; None: its law cannot stick
+    least: least velocity along its side while it slides, 0 of a smooth law; fastest: largest size of its velocity
+    """
+
+    share: float | None
+    least: float
+    fastest: float
+
+
+def _contact_evidence(motion: Trajectory, number: int, index: np.ndarray, s: np.ndarray) -> ContactEvidence:
+    """Of a contact, at all points of the pieces; at an event of its own its velocity is that of the event."""
+    law, sides = motion.system.laws[number - 1], motion.piece_sides[:, number - 1]
+    names = numbered("contact_velocity", number), numbered("friction", number)
+    velocity, friction = motion.piece_observables(names, index, s)
+    stuck = sides[index] == 0.0
+    along = (sides[index] * velocity).reshape(-1, POINTS)
+    along[np.append(sides[1:] != sides[:-1], False), -1] = 0.0
+    share = None
+    if law.kind == "set-valued":
+        held = _shares_held(motion, number, friction[stuck], index[stuck], s[stuck])
+        share = float(np.max(np.abs(held), initial=0.0))
+    least = 0.0 if law.kind == "smooth" else float(np.min(along, initial=0.0))
+    return ContactEvidence(share, least, float(np.max(np.abs(velocity), initial=0.0)))
 
 
 def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
-    """Largest part of what the contact can hold that was missing where it left rest; None: it never did.
+    """Largest part of what a contact can hold that was missing where it left rest; None: none did.
 
     Not asked of slips that begin faster than `still`, as after an impact, nor of contacts that act on one another.
     """
-    stuck = motion.piece_side == 0
-    starts = 1 + np.flatnonzero(stuck[:-1] & ~stuck[1:])
-    if not len(starts) or equations(motion.system).coupled:
+    if equations(motion.system).coupled:
         return None
-    names = ("contact_velocity", "holding_force")
-    velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
-    shares = motion.piece_side[starts] * _shares_held(motion, 1, force, starts, np.zeros(len(starts)))
-    shares = shares[np.abs(velocity) <= still]
-    return float(np.max(1.0 - shares, initial=0.0)) if len(shares) else None
+    missing: list[float] = []
+    for number, law in enumerate(motion.system.laws, 1):
+        sides = motion.piece_sides[:, number - 1]
+        starts = 1 + np.flatnonzero((sides[:-1] == 0.0) & (sides[1:] != 0.0))
+        if law.kind != "set-valued" or not len(starts):
+            continue
+        at = starts, np.zeros(len(starts))
+        names = numbered("contact_velocity", number), numbered("holding_force", number)
+        velocity, force = motion.piece_observables(names, *at)
+        shares = sides[starts] * _shares_held(motion, number, force, *at)
+        missing += (1.0 - shares[np.abs(velocity) <= still]).tolist()
+    return max(0.0, *missing) if missing else None
 
 
 def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -154,21 +179,6 @@ def _shares_held(motion: Trajectory, number: int, force: np.ndarray, index: np.n
     force = force - middle
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(force == 0.0, 0.0, force / limit)
-
-
-def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> Iterator[tuple[float | None, float]]:
-    """(largest share held at rest, least velocity along its side) of each further contact whose law is not smooth."""
-    for number, contact in enumerate(equations(motion.system).contacts[1:], 2):
-        if contact.kind == "smooth":
-            continue
-        sides = motion.piece_sides[:, number - 1]
-        names = numbered("contact_velocity", number), numbered("friction", number)
-        velocity, friction = motion.piece_observables(names, index, s)
-        stuck = sides[index] == 0.0
-        along = (sides[index] * velocity).reshape(-1, POINTS)
-        along[np.append(sides[1:] != sides[:-1], False), -1] = 0.0  # pieces that end with an event of this contact
-        ratio = _stick_force_ratio(motion, number, friction[stuck], index[stuck], s[stuck])
-        yield ratio, float(np.min(along, initial=0.0))
 
 
 def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
@@ -246,6 +256,16 @@ def changes(
     return found
 
 
+def velocity_names(recording: Equations) -> tuple[str, ...]:
+    """Names of the velocities of all contacts."""
+    return tuple(numbered("contact_velocity", number) for number in range(1, 1 + len(recording.contacts)))
+
+
+def _rounding_of_sums(flows: Iterable[Any]) -> float:
+    """What rounding may leave of sums over all pieces: half a unit in the last place of each partial sum."""
+    return EPSILON * float(sum(np.sum(np.abs(each)) for each in flows))
+
+
 def _unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
     """A balance that does not close, and what that probably means."""
     what = field.removesuffix("_residual")
@@ -305,11 +325,11 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
 def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
     """Largest h |y' - f(t, y)| over the natural size of a state; of implicit steps along their stiff directions.
 
-    Nine points of every step, and of Taylor steps five more about the slowest of a finer grid: friction changes most
-    near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
+    Nine points of every step, and of Taylor steps five more about where each contact is slowest: friction changes
+    most near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
     bound is asked again as of an implicit step.
     """
-    stiff = equations(motion.system).maybe_stiff
+    recording = equations(motion.system)
     implicit = np.flatnonzero(motion.piece_implicit)
     even = np.linspace(0.0, 1.0, POINTS)
     index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()
@@ -320,12 +340,13 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
         pieces = taylor[first : first + PIECES_AT_A_TIME]
         h = motion.piece_length[pieces]
         grid = (fine * h[:, None]).ravel()
-        speed = np.abs(motion.piece_observables(("contact_velocity",), np.repeat(pieces, FINE), grid)[0])
-        slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
-        near = slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0)
-        share = np.hstack([np.broadcast_to(even, (len(pieces), POINTS)), np.clip(near, 0.0, 1.0)])
+        shares = [np.broadcast_to(even, (len(pieces), POINTS))]
+        for speed in np.abs(motion.piece_observables(velocity_names(recording), np.repeat(pieces, FINE), grid)):
+            slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
+            shares.append(np.clip(slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0), 0.0, 1.0))
+        share = np.hstack(shares)
         index, s = np.repeat(pieces, share.shape[1]), (share * h[:, None]).ravel()
-        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if stiff else math.inf))))
+        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if recording.maybe_stiff else math.inf))))
     return worst
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes
+from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes, velocity_names
 from vibrocap.numerics.api import DEFECT_BOUND, RunResults
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -23,11 +23,13 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
     values = recording.filled(parameters).T
     with np.errstate(all="ignore"):  # of runs that failed
         scales = [np.broadcast_to(each, count) for each in evaluate(recording.scales, 0.0, states, 1.0, values)]
-        speeds = changes(recording, ("contact_velocity",), np.array(scales), 0.0, states, values).sum(axis=0)
+        speeds = np.zeros(count)
+        for name in velocity_names(recording):
+            speeds = np.maximum(speeds, changes(recording, (name,), np.array(scales), 0.0, states, values).sum(axis=0))
     slowest = EVENT_BOUND * tolerance * speeds
     found = results.head("contact_residual") <= slowest
     rounding = ROUNDING * np.maximum(1.0, speeds)
-    imposed = recording.several or derivative(recording.contact_velocity, -1).value != 0.0
+    imposed = recording.several or any(derivative(each.velocity, -1).value != 0.0 for each in recording.contacts)
     found &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
     found &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
     return found & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

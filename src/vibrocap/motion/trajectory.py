@@ -181,7 +181,9 @@ class Trajectory(Result):
 
     @functools.cached_property
     def time(self) -> Times:
-        """A uniform grid over the motion, `samples` points per period, both ends included."""
+        """A uniform grid, `samples` points per period, both ends included; empty of a motion that never began."""
+        if not len(self.piece_start):
+            return np.empty(0)
         count = max(1, round(self.samples * (self.end - self.start_time) / self.period))
         return np.linspace(self.start_time, self.end, count + 1)
 
@@ -224,6 +226,10 @@ class Trajectory(Result):
     def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times as an array, the piece of each and the time since its start."""
         t = np.atleast_1d(np.asarray(t, dtype=float))
+        if len(t) and not len(self.piece_start):
+            raise ValueError(
+                f"this motion ended where it began ({self.status.value}): nothing of it is known but its start"
+            )
         if np.any((t < self.start_time - 1e-12 * abs(self.start_time)) | (t > self.end + 1e-12 * abs(self.end))):
             raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")
         index = self.piece_at(t)
@@ -323,7 +329,7 @@ class Trajectory(Result):
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
         points = 0.5 * s[:, None] * (1.0 + nodes)
         powers = self.piece_observables(names or self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
-        return (powers.reshape(-1, *points.shape) @ weights) * 0.5 * s
+        return (powers.reshape(len(powers), *points.shape) @ weights) * 0.5 * s
 
     def values(self, t: Moments) -> Annotated[np.ndarray, AlongNames(0, ("state_names", "integral_names"))]:
         """States and integrals at times t: array [states + integrals, len(t)]."""

@@ -10,13 +10,14 @@ import numpy as np
 
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.status import Status
+from vibrocap.motion.trust import RESIDUE
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
 from vibrocap.paper.presets import MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, start, with_load
 
 STIFFNESSES = (0.01, 4.5)
 POINTS = 40  # along each axis of the map
 PERIODS, SETTLE, TOLERANCE = 600, 1e-6, 5e-8
-STILL = 1e-5  # mean velocities up to this are no travel: ten times the threshold of settling
+STILL = RESIDUE * SETTLE  # mean velocities up to this are no travel
 FOLLOWED = (1.45, 4.0)  # stiffness of the diagram of branches
 FRICTION = "exponential"
 LOADS: tuple[float | str, ...] = (1.0, "dynamic")

@@ -22,6 +22,7 @@ from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.mechanics.parts import MechanicsError
 
 GROUP = "vibrocap.parts"  # of entry points
 PART_NAME = r"[a-z0-9]+(-[a-z0-9]+)*"
@@ -204,6 +205,13 @@ def complaints(part: type) -> list[str]:
         found.append(f"name: should be {wanted}, got {name!r}")
     if not is_pydantic_dataclass(part):
         return [*found, "is no record of parameters; write @parameters above the class"]
+    try:
+        part.states  # type: ignore[attr-defined] # noqa: B018, of a machine that is described it follows from its parts
+    except AttributeError:
+        pass
+    except Exception as error:  # whatever the parts of one's own are
+        said = error if isinstance(error, MechanicsError) else f"{type(error).__name__}: {error}"
+        return [*found, f"parts: {said}"]
     required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]
     found += [f"{name}: every parameter needs a default" for name in required]
     missing = [each for each in constants if not hasattr(part, each) and each not in part.__pydantic_fields__]

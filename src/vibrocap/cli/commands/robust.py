@@ -58,6 +58,7 @@ def robust(
         "measure",
         "unit",
         "nominal",
+        "nominal_doubt",
         "mean",
         "deviation",
         "worst",

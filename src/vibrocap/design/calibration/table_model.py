@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from vibrocap.design.calibration.table import MeasuredTable
-from vibrocap.design.search.goal import SIGNED, measure_unit
+from vibrocap.design.search.goal import measure_unit
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.measures.ensemble import FINISHED, ensemble
+from vibrocap.motion.trust import TRAVEL
 from vibrocap.physics.system import System
 
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
@@ -72,7 +73,7 @@ class TableModel:
             return np.concatenate([one[0] for one in each]), np.concatenate([one[1] for one in each])
         finished = (found["status"] == FINISHED).reshape(many, -1)
         values = [
-            np.where(finished, scale * found[name].reshape(many, -1), 0.0 if name in SIGNED else np.nan)
+            np.where(finished, scale * found[name].reshape(many, -1), 0.0 if name in TRAVEL else np.nan)
             for name, scale in zip(self.table.measures, self.scales, strict=True)
         ]
         return np.stack(values, axis=1), finished

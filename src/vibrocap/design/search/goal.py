@@ -13,13 +13,13 @@ from vibrocap.case.case import Case
 from vibrocap.measures import of_measure
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.motion.trust import TRAVEL
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
 
 SENSES = ("maximise", "minimise")
 MINIMISED = ("cost_of_transport", "time_to_settle")  # which nobody wants large
-SIGNED = ("mean_velocity", "drift", "displacement")  # measures whose sign the mirror twin turns
 FORM = "MEASURE > NUMBER or MEASURE < NUMBER, such as 'least_reaction > 0.1'"
 INFEASIBLE, UNSETTLED, FAILED = 1e100, 2e100, 3e100  # costs, beyond those of any design that is allowed
 
@@ -53,7 +53,7 @@ class Goal:
     @property
     def travels(self) -> bool:
         """Whether the measure says how far or how fast the machine travels, with a direction."""
-        return self.measure in SIGNED
+        return self.measure in TRAVEL
 
     @property
     def measures(self) -> tuple[str, ...]:
@@ -147,7 +147,7 @@ def goal_of(
     constraints = tuple(_scaled(system, *each) for each in split if each)
     name = objective.name if isinstance(objective, Measure) else objective
     maximise = name not in MINIMISED if sense is None else sense == "maximise"
-    size = name in SIGNED and system.mirrored
+    size = name in TRAVEL and system.mirrored
     return Goal(name, maximise, constraints, size), tuple(dict.fromkeys(asked))
 
 

@@ -53,8 +53,12 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     where r, the contraction over n periods, is the slowest seen: between the last three blocks of max(n, 3)
     differences, and within the last block; and d is the last difference or, if larger, an earlier one of the last block
     continued at that rate. (For a transient that alternates, n = 2 gives the sharper bound.) Where the states of these
-    blocks lie within 10 tolerances of one another there is no rate to be seen: the motion stands still as far as the
-    run can tell, and remaining is the largest difference (a transient with a multiplier above 0.999 can hide there).
+    blocks lie within 10 tolerances of one another there is no rate to be seen: the motion stands still; remaining is
+    the largest difference.
+
+    A slow mode hides below faster ones, most of all one near -1, whose states two periods apart hardly differ. So
+    remaining is also at least the distance to the limit of five marks by reduced-rank extrapolation, n periods apart
+    (of a motion that stands still up to 16), and ten times what its multipliers leave unexplained of the last step.
 
     The smallest n with remaining <= threshold is the period of the response.
 

@@ -139,9 +139,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     mechanical = y[: len(placed.states)]
     first, *others = flow.contacts
     observables = {
-        "friction": first.friction,
-        "holding_force": first.held,
-        "contact_velocity": first.contact.velocity,
+        **_contact_observables(flow, 1),
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
@@ -149,12 +147,9 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
     for number, each in enumerate(others, start=2):
-        own = {"friction": each.friction, "contact_velocity": each.contact.velocity}
+        observables |= _contact_observables(flow, number)
         if system.machine.follows_load:
-            own["reaction"] = each.normal
-            if each.contact.sticks:
-                own |= {"holding_limit": each.limit, "holding_centre": each.middle}
-        observables |= {numbered(name, number): value for name, value in own.items()}
+            observables[numbered("reaction", number)] = each.normal
     contact = system.state_names.index(system.machine.contact_states[0])
     balance = Balance(
         momentum=expression(observables["momentum"]),
@@ -165,14 +160,12 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         acceleration=expression(flow.rates[contact]),
         normal=_normal_balance(graph, placed, mechanical, flow),
     )
-    if flow.bounds and first.limit is not None:
-        observables |= {"holding_limit": first.limit, "holding_centre": first.middle}
     reaction = flow.reaction
     if reaction is not None:
         inertia, own, *slopes = reaction
         made = sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))
         observables["reaction"] = (own + made) / inertia
-    from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
+    from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside or others:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
@@ -217,6 +210,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         if flow.loads or reaction is None
         else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
+
+
+def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
+    """What is known of a contact at every instant; what it can hold only where its load may change."""
+    each = flow.contacts[number - 1]
+    own = {"friction": each.friction, "holding_force": each.held, "contact_velocity": each.contact.velocity}
+    if flow.bounds and each.contact.sticks:
+        own |= {"holding_limit": each.limit, "holding_centre": each.middle}
+    return {numbered(name, number): value for name, value in own.items()}
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

@@ -138,9 +138,7 @@ def evidence_source(equations: Equations) -> str:
     """`evidence` of one lane: what `kernel/observe/evidence.py` asks of the equations."""
     zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
     for each in equations.contacts:
-        further = each is not equations.contacts[0] and each.kind != "smooth"
-        pair = (each.hold, each.limit) if each.sticks else (zero, zero)
-        asked += [*pair, each.velocity if further else zero]
+        asked += (each.hold, each.limit) if each.sticks else (zero, zero)
     return stored_source("evidence", equations.graph, asked)
 
 

@@ -153,10 +153,10 @@ class Layout:
         deciding = self.states + self.contacts * (4 * self.contacts + 24) if self.contacts > 1 else 0
         points = self.states + max(5 * self.switches, 10 * self.contacts)
         tangents = self.states + 3 * self.contacts + self.switches
-        extrapolating = 9 * self.states + 30 if self.extrapolates else 0
+        settling = 9 * (self.states + self.turns) + 30 if self.marks > 1 else 0
         search = self.order + 1 + 38 * (self.order + 2)
         shown = self.states + max(self.observed, self.part)
-        return max(search, points, tangents, extrapolating, gathering, deciding, shown)
+        return max(search, points, tangents, settling, gathering, deciding, shown)
 
     @property
     def work_size(self) -> int:

@@ -19,8 +19,10 @@ class Stroboscope:
 
     def __init__(self, states: np.ndarray):
         self.last = len(states) - 1
-        self._states = states.ravel().tolist()  # numbers of Python's own are faster to get at one by one
-        places = {"LANES": 1, "MARK_SIZE": states.shape[1], "MARK_COUNT": len(states)}
+        size = states.shape[1]
+        room = [0.0] * (9 * size + 30)  # in which limits of marks are sought
+        self._states = [*states.ravel().tolist(), *room]  # numbers of Python's own are faster to get at one by one
+        places = {"LANES": 1, "MARK_SIZE": size, "STATES": size, "MARK_COUNT": len(states), "WORK": states.size}
         self.functions: dict[str, Any] = {"math": math, **places}
         exec(_decision(), self.functions)
 
@@ -51,4 +53,4 @@ class Stroboscope:
 
 @functools.cache
 def _decision() -> CodeType:
-    return compile(kernel_source("observe.settle"), "<settle>", "exec")
+    return compile("\n".join(map(kernel_source, ("observe.limit_of_marks", "observe.settle"))), "<settle>", "exec")

@@ -5,162 +5,42 @@ import functools
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
-from pydantic.dataclasses import is_pydantic_dataclass
-
 from vibrocap.physics.bodies import Mechanism, Shape
-from vibrocap.physics.machines.machine import IMPACT, Contact, Machine
-from vibrocap.physics.mechanics.derivation import Derivation
-from vibrocap.physics.mechanics.formulas import Program
-from vibrocap.physics.mechanics.parts import Coordinate, Signal, is_word
-from vibrocap.physics.mechanics.pictures import filled, mechanism_of, mechanism_results, scene_of
-from vibrocap.physics.mechanics.speeds import TIME, Inputs
-from vibrocap.physics.mechanics.stops import ends, guards, outcomes, rooms, stopped
-from vibrocap.physics.mechanics.sums import Sum
+from vibrocap.physics.machines.machine import Contact, Machine
+from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, own_states, table, whole_pattern
+from vibrocap.physics.mechanics.parts import Coordinate, Signal
+from vibrocap.physics.mechanics.pictures import filled
+from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
-from vibrocap.physics.parameters import parameter_table
 
-BELT = "belt"  # channel of the energy that supports put in
-NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
-NUMBER = object()  # stands for a parameter that is a number
 SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # states at which a machine is compared with its mirror image
 
 
-def table(kind: type) -> tuple:
-    """The parameters of a class, or of the last one above it that declares any."""
-    return parameter_table(next(each for each in kind.__mro__ if is_pydantic_dataclass(each)))
+class Derived:
+    """A constant of a class that follows from what its machines are made of; computed when it is first asked for.
 
-
-def whole_pattern(kind: type) -> tuple:
-    """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
-    values = (info.default for info in table(kind))
-    return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
-
-
-class Form:
-    """The mechanics of all machines of a class whose parameters that are no numbers are the same.
-
-    pattern: the parameters in order, NUMBER for each that is one. Programs are derived when they are first asked for.
+    value: of (what is the same of all machines of the class, the class); by default what has the constant's name there
     """
 
-    def __init__(self, kind: type["Described"], pattern: tuple, states: tuple[str, ...], level: bool = True):
-        names = [info.name for info in table(kind)]
-        numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
-        made = object.__new__(kind)
-        signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
-        contacts = len(kind.kind().contact_states) if states else 0
-        self.inputs = Inputs(len(states), contacts, len(numbers), signals)
-        vars(made).update(zip(names, pattern, strict=True))
-        vars(made).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
-        self.kind, self.states = kind, states
-        at = dict(zip(states, self.inputs.states, strict=True))
-        self.derived = Derivation(
-            made.parts,
-            kind.coordinates,
-            self.inputs,
-            kind.gravity if level and states else self.inputs.gravity,
-            at or None,
-            kind.counts,
-            {i: at[name] for name, i in kind.stops.items()} if states else {},
-        )
-        self._programs: dict[str, Program] = {}
-
-    def __call__(self, name: str, inputs: list) -> Any:
-        """What a function of the machine gives, by its name."""
-        return self.program(name)(inputs)
-
-    def program(self, name: str) -> Program:
-        """The program of a function."""
-        if name not in self._programs:
-            self._programs[name] = Program(RESULTS[name](self), self.inputs.count)
-        return self._programs[name]
-
-    # --- results by name ---------------------------------------------------------------------------------------------
-
-    def rates(self) -> tuple:
-        found = self.derived.rate_results()
-        return tuple(found.get(name, 0.0) for name in self.states)
-
-    def powers(self) -> tuple:
-        drive, damper, support = self.derived.powers()
-        known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
-        return tuple(known[name] for name in self.kind.kind().channels)
-
-    def outcomes(self) -> tuple:
-        """All states after each guard."""
-        number, found = dict(self.kind.stops), []
-        for each in outcomes(self.derived):
-            after = {
-                name: each.get(number.get(name, name), old)
-                for name, old in zip(self.states, self.inputs.states, strict=True)
-            }
-            found.append(tuple(after.values()))
-        return tuple(found)
-
-    def scene(self) -> tuple:
-        self.shapes = scene_of(self.derived)
-        return tuple(each.points for each in self.shapes)
-
-    def mechanism(self) -> Any:
-        self.bodies = mechanism_of(self.derived)
-        return mechanism_results(self.bodies)
-
-
-RESULTS: dict[str, Callable[[Form], Any]] = {
-    "rates": Form.rates,
-    "contacts": lambda form: form.derived.contact_results(),
-    "energy": lambda form: form.derived.energy(),
-    "momentum": lambda form: form.derived.common_momentum(),
-    "vertical_momentum": lambda form: form.derived.vertical_momentum(),
-    "outer_force": lambda form: form.derived.outer_force(),
-    "wall_force": lambda form: form.derived.wall_force(),
-    "powers": Form.powers,
-    "actuator": lambda form: form.derived.actuators(),
-    "loads": lambda form: form.derived.loads(),
-    "ground_speeds": lambda form: form.derived.ground_speeds(),
-    "line_momentum": lambda form: form.derived.line_momentum(),
-    "masses": lambda form: form.derived.weighing(),
-    "switches": lambda form: guards(form.derived),
-    "after_switch": Form.outcomes,
-    "bounds": lambda form: ends(form.derived),
-    "room": lambda form: rooms(form.derived),
-    "scene": Form.scene,
-    "mechanism": Form.mechanism,
-}
-
-
-class Kind:
-    """What is the same of all machines of a class: it follows from one in which every part is there that may be."""
-
-    def __init__(self, kind: type["Described"]):
-        pattern = whole_pattern(kind)
-        whole = Form(kind, pattern, ()).derived
-        stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
-        self.contact_states = tuple(whole.speeds)
-        self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
-        self.switched = tuple(self.stops)
-        pairs = ((name, whole.rates[name]) for name in whole.names)
-        self.states = (*(name for pair in pairs for name in pair), *self.switched)
-        self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
-        bounces = [stop for _, stop in stops if stop.restitution is not None]
-        self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()
-        moved = any(each.along.slope(TIME) or each.height.slope(TIME) or each.turn.slope(TIME) for each in whole.bodies)
-        moved = moved and not whole.imposes
-        self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
-        self.place = whole.place
-        self.rates = dict(whole.rates)
-        dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
-        rises = any(m.height.slope(name) for m in whole.masses for name in whole.names)
-        self.gravity = (1.0, 0.0) if rises or dynamic else None
-
-
-class Derived:
-    """A constant of a class that follows from what its machines are made of; computed when it is first asked for."""
-
-    def __init__(self, value: Callable[[Any, type], Any]):
+    def __init__(self, value: Callable[[Any, type], Any] | None = None):
         self.value = value
 
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.value = self.value or (lambda kind, _: getattr(kind, name))
+
     def __get__(self, instance: Any, owner: type["Described"]) -> Any:
+        assert self.value is not None
         return self.value(owner.kind(), owner)
+
+
+def result(name: str, doc: str) -> Any:
+    """A function of a machine that is what the formulas of this name give."""
+
+    def function(self, t, y, drive=0.0, frictions=None):
+        return self._result(name, t, y, drive, frictions)
+
+    function.__name__, function.__qualname__, function.__doc__ = name, f"Described.{name}", doc
+    return function
 
 
 class Described(Machine):
@@ -168,21 +48,22 @@ class Described(Machine):
 
     A class declares its parameters, its coordinates, `angle = coordinate("theta", "angle of the pendulum", "rad")`, its
     name and what the drive is (`effort`). With the effort "displacement" or "number" the drive imposes a motion,
-    `q.drive`; along `q.imposed(path)` what this takes is shown as the actuator's.
+    `q.drive`; along `q.imposed(path)` what this takes is shown as the actuator's. A class with `switched` states of its
+    own has them as `q.NAME`, and defines `switches` and `after_switch`.
     """
 
     declared: ClassVar[Mapping[str, Any]] = {}
     weighs: ClassVar[bool] = True
-    states: ClassVar[Any] = Derived(lambda kind, _: kind.states)
-    contact_states: ClassVar[Any] = Derived(lambda kind, _: kind.contact_states)
-    switched: ClassVar[Any] = Derived(lambda kind, _: kind.switched)
-    switch_events: ClassVar[Any] = Derived(lambda kind, _: kind.switch_events)
-    strikes_ground: ClassVar[Any] = Derived(lambda kind, _: kind.strikes_ground)
-    channels: ClassVar[Any] = Derived(lambda kind, _: kind.channels)
-    stops: ClassVar[Any] = Derived(lambda kind, _: kind.stops)
-    place: ClassVar[Any] = Derived(lambda kind, _: kind.place)
-    gravity: ClassVar[Any] = Derived(lambda kind, _: kind.gravity)
-    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(owner.states))
+    states: ClassVar[Any] = Derived()
+    contact_states: ClassVar[Any] = Derived()
+    switched: ClassVar[Any] = Derived()
+    switch_events: ClassVar[Any] = Derived()
+    strikes_ground: ClassVar[Any] = Derived()
+    channels: ClassVar[Any] = Derived()
+    stops: ClassVar[Any] = Derived()
+    place: ClassVar[Any] = Derived()
+    gravity: ClassVar[Any] = Derived()
+    symmetry: ClassVar[Any] = Derived(lambda _, owner: tuple(1 if n in own_states(owner) else -1 for n in owner.states))
     cyclic: ClassVar[Any] = Derived(lambda kind, owner: _cyclic(owner))
     turns: ClassVar[Any] = Derived(
         lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
@@ -304,10 +185,6 @@ class Described(Machine):
         """Speed at which the ground moves uniformly under all contacts."""
         return self._result("ground_speeds")[0] if self.over_ground else 0.0
 
-    def line_momentum(self, t, y):
-        """Momentum of all masses along the line."""
-        return self._result("line_momentum", t, y)
-
     def masses(self) -> Mapping[str, Any]:
         """The mass whose weight pulls along each contact, on a slope."""
         return dict(zip(dict.fromkeys(self.contact_states), self._result("masses"), strict=True))
@@ -316,53 +193,28 @@ class Described(Machine):
         """Load on each contact, or the one at rest."""
         return self._result("loads")
 
+    rates = result("rates", "y'.")
+    energy = result("energy", "Kinetic and potential energy, but for that of the weight along a slope.")
+    momentum = result("momentum", "Momentum along the line of sliding.")
+    line_momentum = result("line_momentum", "Momentum of all masses along the line.")
+    vertical_momentum = result("vertical_momentum", "Momentum normal to the ground of what stands on the one contact.")
+    outer_force = result("outer_force", "Force from outside along the line of sliding, its weight on a slope included.")
+    wall_force = result("wall_force", "Force of a rigid stop on the ground that is touched.")
+    powers = result("powers", "Power through each channel.")
+    switches = result("switches", "Of each stop: it is reached in front, left, reached behind.")
+    bounds = result("bounds", "Ways to the stops at which a run ends.")
+
     def contacts(self, t, y, drive) -> tuple[Contact, ...]:
         """Its contacts."""
         return tuple(Contact(*each) for each in self._result("contacts", t, y, drive))
-
-    def vertical_momentum(self, t, y) -> Any:
-        """Momentum normal to the ground of what stands on the one contact."""
-        return self._result("vertical_momentum", t, y)
-
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y'."""
-        return self._result("rates", t, y, drive, frictions)
-
-    def switches(self, t, y, drive, frictions) -> tuple:
-        """Of each stop: it is reached in front, left, reached behind."""
-        return self._result("switches", t, y, drive, frictions)
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
         """All states after a stop is reached or left."""
         return self._result("after_switch", t, y, drive, frictions)[which]
 
-    def bounds(self, t, y) -> tuple:
-        """Ways to the stops at which a run ends."""
-        return self._result("bounds", t, y)
-
     def room(self) -> Mapping[str, tuple[Any, Any]]:
         """Between the stops that no motion passes."""
         return {name: (low, high) for name, low, high in self._result("room")}
-
-    def energy(self, t, y):
-        """Kinetic and potential energy, but for that of the weight along a slope."""
-        return self._result("energy", t, y)
-
-    def momentum(self, t, y):
-        """Momentum along the line of sliding."""
-        return self._result("momentum", t, y)
-
-    def outer_force(self, t, y, drive):
-        """Force from outside along the line of sliding, its weight on a slope included."""
-        return self._result("outer_force", t, y, drive)
-
-    def wall_force(self, t, y, drive, frictions):
-        """Force of a rigid stop on the ground that is touched."""
-        return self._result("wall_force", t, y, drive, frictions)
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Power through each channel."""
-        return self._result("powers", t, y, drive, frictions)
 
     def actuator(self, t, y, frictions) -> Mapping[str, Any]:
         """The force along each imposed coordinate, and the power of all."""
@@ -427,9 +279,10 @@ def _mirrored(given: Described, sample: list[float], touching: float) -> bool:
     frictions, found = tuple(0.3 - 0.2 * i for i in range(len(given.contact_states))), []
     for sign in (1.0, -1.0):
         machine = given.driven_by(Sample(sign))
-        at = 0.7, tuple(sign * x for x in y), sign * 0.4, tuple(sign * each for each in frictions)
+        mirrored = tuple(sign * x if s < 0 else x for s, x in zip(given.symmetry, y, strict=True))
+        at = 0.7, mirrored, sign * 0.4, tuple(sign * each for each in frictions)
         loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
         pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
-        rates = [sign * each for each in machine.rates(*at)]
+        rates = [sign * x if s < 0 else x for s, x in zip(given.symmetry, machine.rates(*at), strict=True)]
         found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
     return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))

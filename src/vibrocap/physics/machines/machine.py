@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape, block
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.mechanics.stops import rebounds
+from vibrocap.physics.mechanics.stops import IMPACT, rebounds
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
 
@@ -36,7 +36,6 @@ __all__ = [
 ]
 
 IMPOSED = ("displacement", "number")  # efforts that are motions
-IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
 
 
 @dataclasses.dataclass(frozen=True)

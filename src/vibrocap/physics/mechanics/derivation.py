@@ -17,7 +17,7 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vibrocap.physics.mechanics.formulas import add, mul, sub
+from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
 from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
@@ -247,6 +247,8 @@ class Derivation(Motion):
     def wall_force(self) -> Any:
         """Of a rigid stop on the ground that is touched: as much as the other forces need."""
         found: Any = 0.0
+        if not self.straight:  # 0 = 0
+            return functools.reduce(add, self.inputs.frictions)
         for _, stop, touching in self.switching:
             if stop.rigid and stop.on_ground:
                 name = stopped(self, stop)
@@ -288,7 +290,14 @@ class Derivation(Motion):
         if self.imposes:
             (name,) = self.names
             return written(self.inertia(name, name) * self.speed[name])
-        return written(total(map(self.momentum, self.rubbing)))
+        return written(total(map(self.momentum, self.rubbing))) if self.straight else 0.0
+
+    @functools.cached_property
+    def straight(self) -> bool:
+        """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
+        places = [each for m in self.masses for each in (m.along, m.height, m.turn)]
+        slopes = tuple(written(total(map(each.slope, self.rubbing))) for each in places)
+        return Program(slopes, 0).inputs.isdisjoint(self.inputs.changing)
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
@@ -304,6 +313,8 @@ class Derivation(Motion):
 
     def outer_force(self) -> Any:
         """The force along the same, but for friction and rigid stops."""
+        if not self.straight:
+            return 0.0
         return written(total(self.applied(i) + self.weight(i) for i in self.rubbing))
 
     def vertical_momentum(self) -> Any:

@@ -9,6 +9,7 @@ Where the drive imposes a motion, u is the velocity of the common centre of mass
 of the drive jumps.
 """
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -51,6 +52,7 @@ class Inputs:
         (self.t, self.drive), self.gravity = block(2), block(2)
         self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
         self.signals = {name: block(3) for name in signals}
+        self.changing = {each.operands[0] for each in (self.t, *self.states, *itertools.chain(*self.signals.values()))}
         self.count = 4 + states + contacts + parameters + 3 * len(signals)
 
 
@@ -61,7 +63,7 @@ class Motion:
     coordinates: the names of all, each with the name of its rate   counts: of those that are several, how many
     gravity: (g_n, g_t); None: not known, and nothing weighs
     states: formulas by name; None: only what does not depend on them
-    touching: of stops by their number, the states that say whether they are touched
+    touching: of stops by their number, the states that say whether they are touched   own: other switched states
     """
 
     def __init__(
@@ -73,20 +75,23 @@ class Motion:
         states: Mapping[str, Any] | None = None,
         counts: Mapping[str, int] | None = None,
         touching: Mapping[int, Any] | None = None,
+        own: tuple[str, ...] = (),
     ):
         self.describe, self.names, self.counts, self.inputs = describe, tuple(coordinates), counts or {}, inputs
-        self.coordinates, self.gravity, self.touching = coordinates, gravity, touching or {}
+        self.coordinates, self.gravity, self.touching, self.own = coordinates, gravity, touching or {}, own
         self.normal, self.back = map(Sum.of, gravity or (0.0, 0.0))
         self.imposes = "drive" in inputs.signals
         self.rates = dict(coordinates)
         self._find_speeds()
+        self._judge()
         if states is not None:
             self._move(states)
 
     def at(self, states: Mapping[str, Any]) -> Any:
         """The same at other states."""
         return type(self)(
-            self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts, self.touching
+            *(self.describe, self.coordinates, self.inputs, self.gravity),
+            *(states, self.counts, self.touching, self.own),
         )
 
     @property
@@ -106,6 +111,8 @@ class Motion:
             setattr(q, name, each)
         for name, count in self.counts.items():
             setattr(q, name, tuple(found[numbered(name, i + 1)] for i in range(count)))
+        for name in self.own:
+            setattr(q, name, Quantity(places[name]))
         q.imposed = self._imposed
         return q
 
@@ -133,11 +140,12 @@ class Motion:
     def _find_speeds(self) -> None:
         """Which coordinate gives its rate to the sliding velocity of which contact."""
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
-        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate(self.names)}
+        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate((*self.names, *self.own))}
         self._take(self._space(sample, unit, nothing, nothing))
-        self._judge()
         self.pivots: dict[str, int] = {}
         self.speeds: list[str] = []  # of the contacts, names of states
+        if not self.contacts:
+            raise MechanicsError("there is no Contact: something should rub")
         if self.imposes:
             self.speeds, self.place = [self.rates[self.names[0]]] * len(self.contacts), self.names[0]
             return
@@ -156,8 +164,6 @@ class Motion:
 
     def _judge(self) -> None:
         """MechanicsError for what the parts cannot mean."""
-        if not self.contacts:
-            raise MechanicsError("there is no Contact: something should rub")
         if self.imposes and (len(self.names) != 1 or any(self.drives)):
             raise MechanicsError("a machine whose drive imposes a motion has one coordinate, and no Drive")
         for name in self.names:
@@ -169,6 +175,9 @@ class Motion:
             if each.name in seen:
                 raise MechanicsError(f"two bodies have the name {each.name!r}")
             seen.add(each.name)
+        held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
+        if held and len(self.contacts) > 1:
+            raise MechanicsError("a rigid stop should not bound what rubs, where there are several contacts")
         for each in self.contacts:
             if isinstance(each.load, str) and each.load not in WORDS:
                 raise MechanicsError(f"the load on {each.body.name} should be one of {', '.join(WORDS)}, or a quantity")
@@ -184,7 +193,7 @@ class Motion:
     def _move(self, states: Mapping[str, Formula]) -> None:
         """Let the coordinates move at their generalised speeds."""
         self.states = {name: Sum.of(each) for name, each in states.items()}
-        places = {name: self.states[name] for name in self.names}
+        places = self.states
         self.speed = {name: self.states[self.rates[name]] for name in self.names}
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
         shifts, bends, slopes = dict(nothing), dict(nothing), unit

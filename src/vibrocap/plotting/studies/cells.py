@@ -9,7 +9,8 @@ import numpy as np
 
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.status import Status
-from vibrocap.plotting.studies.view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
+from vibrocap.motion.trust import TRAVEL
+from vibrocap.plotting.studies.view import NOT_RUN, Panel, View, missing_label, status_label, value_label
 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7
@@ -40,7 +41,7 @@ def cells(view: View, panel: Panel) -> np.ndarray:
             still &= ~_changes_sign(panel.values, still)
         found[still] = Cell.NO_TRAVEL
     elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
-        travel = next((panel.other(name) for name in SIGNED if name in panel.dataset), None)
+        travel = next((panel.other(name) for name in TRAVEL if name in panel.dataset), None)
         if travel is not None:
             found[np.abs(travel) <= view.dead_band] = Cell.INFINITE
     if panel.values.dtype.kind == "f":

@@ -14,6 +14,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
+from vibrocap.motion.trust import RESIDUE, TRAVEL
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
@@ -21,8 +22,7 @@ from vibrocap.studies.plan.axes import even_in_logarithm
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6
-ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
-SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
+ZERO = 1e-6  # no travel: up to RESIDUE thresholds of settling, or ZERO where nothing settles
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
@@ -175,7 +175,7 @@ def study_view(
         axes, points = _scattered(chosen)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
     case, settle = case_of(dataset), dataset.attrs.get("settle")
-    band = float(dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO))
+    band = float(dataset.attrs.get("dead_band", RESIDUE * float(settle) if settle else ZERO))
     if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
     return View(
@@ -288,7 +288,7 @@ def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ..
 
 
 def _kind(measure: str, arrays: Sequence[np.ndarray]) -> str:
-    if measure in SIGNED:
+    if measure in TRAVEL:
         return "signed"
     if arrays[0].dtype.kind == "U" or measure in WHOLE or measure in VALUE_LABELS or measure == "status":
         return "discrete"

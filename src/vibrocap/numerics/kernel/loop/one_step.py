@@ -101,7 +101,7 @@ def step(floats, ints, trace, lane):
         ints[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
         return
     h = min(h, remaining)
-    if h <= 4.0 * EPSILON * floats[PERIOD + lane] and h < remaining:
+    if h <= 4.0 * EPSILON * floats[TIME + lane] and h < remaining:
         ints[STATUS + lane] = STEP_UNDERFLOW
         return
     while ints[STIFF + lane] == 0 and not resolved(floats, lane, h):

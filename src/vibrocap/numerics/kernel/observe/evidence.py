@@ -7,17 +7,17 @@ even distances, as its dense output is less exact than its end:
     defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
                      distance to the state consistent with the slopes, which is less (`stiff_point.py`)
     share of a hold  |R - middle|/limit of a contact that sticks
-    velocity         side v of a contact that slides, of the first over the terms of its series where these exceed 1
+    velocity         side v of a contact that slides, over the terms of its series where these exceed 1
 
-Asked are the pieces on which the contact may lose half of its speed or the force that holds it come to its limit, and
+Asked are the pieces on which a contact may lose half of its speed or the force that holds it come to its limit, and
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
 from vibrocap.numerics.kernel.generated.ensemble import DEFECT, HOLD_SHARE, INVERSE_SCALE, LEAST_VELOCITY, STEP
 from vibrocap.numerics.kernel.generated.equations import evidence
-from vibrocap.numerics.kernel.generated.facts import KINKED, KINKS, MAYBE_STIFF, SET_VALUED, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.interface import fit_to_slopes
 from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
@@ -42,36 +42,40 @@ def take_evidence(floats, ints, lane, h):
         for k in range(IMPLICIT_POINTS):
             ask(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
         return
-    doubtful = decisive(floats, lane, h)
-    if not doubtful and ints[TAYLOR_STEPS + lane] % EVERY != 0:
-        return
+    asked = ints[TAYLOR_STEPS + lane] % EVERY == 0
     floats[STEP + lane] = h
-    ask(floats, ints, lane, h, h)
-    if doubtful:
-        s = extreme(floats, lane, h)
-        if 0.0 < s < h:
-            ask(floats, ints, lane, s, h)
+    if asked:
+        ask(floats, ints, lane, h, h)
+    for c in range(CONTACTS):
+        if decisive(floats, lane, c, h):
+            if not asked:
+                ask(floats, ints, lane, h, h)
+            asked = True
+            s = extreme(floats, lane, c, h)
+            if 0.0 < s < h:
+                ask(floats, ints, lane, s, h)
 
 
-def decisive(floats, lane, h):
-    """Whether, by the first terms of the series, the contact loses a good part of its speed within the piece, or the
+def decisive(floats, lane, c, h):
+    """Whether, by the first terms of the series, a contact loses a good part of its speed within the piece, or the
     force that holds it goes through a good part of what is left to its limit."""
-    row, share, level = VELOCITY + lane, SLOWER, -floats[VELOCITY + lane]
-    if SET_VALUED and floats[SIDE + lane] == 0.0:
-        row, share, level = HOLD + lane, CLOSER, floats[LIMIT + lane] - abs(floats[HOLD + lane])
+    row, share, level = VELOCITY_OF[c] + lane, SLOWER, -floats[VELOCITY_OF[c] + lane]
+    if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+        row, share = HOLD_OF[c] + lane, CLOSER
+        level = floats[LIMIT_OF[c] + lane] - abs(floats[HOLD_OF[c] + lane])
         return (abs(floats[row + LANES]) + abs(floats[row + 2 * LANES]) * h) * h >= share * level
     towards = 1.0 if level > 0.0 else -1.0
     slower = towards * floats[row + LANES]
     return max(slower, slower + towards * floats[row + 2 * LANES] * h) * h > share * abs(level)
 
 
-def extreme(floats, lane, h):
-    """Within the piece, where the contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
-    row, degree = VELOCITY + lane, ORDER
-    if SET_VALUED and floats[SIDE + lane] == 0.0:
-        row, degree = HOLD + lane, ORDER - 1
+def extreme(floats, lane, c, h):
+    """Within the piece, where a contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
+    row, degree = VELOCITY_OF[c] + lane, ORDER
+    if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+        row, degree = HOLD_OF[c] + lane, ORDER - 1
     end, slope = value_and_slope(floats, row, h, degree)
-    if not SET_VALUED and not KINKED and floats[row] * end < 0.0:
+    if STICKS[c] + KINKS[c] == 0 and floats[row] * end < 0.0:
         return sign_change(floats, row, LANES, degree, 0.0, h, False)
     if floats[row + LANES] * slope >= 0.0:
         return -1.0
@@ -93,8 +97,7 @@ def ask(floats, ints, lane, s, h):
         value, slope = value_and_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, s, ORDER)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
-    side = floats[SIDE + lane]
-    evidence(floats, floats[TIME + lane] + s, ASKED_STATE, side, lane, FOUND)
+    evidence(floats, floats[TIME + lane] + s, ASKED_STATE, floats[SIDE + lane], lane, FOUND)
     left = 0.0
     for i in range(BASE):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * floats[INVERSE_SCALE + i * LANES + lane])
@@ -107,16 +110,15 @@ def ask(floats, ints, lane, s, h):
         left = MOST
     floats[DEFECT + lane] = max(floats[DEFECT + lane], left)
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            force, limit = abs(floats[FOUND + BASE + 3 * c]), floats[FOUND + BASE + 3 * c + 1]
+        side = floats[SIDE + c * LANES + lane]
+        if STICKS[c] == 1 and side == 0.0:
+            force, limit = abs(floats[FOUND + BASE + 2 * c]), floats[FOUND + BASE + 2 * c + 1]
             if force > floats[HOLD_SHARE + lane] * limit:
                 floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
-    if (SET_VALUED or KINKED) and side != 0.0:
-        v0, v1, v2 = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane], floats[VELOCITY + 2 * LANES + lane]
-        terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
-        along = side * series_value(floats, VELOCITY + lane, s) / terms
-        floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
-    for c in range(1, CONTACTS):
-        if STICKS[c] + KINKS[c] > 0:
-            along = floats[SIDE + c * LANES + lane] * floats[FOUND + BASE + 3 * c + 2]
-            floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
+        elif STICKS[c] + KINKS[c] > 0:
+            row = VELOCITY_OF[c] + lane
+            v0, v1, v2 = floats[row], floats[row + LANES], floats[row + 2 * LANES]
+            terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
+            floats[LEAST_VELOCITY + lane] = min(
+                floats[LEAST_VELOCITY + lane], side * series_value(floats, row, s) / terms
+            )

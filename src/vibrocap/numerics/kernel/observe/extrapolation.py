@@ -1,23 +1,15 @@
-"""Runs that do not wait: the limit of the period marks, extrapolated and tried for one period.
-
-Near a steady motion the marks x_j, stroboscopic states over their natural sizes, follow a linear map with a few
-multipliers. Of the last five, with the steps u_j = x_{j+1} - x_j, reduced-rank extrapolation (Sidi 2017) takes the
-weights of sum 1 for which |sum g_j u_j| is least; the limit is the same mean of the marks behind the steps,
-
-    s = sum g_j x_{j+1},     j = 0 ... 3
+"""Runs that do not wait: the limit of the period marks (`limit_of_marks.py`), tried for one period.
 
 A limit is tried where the last two agree to within the threshold, the motion has taken the same events in the same
-modes for two periods, the polynomial p(z) = sum g_j z^j, whose roots are the multipliers that the marks show, has all
-of them within a circle of radius SLOWEST (a saddle that a run passes has one outside), and what is left of
-|sum g_j u_j| would go no farther than the threshold if it were as slow.
+modes for two periods, the multipliers that the marks show are all within a circle of radius SLOWEST (a saddle that a
+run passes has one outside), and what they do not explain of the last step would go no farther than the threshold if it
+were as slow.
 
 The run stands at s for one period, and is measured over it. It has settled if that period has the events of the one
 before, returns to s within RETURN of the threshold, and if what is left, d r/(1 - r) for the return d and the largest
 multiplier r, is at most LEFT_TO_GO of the threshold. Otherwise all that the lane carries is put back, and the run goes
 on as if nothing had been tried, for at least 1, 2, 4 ... periods before the next trial.
 """
-
-import math
 
 from vibrocap.numerics.kernel.generated.ensemble import (
     EXTRAPOLATE,
@@ -48,24 +40,24 @@ from vibrocap.numerics.kernel.generated.lane import (
     WORK,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_COUNT, MARK_SIZE, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_SIZE, STATES
+from vibrocap.numerics.kernel.observe.limit_of_marks import (
+    RANK,
+    REMAINDER,
+    WEIGHTS,
+    mark_entry,
+    unexplained_step,
+    way_to_limit,
+    weights_of,
+)
 from vibrocap.numerics.kernel.observe.settle import SLOWEST, difference
 from vibrocap.numerics.kernel.step.resolved import forget
 
 RETURN = 0.5  # of the threshold: how far a trial may end from its start, as what is measured over it is off by as much
-RANK = 3  # most multipliers that are looked for
 LEFT_TO_GO = 0.25  # of the threshold: what may be left to go from the end of a trial, by the multipliers of the marks
 FARTHEST_LIMIT = 0.1  # natural sizes from the last mark
-DEPENDENT = 1e-9  # share of a change of the steps that is left when it depends on the later ones
 MOST_DOUBLINGS = 20  # of the wait between two trials
 MODULUS = 2147483647  # of the numbers that stand for a period's events
-# Places behind the point at WORK.
-MARK_STEPS = WORK + STATES  # u_0 ... u_3
-BASIS = MARK_STEPS + (RANK + 1) * MARK_SIZE  # orthonormal, of the changes u_{j+1} - u_j, the last one first
-TRIANGLE = BASIS + RANK * MARK_SIZE
-FACTORS = TRIANGLE + RANK * RANK
-WEIGHTS = FACTORS + RANK
-REMAINDER = WEIGHTS + RANK + 1
 
 
 def begin_marks(ints, lane):
@@ -125,7 +117,7 @@ def trial_fails(floats, ints, lane):
             away = max(away, abs(now - floats[STEADY + i * LANES + lane]))
     left = LEFT_TO_GO * floats[THRESHOLD + lane]
     if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
-        rank = weights_of(floats, lane, mark)
+        rank = weights_of(floats, MARKS, lane, mark, 1)
         if multipliers_within(floats, rank, left / (away + left)):
             ints[ON_TRIAL + lane] = 2
             return False
@@ -157,90 +149,22 @@ def present_sides(floats, lane):
     return told
 
 
-def mark_entry(floats, lane, mark, i):
-    """State i of a mark over its natural size."""
-    return floats[MARKS + (mark % MARK_COUNT * MARK_SIZE + i) * LANES + lane]
-
-
-def weights_of(floats, lane, mark):
-    """Write the factors b of s = x_mark + sum of b_i u_{3-i} and the weights g; the number of multipliers, up to RANK.
-
-    |u_3 + sum of b_i (u_{3-i} - u_{2-i})| is made least, over changes of the steps that are not dependent.
-    """
-    for j in range(RANK + 1):
-        for i in range(MARK_SIZE):
-            later = mark_entry(floats, lane, mark - RANK + j, i)
-            floats[MARK_STEPS + j * MARK_SIZE + i] = later - mark_entry(floats, lane, mark - RANK - 1 + j, i)
-    for i in range(MARK_SIZE):
-        floats[REMAINDER + i] = floats[MARK_STEPS + RANK * MARK_SIZE + i]
-    rank = 0
-    for m in range(RANK):
-        if rank == m and takes_column(floats, m):
-            rank = m + 1
-    for i in range(rank - 1, -1, -1):
-        factor = floats[FACTORS + i]
-        for j in range(i + 1, rank):
-            factor -= floats[TRIANGLE + j * RANK + i] * floats[FACTORS + j]
-        floats[FACTORS + i] = factor / floats[TRIANGLE + i * RANK + i]
-    floats[WEIGHTS + rank] = 1.0
-    for i in range(rank):
-        floats[WEIGHTS + rank - i] += floats[FACTORS + i]
-        floats[WEIGHTS + rank - 1 - i] = -floats[FACTORS + i]
-    return rank
-
-
-def takes_column(floats, m):
-    """Put change m of the steps, counted from the last, into the basis, and take its share off what is left of u_3."""
-    column = BASIS + m * MARK_SIZE
-    whole = 0.0
-    for i in range(MARK_SIZE):
-        change = floats[MARK_STEPS + (RANK - m) * MARK_SIZE + i] - floats[MARK_STEPS + (RANK - 1 - m) * MARK_SIZE + i]
-        floats[column + i] = change
-        whole += change * change
-    for q in range(m):
-        along = 0.0
-        for i in range(MARK_SIZE):
-            along += floats[BASIS + q * MARK_SIZE + i] * floats[column + i]
-        for i in range(MARK_SIZE):
-            floats[column + i] -= along * floats[BASIS + q * MARK_SIZE + i]
-        floats[TRIANGLE + m * RANK + q] = along
-    rest = 0.0
-    for i in range(MARK_SIZE):
-        rest += floats[column + i] * floats[column + i]
-    if not (rest > DEPENDENT * DEPENDENT * whole):
-        return False
-    length = math.sqrt(rest)
-    floats[TRIANGLE + m * RANK + m] = length
-    along = 0.0
-    for i in range(MARK_SIZE):
-        floats[column + i] /= length
-        along += floats[column + i] * floats[REMAINDER + i]
-    for i in range(MARK_SIZE):
-        floats[REMAINDER + i] -= along * floats[column + i]
-    floats[FACTORS + m] = -along
-    return True
-
-
 def next_limit(floats, lane, mark):
     """Write the limit of the marks up to this one: (rank, distance from the limit before, what is left of u_3)."""
-    rank = weights_of(floats, lane, mark)
-    apart, unexplained = 0.0, 0.0
+    rank = weights_of(floats, MARKS, lane, mark, 1)
+    apart = 0.0
     for i in range(MARK_SIZE):
-        way = 0.0
-        for m in range(rank):
-            way += floats[FACTORS + m] * floats[MARK_STEPS + (RANK - m) * MARK_SIZE + i]
-        limit = mark_entry(floats, lane, mark, i) + way
+        limit = mark_entry(floats, MARKS, lane, mark, i) + way_to_limit(floats, rank, i)
         apart = max(apart, abs(limit - floats[STEADY + i * LANES + lane]))
-        unexplained = max(unexplained, abs(floats[REMAINDER + i]))
         floats[STEADY + i * LANES + lane] = limit
-    return rank, apart, unexplained
+    return rank, apart, unexplained_step(floats)
 
 
 def limit_distance(floats, lane, mark):
     """Distance of the limit from the mark."""
     largest = 0.0
     for i in range(MARK_SIZE):
-        largest = max(largest, abs(floats[STEADY + i * LANES + lane] - mark_entry(floats, lane, mark, i)))
+        largest = max(largest, abs(floats[STEADY + i * LANES + lane] - mark_entry(floats, MARKS, lane, mark, i)))
     return largest
 
 
@@ -269,7 +193,7 @@ def multipliers_within(floats, rank, radius):
 def to_point(floats, lane, mark):
     """Write the state at the limit to WORK; a coordinate that does not change at the marks stays as it is."""
     for i in range(STATES):
-        way = floats[STEADY + i * LANES + lane] - mark_entry(floats, lane, mark, i)
+        way = floats[STEADY + i * LANES + lane] - mark_entry(floats, MARKS, lane, mark, i)
         floats[WORK + i] = floats[STATE + i * LANES + lane] + way * floats[SCALE + i * LANES + lane]
 
 

@@ -45,7 +45,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
-from vibrocap.numerics.kernel.observe.settle import remember, settled_response
+from vibrocap.numerics.kernel.observe.settle import remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
 from vibrocap.numerics.kernel.observe.window import begin_window
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -161,21 +161,25 @@ def count_return(floats, ints, lane):
         return
     count = ints[RETURN_COUNT + lane]
     ints[RETURN_COUNT + lane] = count + 1
+    if ints[RESPONSE + lane] == 0 or ints[LEFT + lane] > 0:
+        remember(floats, RETURN_MARKS, lane, count)
+    threshold, tolerance = floats[THRESHOLD + lane], floats[TOLERANCE + lane]
     if ints[LEFT + lane] > 0:
         ints[LEFT + lane] -= 1
         if ints[LEFT + lane] == 0:
-            end_phases(floats, lane)
-            ints[STATUS + lane] = DONE
+            if still_settled(floats, RETURN_MARKS, lane, count, ints[RESPONSE + lane], threshold, tolerance):
+                end_phases(floats, lane)
+                ints[STATUS + lane] = DONE
+            else:
+                ints[RESPONSE + lane] = 0
+                floats[BEGUN_AT + lane] = -1.0
         return
     if ints[RESPONSE + lane] > 0:
         return
     now = elapsed(floats, ints, lane)
     ints[QUIET_SINCE + lane] = ints[PERIOD_COUNT + lane] + 1
-    remember(floats, RETURN_MARKS, lane, count)
     floats[RETURN_TIMES + count % MARK_COUNT * LANES + lane] = now
-    response, since, remaining = settled_response(
-        floats, RETURN_MARKS, lane, count, MOST_RETURNS, floats[THRESHOLD + lane], floats[TOLERANCE + lane]
-    )
+    response, since, remaining = settled_response(floats, RETURN_MARKS, lane, count, MOST_RETURNS, threshold, tolerance)
     if response == 0:
         return
     ints[RESPONSE + lane] = response

@@ -14,6 +14,7 @@ import math
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
 from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
+from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_way, unexplained_step
 
 LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
@@ -22,6 +23,7 @@ STANDSTILL = 10.0
 # Contraction that is assumed where the latest differences grew within a block while the blocks shrink (oscillation).
 SLOWEST = 0.99
 FASTEST = 0.01  # contraction that is believed when looking back for a shorter period
+UNSEEN = 10.0  # times what multipliers do not explain of the last step: its way, if it keeps nine tenths each time
 FARTHEST = 1e6  # natural sizes by which no two stroboscopic states differ that will settle within three blocks
 
 
@@ -56,6 +58,15 @@ def settled_response(floats, marks, lane, mark, longest, threshold, tolerance):
     return 0, 0, 0.0
 
 
+def still_settled(floats, marks, lane, mark, n, threshold, tolerance):
+    """Whether the marks still look settled at the end of the response that was measured.
+
+    Meanwhile fast modes have decayed further, and a slow one that they hid shows itself.
+    """
+    ratio, remaining = distance_to_go(floats, marks, lane, mark, n, tolerance)
+    return ratio >= 0.0 and remaining <= threshold
+
+
 def may_settle(floats, marks, lane, mark, n, threshold, tolerance):
     """Whether `distance_to_go` over n periods can be within the threshold, from two differences d.
 
@@ -85,11 +96,14 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     """(contraction r over n periods, bound of the distance still to go); (-1.0, 0.0) where differences do not shrink.
 
     Differences are those of states n periods apart, the largest over the states; a standstill has the contraction 0.
+    A slow mode hides below faster ones, most of all one near -1, whose states n = 2 periods apart hardly differ: so the
+    distance is at least that to the limit which the last five marks show, n periods apart, with all their multipliers.
     """
     block = max(n, 3)
     latest = largest_difference(floats, marks, lane, mark, mark - block, n)
     if latest <= STANDSTILL * tolerance and spread(floats, marks, lane, mark, n) <= STANDSTILL * tolerance:
-        return 0.0, latest
+        farther = min(mark // (RANK + 1), LONGEST_PERIOD) // n * n  # a slow mode shows over many periods
+        return 0.0, max(latest, largest_way(floats, marks, lane, mark, farther))
     older = largest_difference(floats, marks, lane, mark - block, mark - 2 * block, n)
     oldest = largest_difference(floats, marks, lane, mark - 2 * block, mark - 3 * block, n)
     # A difference below one tolerance is no smaller than one tolerance.
@@ -103,7 +117,9 @@ def distance_to_go(floats, marks, lane, mark, n, tolerance):
     distance = 0.0
     for k in range(mark - block + 1, mark + 1):  # earlier ones continued at that rate
         distance = max(distance * per_period, difference(floats, marks, lane, k, k - n))
-    return ratio, distance * ratio / (1.0 - ratio)
+    distance *= ratio / (1.0 - ratio)
+    way = largest_way(floats, marks, lane, mark, n)
+    return ratio, max(distance, way, UNSEEN * unexplained_step(floats))
 
 
 def shortest_period(floats, marks, lane, mark, n, ratio, threshold):

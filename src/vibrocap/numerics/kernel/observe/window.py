@@ -17,7 +17,9 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     LEAST,
     MARKS,
     MEASURED,
+    ON_TRIAL,
     PEAK,
+    PERIOD_BUDGET,
     REMAINING,
     RESPONSE,
     SINCE,
@@ -40,7 +42,7 @@ from vibrocap.numerics.kernel.generated.lane import (
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import quiet_since, response_sought, starts_trial, take_evidence, trial_fails
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
-from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response
+from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
 from vibrocap.numerics.kernel.step.taylor import series_value
 
@@ -92,12 +94,20 @@ def on_period(floats, ints, trace, lane):
         return
     done = ints[PERIOD_COUNT + lane]
     threshold = floats[THRESHOLD + lane]
+    mark = done - quiet_since(ints, lane)
+    if threshold > 0.0 and mark >= 0:
+        remember(floats, MARKS, lane, mark)
+    response = ints[RESPONSE + lane]
+    ends = response > 0 and mark >= 0 and ints[ON_TRIAL + lane] == 0 and done == ints[WHOLE_PERIODS + lane]
+    if ends and not still_settled(floats, MARKS, lane, mark, response, threshold, floats[TOLERANCE + lane]):
+        ints[RESPONSE + lane] = 0
+        ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
+        if ints[PERIOD_BUDGET] - done >= ints[WINDOW + lane]:  # else the window goes on to the end
+            ints[WINDOW_START + lane] = -1
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
-        mark = done - quiet_since(ints, lane)
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
             longest = response_sought(LONGEST_PERIOD)
-            remember(floats, MARKS, lane, mark)
             response, since, remaining = settled_response(
                 floats, MARKS, lane, mark, longest, threshold, floats[TOLERANCE + lane]
             )

@@ -1,0 +1,96 @@
+"""Trust: whether a number may be derived from a motion, decided in one place.
+
+A motion that did not finish, is not certified or has not settled has numbers, but no direction of travel, slope, index,
+interval or optimum; nor has a number that is smaller than its residue, what the motion may still be away from the
+steady one. The record is made where the motions are made and goes with their results.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.motion.recording.equations import equations, parameter_values
+from vibrocap.motion.status import Status
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.physics.system import System
+
+RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion may be off, over its natural size
+NOT_SETTLED = "not settled"
+TRAVEL = ("mean_velocity", "drift", "displacement")  # measures with a direction, which the mirror image turns
+FINISHED, NOT_CERTIFIED = (list(Status).index(each) for each in (Status.FINISHED, Status.NOT_CERTIFIED))
+
+
+@dataclasses.dataclass(frozen=True)
+class Trust:
+    """Whether numbers may be derived from motions; every field a number for one motion or an array [runs].
+
+    status: index into list(Status); a run that finished without a certificate has that of "not certified"
+    settled: whether it has settled; None where the question is not about a steady motion
+    residue: how far a measure of the motion may be from that of the steady one; 0 of a closed orbit
+    """
+
+    status: Any
+    settled: Any = None
+    residue: Any = 0.0
+
+    @classmethod
+    def of_runs(cls, runs: Mapping[str, Any], residue: Any = 0.0) -> "Trust":
+        """Of the runs of an ensemble that were to settle, by their columns "status" and "settled"."""
+        return cls(np.asarray(runs["status"]), np.asarray(runs["settled"], dtype=bool), residue)
+
+    @property
+    def finished(self) -> Any:
+        """Whether it went to its end, certified or not."""
+        return (self.status == FINISHED) | (self.status == NOT_CERTIFIED)
+
+    @property
+    def ok(self) -> Any:
+        """Whether numbers may be derived: finished, certified and, where it counts, settled."""
+        good = np.asarray(self.status) == FINISHED
+        return good if self.settled is None else good & np.asarray(self.settled, dtype=bool)
+
+    def known(self, values: Any) -> Any:
+        """The values, NaN where they are not to be trusted."""
+        return np.where(self.ok, values, np.nan)
+
+    def direction(self, values: Any) -> Any:
+        """+1, 0 (not larger than the residue) or -1; NaN where a value is not to be trusted."""
+        known = self.known(values)
+        return np.where(np.abs(known) <= self.residue, 0.0, np.sign(known))
+
+    def differ(self, values: Any) -> bool:
+        """Whether all values are to be trusted and differ by more than their residues: whether they have a variance."""
+        return bool(np.all(self.ok)) and bool(np.ptp(values) > 2.0 * np.max(self.residue))
+
+    def doubt(self, run: Any) -> str:
+        """Why the numbers of a run are not to be trusted: its status, or "not settled"; empty where they are."""
+        if self.status[run] != FINISHED:
+            return list(Status)[self.status[run]].value
+        return "" if self.ok[run] else NOT_SETTLED
+
+    @property
+    def doubts(self) -> dict[str, float]:
+        """Share of the runs by the reason why they are not to be trusted; empty where all are."""
+        words = [self.doubt(run) for run in np.flatnonzero(~self.ok)]
+        return {word: words.count(word) / len(self.ok) for word in sorted(set(words))}
+
+    def __getitem__(self, chosen: slice) -> "Trust":
+        settled = None if self.settled is None else self.settled[chosen]
+        return Trust(self.status[chosen], settled, self.residue)
+
+
+def residue(system: System, measure: str, threshold: float) -> float:
+    """How far a measure of a run that settled to a threshold may be from that of the steady motion, without units.
+
+    Of travel: RESIDUE thresholds of the natural size of the coordinate that travels, over the period of the drive where
+    it is a speed. Of other measures 0: their natural size is not known.
+    """
+    if measure not in TRAVEL:
+        return 0.0
+    recording, parameters = equations(system), parameter_values(system)
+    sizes = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), dtype=float)
+    (period,) = evaluate([recording.period], 0.0, [], 1.0, parameters)
+    size = sizes[system.state_names.index(system.cyclic)] if system.cyclic is not None else 0.0
+    return RESIDUE * threshold * float(size / period if measure == "mean_velocity" else size)

@@ -1,0 +1,157 @@
+"""The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from pydantic.dataclasses import is_pydantic_dataclass
+
+from vibrocap.physics.mechanics.derivation import Derivation
+from vibrocap.physics.mechanics.formulas import Program
+from vibrocap.physics.mechanics.parts import is_word
+from vibrocap.physics.mechanics.pictures import mechanism_of, mechanism_results, scene_of
+from vibrocap.physics.mechanics.speeds import TIME, Inputs
+from vibrocap.physics.mechanics.stops import IMPACT, ends, guards, outcomes, rooms
+from vibrocap.physics.mechanics.sums import Sum
+from vibrocap.physics.names import number_in, numbered
+from vibrocap.physics.parameters import parameter_table
+
+BELT = "belt"  # channel of the energy that supports put in
+NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
+NUMBER = object()  # stands for a parameter that is a number
+
+
+def table(kind: type) -> tuple:
+    """The parameters of a class, or of the last one above it that declares any."""
+    return parameter_table(next(each for each in kind.__mro__ if is_pydantic_dataclass(each)))
+
+
+def whole_pattern(kind: type) -> tuple:
+    """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
+    values = (info.default for info in table(kind))
+    return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
+
+
+def own_states(kind: Any) -> tuple[str, ...]:
+    """Switched states that a class declares itself: `q.NAME` in its parts, changed by its own `after_switch`."""
+    declared = inspect.getattr_static(kind, "switched")
+    return tuple(name for name in declared if number_in(name, "touching") == 0) if isinstance(declared, tuple) else ()
+
+
+class Form:
+    """The mechanics of all machines of a class whose parameters that are no numbers are the same.
+
+    pattern: the parameters in order, NUMBER for each that is one. Programs are derived when they are first asked for.
+    """
+
+    def __init__(self, kind: Any, pattern: tuple, states: tuple[str, ...], level: bool = True):
+        names = [info.name for info in table(kind)]
+        numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
+        made = object.__new__(kind)
+        signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
+        contacts = len(kind.kind().contact_states) if states else 0
+        self.inputs = Inputs(len(states), contacts, len(numbers), signals)
+        vars(made).update(zip(names, pattern, strict=True))
+        vars(made).update(zip(numbers, map(Sum.of, self.inputs.parameters), strict=True))
+        self.kind, self.states = kind, states
+        at = dict(zip(states, self.inputs.states, strict=True))
+        self.derived = Derivation(
+            made.parts,
+            kind.coordinates,
+            self.inputs,
+            kind.gravity if level and states else self.inputs.gravity,
+            at or None,
+            kind.counts,
+            {i: at[name] for name, i in kind.stops.items()} if states else {},
+            own_states(kind),
+        )
+        self._programs: dict[str, Program] = {}
+
+    def __call__(self, name: str, inputs: list) -> Any:
+        """What a function of the machine gives, by its name."""
+        return self.program(name)(inputs)
+
+    def program(self, name: str) -> Program:
+        """The program of a function."""
+        if name not in self._programs:
+            self._programs[name] = Program(RESULTS[name](self), self.inputs.count)
+        return self._programs[name]
+
+    # --- results by name ---------------------------------------------------------------------------------------------
+
+    def rates(self) -> tuple:
+        found = self.derived.rate_results()
+        return tuple(found.get(name, 0.0) for name in self.states)
+
+    def powers(self) -> tuple:
+        drive, damper, support = self.derived.powers()
+        known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
+        own = [known[name] for name in self.kind.kind().channels]
+        return (*own, *(0.0 for _ in self.kind.channels[len(own) :]))  # a channel of one's own stands last
+
+    def outcomes(self) -> tuple:
+        """All states after each guard."""
+        number, found = dict(self.kind.stops), []
+        for each in outcomes(self.derived):
+            after = {
+                name: each.get(number.get(name, name), old)
+                for name, old in zip(self.states, self.inputs.states, strict=True)
+            }
+            found.append(tuple(after.values()))
+        return tuple(found)
+
+    def scene(self) -> tuple:
+        self.shapes = scene_of(self.derived)
+        return tuple(each.points for each in self.shapes)
+
+    def mechanism(self) -> Any:
+        self.bodies = mechanism_of(self.derived)
+        return mechanism_results(self.bodies)
+
+
+RESULTS: dict[str, Callable[[Form], Any]] = {
+    "rates": Form.rates,
+    "powers": Form.powers,
+    "after_switch": Form.outcomes,
+    "scene": Form.scene,
+    "mechanism": Form.mechanism,
+    "contacts": lambda form: form.derived.contact_results(),
+    "energy": lambda form: form.derived.energy(),
+    "momentum": lambda form: form.derived.common_momentum(),
+    "line_momentum": lambda form: form.derived.line_momentum(),
+    "vertical_momentum": lambda form: form.derived.vertical_momentum(),
+    "outer_force": lambda form: form.derived.outer_force(),
+    "wall_force": lambda form: form.derived.wall_force(),
+    "actuator": lambda form: form.derived.actuators(),
+    "loads": lambda form: form.derived.loads(),
+    "ground_speeds": lambda form: form.derived.ground_speeds(),
+    "masses": lambda form: form.derived.weighing(),
+    "switches": lambda form: guards(form.derived),
+    "bounds": lambda form: ends(form.derived),
+    "room": lambda form: rooms(form.derived),
+}
+
+
+class Kind:
+    """What is the same of all machines of a class: it follows from one in which every part is there that may be."""
+
+    def __init__(self, kind: Any):
+        pattern = whole_pattern(kind)
+        whole = Form(kind, pattern, ()).derived
+        stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
+        self.contact_states = tuple(whole.speeds)
+        self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
+        self.switched = (*self.stops, *own_states(kind))
+        pairs = ((name, whole.rates[name]) for name in whole.names)
+        self.states = (*(name for pair in pairs for name in pair), *self.switched)
+        self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
+        bounces = [stop for _, stop in stops if stop.restitution is not None]
+        self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()
+        moved = any(each.along.slope(TIME) or each.height.slope(TIME) or each.turn.slope(TIME) for each in whole.bodies)
+        moved = moved and not whole.imposes
+        self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
+        self.place = whole.place
+        self.rates = dict(whole.rates)
+        dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
+        rises = any(m.height.slope(name) for m in whole.masses for name in whole.names)
+        self.gravity = (1.0, 0.0) if rises or dynamic else None
