@@ -35,6 +35,7 @@ from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.machines.described import whole_pattern
 from vibrocap.physics.machines.machine import BEFORE
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
+from vibrocap.physics.mechanics.sums import bounded
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import (
     FORCE,
@@ -52,6 +53,7 @@ from vibrocap.physics.parameters import (
 from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
 
 RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
+MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
 RESERVED = ("time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS)
@@ -79,7 +81,7 @@ def made(text: str) -> type[Mechanism]:
     if reading.complaints:
         raise MechanismError(reading.complaints)
     kind = reading.kind()
-    with placed(KIND):  # all that follows from it but its numbers
+    with placed(KIND), bounded(MOST_PRODUCTS):  # all that follows from it but its numbers
         form = kind.form(whole_pattern(kind))
         for name in ("rates", "contacts", "energy"):
             form.program(name)
