@@ -76,7 +76,7 @@ def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], co
             complaints.add(f"{where}.{key}", f"no such key; {suggestion(key, known)}")
         elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
-        elif not all(isinstance(each, str) or abs(each) < 1e300 for each in plain):
+        elif any(isinstance(each, (int, float)) and not abs(each) < 1e300 for each in plain):
             complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
         elif any(isinstance(each, str) and len(each) > 1000 for each in plain):
             complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
