@@ -1,5 +1,7 @@
 """Reading [mechanism]: its tables become the class of a machine, or complaints, each with the path of its key."""
 
+import contextlib
+import difflib
 import functools
 import json
 import keyword
@@ -26,7 +28,17 @@ from vibrocap.case.mechanism import (
     Planned,
     placed,
 )
-from vibrocap.case.mechanism_tables import EFFORT_WORDS, MOST, UNITS, tables
+from vibrocap.case.mechanism_tables import (
+    EFFORT_WORDS,
+    MOST,
+    RANGES,
+    UNITS,
+    limits_text,
+    number_or_word,
+    numbered_text,
+    tables,
+    within,
+)
 from vibrocap.physics.catalogue import drives
 from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S2, FreeScales, SIScales
 from vibrocap.physics.dimensions.units import unit_name
@@ -41,6 +53,7 @@ from vibrocap.physics.parameters import (
     FORCE,
     MASS,
     NUMBER,
+    ROLES,
     TIME,
     TORQUE,
     Dimension,
@@ -52,10 +65,8 @@ from vibrocap.physics.parameters import (
 )
 from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
 
-RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
 MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
 RESERVED = ("time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS)
 
 
@@ -164,17 +175,22 @@ class Reading:
     def _dimension(self, where: str, row: Mapping[str, Any], units: tuple[str, ...] = ()) -> Dimension | None:
         """The dimension of a parameter, coordinate or signal, by its role or its unit."""
         key = "role" if "role" in row and not units else "unit"
-        text = row.get(key)
-        try:
-            if not isinstance(text, str) or (units and text not in units) or ("role" in row) == ("unit" in row):
-                raise ValueError
-            own = dimension_of_role(text) if key == "role" else dimension_of_unit(text)
-            return own.resolved(EFFORTS[self.effort])
-        except ValueError as error:
-            what = f"one of {listed(units)}" if units else 'a unit such as "N s/m" ("1" of a number), or give a role'
-            said = f": {error}" if str(error) else ""
-            self.complaints.add(f"{where}.{key}", f"should be {what}, got {shown(text)}{said}")
-            return None
+        text, wanted = row.get(key), f"one of {listed(units)}" if units else 'a unit such as "N s/m", "1" of a number'
+        if "role" in row and "unit" in row:
+            self.complaints.add(f"{where}.unit", "should be left out: the role has its unit already")
+        elif key == "role" and str(text) not in ROLES:
+            near = suggestion(text, ROLES) if difflib.get_close_matches(str(text), ROLES, 1) else "give a unit instead"
+            self.complaints.add(f"{where}.role", f"there is no role {shown(text)}; {near}")
+        elif key == "role":
+            return dimension_of_role(text).resolved(EFFORTS[self.effort])
+        elif isinstance(text, str) and (not units or text in units):
+            with contextlib.suppress(ValueError):
+                return dimension_of_unit(text)
+            self.complaints.add(f"{where}.unit", f"should be {wanted}, got {shown(text)}")
+        else:
+            more = "" if units else ", or in place of it a role"
+            self.complaints.add(f"{where}.unit", f"should be {wanted}{more}, got {shown(text)}")
+        return None
 
     def _texts(self, where: str, name: str, row: Mapping[str, Any]) -> tuple[str, str]:
         """(symbol, meaning)."""
@@ -194,8 +210,8 @@ class Reading:
         if "default" not in row and not self.scaled:
             self.required.append(name)
         default = row.get("default", None if self.scaled else 1.0)
-        if default not in words and not (is_number(default) and _within(default, limits)):
-            wanted = listed([_limits_text(limits), *map(repr, words)], " or ")
+        if default not in words and not (is_number(default) and within(default, limits)):
+            wanted = listed([limits_text(limits), *map(repr, words)], " or ")
             self.complaints.add(f"{where}.default", f"should be a number {wanted}, got {shown(default)}")
         if len(self.complaints) > count or not self._named(where, name, dimension):
             return
@@ -207,7 +223,7 @@ class Reading:
         number: Any = Annotated[float, Field(strict=True, allow_inf_nan=False, **limits)]
         if words:
             self.words.add(name)
-            number = Annotated[Any, BeforeValidator(functools.partial(_number_or_word, limits, words))]
+            number = Annotated[Any, BeforeValidator(functools.partial(number_or_word, limits, words))]
         self.space["__annotations__"][name] = number
         self.space[name] = parameter(default if isinstance(default, str) else float(default), *texts, **own)
 
@@ -287,7 +303,7 @@ class Reading:
             plain = {key: each for key, each in row.items() if key != "repeat"}
             for i in range(1, several + 1):
                 place = f"{where}, i = {i}" if "repeat" in row else where
-                found.append((part, place, {key: _numbered_text(each, i) for key, each in plain.items()}))
+                found.append((part, place, {key: numbered_text(each, i) for key, each in plain.items()}))
         self.bodies: dict[str, str] = {}
         for part, where, row in found:
             if PARTS[part][1].get("name") == NAME:
@@ -334,7 +350,7 @@ class Reading:
             if not isinstance(names, list) or len(names) != (1 if wanted == BODY else 2):
                 raise ExpressionError(f"should be a list of two bodies, got {shown(given)}")
             for name in names:
-                if name not in bodies:
+                if not isinstance(name, str) or name not in bodies:
                     raise ExpressionError(f"there is no body {shown(name)}; {suggestion(name, bodies)}")
             return given if wanted == BODY else tuple(given)
         if key == "load" and given in LOADS:
@@ -381,27 +397,3 @@ def _is_signal(kind: type[Waveform]) -> bool:
     """Whether a waveform is smooth, and all its parameters are numbers."""
     smooth = kind.slope is not Waveform.slope and not issubclass(kind, Piecewise)
     return smooth and all(is_number(info.default) for info in parameter_table(kind))
-
-
-def _numbered_text(given: Any, i: int) -> Any:
-    """A text with i in place of {i}, i + 1 in place of {i+1}."""
-    if isinstance(given, list):
-        return [_numbered_text(each, i) for each in given]
-    return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), given) if isinstance(given, str) else given
-
-
-def _within(value: Any, limits: Mapping[str, float]) -> bool:
-    above = value > limits.get("gt", -math.inf) and value >= limits.get("ge", -math.inf)
-    return above and value <= limits.get("le", math.inf) and abs(value) < 1e300
-
-
-def _limits_text(limits: Mapping[str, float]) -> str:
-    signs = {"gt": ">", "ge": ">=", "le": "<="}
-    return " and ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()) or "of any size"
-
-
-def _number_or_word(limits: Mapping[str, float], words: tuple[str, ...], given: Any) -> Any:
-    """A value of a parameter that may be a word; ValueError where it is none."""
-    if given in words if isinstance(given, str) else is_number(given) and _within(given, limits):
-        return given
-    raise ValueError(f"should be a number {_limits_text(limits)}, or {listed(map(repr, words), ' or ')}")

@@ -1,15 +1,18 @@
 """Tables and keys of [mechanism]: which there are, and of which type their values are."""
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaints, is_whole, listed, shown, suggestion
+from vibrocap.arguments import Complaints, is_number, is_whole, listed, shown, suggestion
 from vibrocap.case.mechanism import HEAD, KIND, PARTS, TABLES, VERSION
 from vibrocap.physics.catalogue import PART_NAME, machines
 
 MOST = 64  # coordinates, bodies and what `repeat` makes of one part
 EFFORT_WORDS = {"force": "force", "torque": "torque", "displacement": "displacement", "angle": "number"}
+RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
+REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
 UNITS = ("scaled", "SI")
 
 
@@ -20,7 +23,7 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
         return {}
     for key in description:
         if key not in (known := (*HEAD, *TABLES, *PARTS)):
-            complaints.add(f"{KIND}.{key}", f"no such key; {suggestion(key, known)}")
+            complaints.add(f"{KIND}.{key[:60]}", f"no such key; {suggestion(key, known)}")
     given: dict[str, Any] = {"version": VERSION, **description}
     found: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
     for key, what in found.items():
@@ -73,10 +76,42 @@ def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], co
     for key, value in row.items():
         plain = [value] if not isinstance(value, list) else value if len(value) <= MOST else [None]
         if known and key not in known:
-            complaints.add(f"{where}.{key}", f"no such key; {suggestion(key, known)}")
+            complaints.add(f"{where}.{key[:60]}", f"no such key; {suggestion(key, known)}")
         elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
         elif any(isinstance(each, (int, float)) and not abs(each) < 1e300 for each in plain):
             complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
         elif any(isinstance(each, str) and len(each) > 1000 for each in plain):
             complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
+
+
+# --- ranges of parameters ---------------------------------------------------------------------------------------------
+
+
+def within(value: Any, limits: Mapping[str, float]) -> bool:
+    """Whether a number is in a range, given as pydantic has it."""
+    above = value > limits.get("gt", -math.inf) and value >= limits.get("ge", -math.inf)
+    return above and value <= limits.get("le", math.inf) and abs(value) < 1e300
+
+
+def limits_text(limits: Mapping[str, float]) -> str:
+    """A range in words."""
+    signs = {"gt": ">", "ge": ">=", "le": "<="}
+    return " and ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()) or "of any size"
+
+
+def number_or_word(limits: Mapping[str, float], words: tuple[str, ...], given: Any) -> Any:
+    """A value of a parameter that may be a word; ValueError where it is none."""
+    if given in words if isinstance(given, str) else is_number(given) and within(given, limits):
+        return given
+    raise ValueError(f"should be a number {limits_text(limits)}, or {listed(map(repr, words), ' or ')}")
+
+
+# --- texts of repeated parts ------------------------------------------------------------------------------------------
+
+
+def numbered_text(given: Any, i: int) -> Any:
+    """A text with i in place of {i}, i + 1 in place of {i+1}."""
+    if isinstance(given, list):
+        return [numbered_text(each, i) for each in given]
+    return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), given) if isinstance(given, str) else given

@@ -113,9 +113,7 @@ def described_machine(data: Mapping[str, Any], complaints: Complaints | None = N
         kind = machine.get("kind") if isinstance(machine, Mapping) else part.name
         if kind in (KIND, part.name):
             return part
-        known = isinstance(kind, str) and kind in kinds_of("machine")
-        cure = "; leave out [mechanism], or" if known else ";"
-        told.add("machine.kind", f'should be "{KIND}", described in [mechanism]{cure} got {shown(kind)}')
+        told.add("machine.kind", f"should be {KIND!r}, described in [{KIND}], got {shown(kind)}")
     return None
 
 
