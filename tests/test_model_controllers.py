@@ -428,7 +428,10 @@ def test_a_case_in_si_gives_accelerations_per_error(tmp_path):
             lambda: told(vc.TwoMassCapsule(), vc.PositionComputedForce(), actuator=vc.Actuator()),
             "actuator should be left out with a position-computed-force",
         ),
-        (lambda: told(vc.PendulumCapsuleWithStops(restitution=0.5), vc.AngleComputedTorque()), "a stop of the pendulum-capsule-with"),
+        (
+            lambda: told(vc.PendulumCapsuleWithStops(restitution=0.5), vc.AngleComputedTorque()),
+            "a stop of the pendulum-capsule-with",
+        ),
         (lambda: told(vc.LinkageCrawler(), vc.PositionComputedForce()), "should have a rate that is a state"),
         (lambda: told(vc.PendulumCapsule(), vc.FrictionObserver()), "should be one whose first contact is pushed"),
         (lambda: told(vc.TwoMassCapsule(), vc.FrictionObserver()), "should be one whose first contact is pushed"),

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from vibrocap.physics.bodies import Mechanism, Shape
 from vibrocap.physics.machines.machine import Contact, Machine
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, own_states, table, whole_pattern
-from vibrocap.physics.mechanics.parts import Coordinate, Signal
+from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
 from vibrocap.physics.mechanics.pictures import filled
 from vibrocap.physics.mechanics.stops import stopped
 from vibrocap.physics.names import numbered
@@ -100,7 +100,7 @@ class Described(Machine):
 
     def parts(self, q: Any) -> Iterable:
         """What the machine is made of, at coordinates q."""
-        raise NotImplementedError
+        raise MechanicsError("should give what the machine is made of: def parts(self, q)")
 
     @classmethod
     def kind(cls) -> Kind:

@@ -32,7 +32,7 @@ class Derivation(Motion):
         """M_ij."""
         found = []
         for m in self.masses:
-            for along, size in ((m.along, m.mass), (m.height, m.mass), (m.turn, m.inertia)):
+            for along, size in m.moved:
                 if i in along.slopes and j in along.slopes:
                     found.append(as_sum(size) * (along.slope(i) * along.slope(j)))
         return total(found)

@@ -47,6 +47,12 @@ class Placed:
         self.height = self.height + Quantity(0.0, {self.lift: Sum.of(1.0)})
 
     @property
+    def moved(self) -> tuple:
+        """Its places and its angle, each with the mass or the inertia that it moves."""
+        mass, inertia = getattr(self, "mass", 0.0), getattr(self, "inertia", 0.0)
+        return (self.along, mass), (self.height, mass), (self.turn, inertia)
+
+    @property
     def lift(self) -> Direction:
         """The direction that lifts it."""
         return "lift", self.name

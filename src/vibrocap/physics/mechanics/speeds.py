@@ -11,9 +11,9 @@ of the drive jumps.
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
+from vibrocap.arguments import suggestion
 from vibrocap.physics.mechanics.formulas import Formula, Tape, div
 from vibrocap.physics.mechanics.parts import (
     Contact,
@@ -27,6 +27,7 @@ from vibrocap.physics.mechanics.parts import (
     Spring,
     Stop,
     as_sum,
+    is_word,
 )
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, solved, total, written
@@ -34,6 +35,7 @@ from vibrocap.physics.names import numbered
 
 TIME = "time"
 WORDS = ("dynamic", "weight")  # for loads
+PARTS = (Placed, Spring, Damper, Drive, Potential, Stop, Contact)
 
 
 class Inputs:
@@ -54,6 +56,16 @@ class Inputs:
         self.signals = {name: block(3) for name in signals}
         self.changing = {each.operands[0] for each in (self.t, *self.states, *itertools.chain(*self.signals.values()))}
         self.count = 4 + states + contacts + parameters + 3 * len(signals)
+
+
+class Space:
+    """What `parts` is given: coordinates and other quantities by name."""
+
+    time: Quantity
+    imposed: Callable[[Any], Quantity]
+
+    def __getattr__(self, name: str) -> Any:
+        raise MechanicsError(f"q.{name}: there is no such quantity; {suggestion(name, vars(self))}")
 
 
 class Motion:
@@ -99,9 +111,9 @@ class Motion:
         """Stops that are touched and left: number, stop and state: 1 in front, -1 behind, 0 where it is not touched."""
         return ((i, self.stops[i], each) for i, each in self.touching.items() if self.stops[i].switches)
 
-    def _space(self, places, slopes, rates, curvatures) -> SimpleNamespace:
+    def _space(self, places, slopes, rates, curvatures) -> Space:
         """What `parts` is given."""
-        q, self.imposed = SimpleNamespace(), []
+        q, self.imposed = Space(), []
         q.time = Quantity(self.inputs.t, {TIME: Sum.of(1.0)}, 1.0)
         for name, (value, slope, bend) in self.inputs.signals.items():
             setattr(q, name, Quantity(value, {TIME: Sum.of(slope)}, slope, bend))
@@ -127,6 +139,8 @@ class Motion:
     def _take(self, q: Any) -> None:
         """The parts at these coordinates, by kind."""
         self.parts = tuple(_flat(self.describe(q)))
+        if strange := [each for each in self.parts if not isinstance(each, PARTS)]:
+            raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
         self.masses = self._of(Mass, Inertia)
         self.contacts, self.stops = self._of(Contact), self._of(Stop)
         self.springs, self.dampers, self.drives, self.potentials = map(self._of, (Spring, Damper, Drive, Potential))
@@ -164,31 +178,49 @@ class Motion:
 
     def _judge(self) -> None:
         """MechanicsError for what the parts cannot mean."""
-        if self.imposes and (len(self.names) != 1 or any(self.drives)):
-            raise MechanicsError("a machine whose drive imposes a motion has one coordinate, and no Drive")
-        for name in self.names:
-            if not any(each.slope(name) for m in self.masses for each in (m.along, m.height, m.turn)):
-                what = "give what it moves a mass, or write it as a function of the others"
-                raise MechanicsError(f"the coordinate {name!r} moves no mass: {what}")
-        seen: set[str] = set()
+        known, rules, words = {id(each) for each in self.bodies}, [], " or ".join(WORDS)
         for each in self.bodies:
-            if each.name in seen:
-                raise MechanicsError(f"two bodies have the name {each.name!r}")
-            seen.add(each.name)
-        held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
-        if held and len(self.contacts) > 1:
-            raise MechanicsError("a rigid stop should not bound what rubs, where there are several contacts")
+            again = sum(other.name == each.name for other in self.bodies) > 1
+            rules.append((again, f"two bodies have the name {each.name!r}"))
+            missing = each.on is not None and id(each.on) not in known
+            rules.append(
+                (missing, f"{each.name!r} stands on {getattr(each.on, 'name', '')!r}, which is not among the parts")
+            )
         for each in self.contacts:
-            if isinstance(each.load, str) and each.load not in WORDS:
-                raise MechanicsError(f"the load on {each.body.name} should be one of {', '.join(WORDS)}, or a quantity")
-            if isinstance(each.body, Inertia) and isinstance(each.load, str):
-                raise MechanicsError(f"the load on {each.body.name}, which only turns, should be given: it is a torque")
+            name, word = each.body.name, is_word(each.load)
+            strange = [end.name for end in (each.body, each.on) if end is not None and id(end) not in known]
+            rules += [
+                (strange, f"the contact of {name!r} is with {strange}, not among the parts"),
+                (word and each.load not in WORDS, f"the load on {name!r} should be {words}, or a quantity"),
+                (word and isinstance(each.body, Inertia), f"the load on {name!r}, which turns, is a torque: give it"),
+            ]
+        what = "give what it moves a mass, or write it as a function of the others"
+        for name in self.names:
+            still = not any(as_sum(size) and x.slope(name) for m in self.masses for x, size in m.moved)
+            rules.append((still, f"the coordinate {name!r} moves no mass: {what}"))
         for m in self.masses:
+            slopes = [each.along.slope(self.place).number for each in (m.on, m) if each is not None]
+            twice = slopes == [1.0, 2.0]
+            where = (
+                f"its x counts from {getattr(m.on, 'name', '')!r}, on which it stands: leave {self.place!r} out there"
+            )
+            rules.append((twice, f"{m.name!r} moves twice as far as {self.place!r}; {where}"))
             carried = any(m.stands_on(each.body) for each in self.contacts)
-            rises = any(m.height.slope(name) for name in self.names)
-            dynamic = any(isinstance(each.load, str) and each.load == "dynamic" for each in self.contacts)
-            if dynamic and m.mass and not (carried or rises):
-                raise MechanicsError(f"nothing carries the weight of {m.name!r}: say on which body it stands, on=...")
+            borne = carried or not as_sum(m.mass) or any(map(m.height.slope, self.names))
+            dynamic = any(is_word(each.load) and each.load == "dynamic" for each in self.contacts)
+            rules.append((dynamic and not borne, f"nothing carries {m.name!r}: say on which body it stands, on=..."))
+        for each in (*self.springs, *self.dampers, *self.drives):
+            path = Quantity.of(getattr(each, "stretch", None) or getattr(each, "path", 0.0))
+            rules.append((not path.moves, f"a {type(each).__name__} acts along what never moves"))
+        for stop in (each for each in self.stops if not each.elastic):
+            one = any(not (stop.way - self.along[name]).moves for name in self.names)
+            rules.append((not one, "a stop should bound one coordinate, which grows one to one with its stretch"))
+        held = [stop for stop in self.stops if stop.rigid and any(map(stop.way.slope, self.pivots))]
+        rules.append((held and len(self.contacts) > 1, "a rigid stop bounds what rubs, among several contacts"))
+        rules.append((self.imposes and len(self.names) != 1, "a machine whose drive is a motion has one coordinate"))
+        rules.append((self.imposes and self.drives, "a machine whose drive is a motion has no Drive, but q.drive"))
+        if wrong := [said for broken, said in rules if broken]:
+            raise MechanicsError("; ".join(dict.fromkeys(wrong)))
 
     def _move(self, states: Mapping[str, Formula]) -> None:
         """Let the coordinates move at their generalised speeds."""

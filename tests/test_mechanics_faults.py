@@ -1,0 +1,123 @@
+"""Faults of descriptions: each is named, by `check_part` and where a system is made."""
+
+import math
+from typing import ClassVar
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.mechanics import (
+    Contact,
+    Damper,
+    Drive,
+    Inertia,
+    Machine,
+    Mass,
+    MechanicsError,
+    Spring,
+    Stop,
+    coordinate,
+    cos,
+    parameters,
+    sin,
+)
+
+
+def capsule(q, **more):
+    return Mass("capsule", 2.5, x=q.position, **more)
+
+
+def bob(q, carrier, **more):
+    return Mass("bob", **{"mass": 1.0, "on": carrier, "x": -sin(q.angle), "z": cos(q.angle), **more})
+
+
+def joint(q):
+    return Spring(2.0, q.angle), Damper(1.0, q.angle), Drive(q.angle)
+
+
+def swings(q, body, *more, contact=True, **changed):
+    """The parts of a pendulum capsule and more, with another bob."""
+    return [body, bob(q, body, **changed), joint(q), *([Contact(body)] if contact else []), *more]
+
+
+def block(q, body):
+    return Mass("block", 1.0, on=body, x=q.angle)
+
+
+def blocks(q, c, *more):
+    return [c, block(q, c), joint(q), *more]
+
+
+FAULTS = {
+    "there is no Contact": lambda q, c: swings(q, c, contact=False),
+    "'bob' moves twice as far as 'position'; its x counts from 'capsule', on which it stands: leave 'position'": (
+        lambda q, c: swings(q, c, x=q.position - sin(q.angle))
+    ),
+    "take sin, cos, sqrt, exp, tanh and atan from vibrocap.mechanics, not from math": (
+        lambda q, c: swings(q, c, x=-math.sin(q.angle))
+    ),
+    "the coordinate 'angle' moves no mass: give what it moves a mass": lambda q, c: swings(q, c, x=0.0, z=1.0),
+    "the coordinate 'angle' moves no mass: ": (
+        lambda q, c: [c, Mass("bob", 0.0, on=c, x=q.angle), joint(q), Contact(c)]
+    ),
+    "what it stands on should be a body": lambda q, c: swings(q, c, on="capsule"),
+    "'bob' stands on 'capsule', which is not among the parts": lambda q, c: swings(q, c)[1:],
+    "the contact of 'capsule' is with ['capsule'], not among": lambda q, c: swings(q, c, on=None)[1:],
+    "nothing carries 'bob': say on which body it stands": lambda q, c: swings(q, c, on=None, x=q.angle, z=0.0),
+    "two bodies have the name 'block'": lambda q, c: blocks(q, c, block(q, c), Contact(c)),
+    "the load on 'capsule' should be dynamic or weight": lambda q, c: blocks(q, c, Contact(c, load="heavy")),
+    "the load on 'disc', which turns, is a torque: give it": (
+        lambda q, c: [c, disc := Inertia("disc", 1.0, q.angle), joint(q), Contact(c, load=1.0), Contact(disc)]
+    ),
+    "contact 1 (capsule): no coordinate moves it": lambda q, c: blocks(q, c, Contact(c, on=c)),
+    "contact 3 (disc): its sliding velocity follows from those before it": (
+        lambda q, c: [*swings(q, c), d := Mass("disc", 1.0, x=q.angle), Contact(d), Contact(d, on=c)]
+    ),
+    "a Drive acts along what never moves": lambda q, c: swings(q, c, Drive(1.0)),
+    "a Spring acts along what never moves": lambda q, c: swings(q, c, Spring(1.0, 0.5)),
+    "should be parts, masses, springs and so on, got 3.0": lambda q, c: swings(q, c, 3.0),
+    "q.angel: there is no such quantity": lambda q, c: swings(q, c, Drive(q.angel)),
+    "q.drive: there is no such quantity": lambda q, c: swings(q, c, Spring(1.0, q.drive)),
+    "a stop should bound one coordinate": (
+        lambda q, c: [*swings(q, c)[:3], Contact(c, load=1.0), Stop(q.angle + q.position, 0.3, restitution=0.5)]
+    ),
+    "a rigid stop bounds what rubs, among several contacts": (
+        lambda q, c: [c, b := block(q, c), joint(q), Contact(c), Contact(b, on=c), Stop(q.angle, 0.3, restitution=0.5)]
+    ),
+    "TypeError: 'NoneType' object is not iterable": lambda q, c: None,
+}
+
+
+def machine_with(fault):
+    """A machine whose parts have a fault."""
+    space = {
+        "angle": coordinate("theta", "angle", "rad"),
+        "position": coordinate("X", "place", "m"),
+        "parts": lambda self, q: fault(q, capsule(q)),
+        "name": "mistake",
+        "effort": "torque",
+        "__doc__": "A mistake.",
+        "__module__": __name__,
+    }
+    return parameters(type("Mistake", (Machine,), space))
+
+
+@pytest.mark.parametrize("said", FAULTS)
+def test_a_fault_of_a_description_is_named(said):
+    fault = FAULTS[said]
+    report = vc.check_part(machine_with(fault), motion=False)
+    assert not report.ok
+    assert any(said in each for each in report.wrong), report.wrong
+    with pytest.raises((MechanicsError, TypeError)):
+        vc.simulate(vc.System(machine_with(fault)(), vc.Coulomb(), vc.Harmonic()), periods=1)
+
+
+def test_a_machine_without_parts_is_told_so():
+    @parameters
+    class Empty(Machine):
+        """Nothing."""
+
+        position = coordinate("X", "place", "m")
+        name: ClassVar = "empty"
+
+    assert any("should give what the machine is made of" in each for each in vc.check_part(Empty, motion=False).wrong)
