@@ -126,3 +126,76 @@ def _altered(text: str, draw: random.Random) -> str:
             + text[i + draw.randint(0, 2) :]
         )
     return text[:3000]
+
+
+# Descriptions with the parts that the examples have not: points and lengths, walls, modes, imposed motions.
+BRISTLE = """
+name = "bristle"
+parameters.mass = { default = 1.0, role = "mass" }
+parameters.foot = { default = 0.05, role = "mass" }
+parameters.stiffness = { default = 40.0, role = "stiffness" }
+parameters.bending = { default = 25.0, role = "stiffness" }
+parameters.damping = { default = 1.5, role = "viscous damping" }
+parameters.lean = { default = 0.3, range = "any", role = "distance" }
+coordinates.sag = { unit = "m" }
+coordinates.pitch = { unit = "rad" }
+coordinates.shift = { unit = "m" }
+coordinates.stretch = { unit = "m" }
+coordinates.position = { unit = "m" }
+mass = [
+  { name = "foot 1", mass = "foot", x = "position" },
+  { name = "foot 2", mass = "foot", x = "position + 1 + stretch" },
+  { name = "body", mass = "mass", x = "position + lean + 0.5 + shift", z = "1 - sag", inertia = 0.1, angle = "pitch" },
+]
+point = [{ name = "hip {i}", on = "body", x = "{i} - 1.5", repeat = 2 }]
+drive = [{ path = "-sag" }]
+spring = [
+  { repeat = 2, stiffness = "stiffness", stretch = "distance('foot {i}', 'hip {i}')", rest = "sqrt(1 + lean**2)" },
+  { repeat = 2, stiffness = "bending", stretch = "offset('foot {i}', 'hip {i}')", rest = "lean" },
+]
+damper = [
+  { repeat = 2, damping = "damping", stretch = "distance('foot {i}', 'hip {i}')" },
+  { repeat = 2, damping = "damping", stretch = "offset('foot {i}', 'hip {i}')" },
+]
+contact = [{ repeat = 2, body = "foot {i}" }]
+"""
+TUBE = """
+name = "tube"
+signals.shake = { unit = "m", amplitude = 0.4, frequency = 1.0 }
+parameters.way = { default = 0.6, role = "distance" }
+parameters.restitution = { default = 0.7, range = [0, 1], role = "fraction" }
+coordinates.offset = { unit = "m" }
+support = [{ name = "tube", x = "shake" }]
+mass = [{ name = "capsule", on = "tube", mass = 1, x = "offset" }]
+stop = [{ between = ["tube", "capsule"], gap = "way", back_gap = "way", restitution = "restitution" }]
+drive = [{ path = "offset" }]
+contact = [{ body = "capsule", on = "tube", load = 1 }]
+"""
+BOW = """
+name = "bow"
+parameters.mass = { default = 0.5, role = "mass" }
+parameters.frequency = { default = 1.0, role = "frequency" }
+parameters.damping = { default = 0.02, range = ">= 0", role = "fraction" }
+parameters.bow_speed = { default = 0.2, range = "any", role = "speed" }
+parameters.beta = { default = 0.15, role = "fraction" }
+coordinates.mode = { unit = "m", repeat = 3 }
+support = [{ name = "bow", x = "bow_speed * time" }]
+mass = [{ repeat = 3, name = "mode {i}", mass = "mass", x = "mode_{i}" }]
+spring = [{ repeat = 3, stiffness = "mass * ({i} * frequency) ** 2", stretch = "mode_{i}" }]
+damper = [{ repeat = 3, damping = "2 * mass * damping * {i} * frequency", stretch = "mode_{i}" }]
+point = [
+  { name = "one", on = "ground", x = "mode * sin(pi * beta) + mode_2 * sin(2 * pi * beta)" },
+  { name = "string", on = "one", x = "mode_3 * sin(3 * pi * beta)" },
+]
+drive = [{ path = "mode" }]
+contact = [{ body = "string", on = "bow", load = 1 }]
+"""
+CRAWLER = """
+name = "crawler"
+effort = "displacement"
+parameters.mass_ratio = { default = 1.0, role = "mass" }
+parameters.normal_load = { default = 1.0, role = "load", words = ["weight"] }
+coordinates.position = { unit = "m", rate = "centre_velocity" }
+mass = [{ name = "body", mass = "mass_ratio", x = "position" }, { name = "inner", on = "body", mass = 1, x = "drive" }]
+contact = [{ body = "body", load = "normal_load" }]
+"""

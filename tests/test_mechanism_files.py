@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from mechanism_files import EXAMPLES, NAMES, TABLES, faulty
-from mechanisms import BeltRow, Clutch, Feeder, StackedPlates
+from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, faulty
+from mechanisms import BeltRow, BowedString, BristleRobot, Clutch, Feeder, StackedPlates, TubeCapsule
 from vibrocap.case import expressions, mechanism_reading, mechanism_tables
 from vibrocap.case import mechanism as described
 from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_text, read_case
@@ -102,6 +102,27 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
         assert n / b == pytest.approx(1.0 + 0.3 * np.cos(2.0 * t), rel=1e-13)
     else:
         assert machine.loads() == pytest.approx(other.loads(), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [(BRISTLE, BristleRobot()), (TUBE, TubeCapsule()), (BOW, BowedString()), (CRAWLER, vc.TwoMassCrawler())],
+    ids=lambda each: getattr(each, "name", ""),
+)
+def test_other_parts_are_those_of_a_class(text, other):
+    machine, draw = mechanism_reading.mechanism(tomllib.loads(text))(), random.Random(3)
+    for name in ("states", "channels", "symmetric", "cyclic", "strikes_ground", "follows_load"):
+        assert getattr(machine, name) == getattr(other, name), name
+    machine, other = (each.driven_by(vc.Harmonic(0.7, 1.3)) for each in (machine, other))
+    for _ in range(20):
+        y = tuple(draw.uniform(-0.3, 0.3) if name not in other.switched else 0.0 for name in other.states)
+        frictions = tuple(draw.uniform(-0.5, 0.5) for _ in other.contact_states)
+        at = draw.uniform(0.0, 6.0), y, draw.uniform(-1.0, 1.0), frictions
+        assert machine.rates(*at) == pytest.approx(other.rates(*at), rel=1e-13, abs=1e-13)
+        assert machine.switches(*at) == pytest.approx(other.switches(*at), rel=1e-13)
+        assert machine.energy(*at[:2]) == pytest.approx(other.energy(*at[:2]), rel=1e-13, abs=1e-13)
+        own, others = (each.actuator(at[0], y, frictions) for each in (machine, other))
+        assert dict(own) == pytest.approx(dict(others), rel=1e-13)
 
 
 def test_sweeps_are_those_of_a_class():

@@ -3,6 +3,7 @@
 import contextlib
 import difflib
 import functools
+import itertools
 import json
 import keyword
 import math
@@ -67,7 +68,7 @@ from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
 
 MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-RESERVED = ("time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS)
+RESERVED = {"time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS, *itertools.chain(*BEFORE.values())}
 
 
 def mechanism(description: Any) -> type[Mechanism]:
@@ -80,9 +81,6 @@ def mechanism(description: Any) -> type[Mechanism]:
     if complaints:
         raise MechanismError(complaints)
     return made(json.dumps(found))
-
-
-# --- from tables to a class -------------------------------------------------------------------------------------------
 
 
 @functools.cache
@@ -123,12 +121,9 @@ class Reading:
         self.required: list[str] = []  # parameters without a default
         self.space: dict[str, Any] = {"__annotations__": {}}
         self.waves: dict[str, type[Waveform]] = {}
-        for name, row in tables.get("parameters", {}).items():
-            self._parameter(name, row)
-        for name, row in tables.get("coordinates", {}).items():
-            self._coordinate(name, row)
-        for name, row in tables.get("signals", {}).items():
-            self._signal(name, row)
+        for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
+            for name, row in tables.get(table, {}).items():
+                read(name, row)
         self.planned = () if self.complaints else self._in_order(self._plan())
 
     def kind(self) -> type[Mechanism]:
@@ -157,10 +152,9 @@ class Reading:
 
     def _named(self, where: str, name: str, dimension: Dimension | None) -> bool:
         """Whether a name is free; then it is taken."""
-        words = {each for names in BEFORE.values() for each in names}
         if not WORD.fullmatch(name) or keyword.iskeyword(name):
             self.complaints.add(where, f"should be named by letters, digits and _, got {shown(name)}")
-        elif name in RESERVED or name in words or hasattr(Mechanism, name):
+        elif name in RESERVED or hasattr(Mechanism, name):
             self.complaints.add(where, f"{name!r} has a meaning already; choose another name")
         elif name in self.sizes or name in self.space:
             self.complaints.add(where, f"{name!r} is there already")
@@ -314,7 +308,12 @@ class Reading:
                     self.bodies[name] = part
         if len(found) > 4 * MOST or len(self.bodies) > MOST:
             self.complaints.add(KIND, f"should have at most {MOST} bodies and {4 * MOST} parts")
-        return [] if self.complaints else [self._planned(part, where, row) for part, where, row in found]
+        plans: list[Planned] = []
+        for part, where, row in [] if self.complaints else found:
+            told = (str(each).partition(", i = ")[0] for each in self.complaints)
+            if where.partition(", i = ")[0] not in told:  # of a part that is repeated the first fault
+                plans.append(self._planned(part, where, row))
+        return plans
 
     def _planned(self, part: str, where: str, row: Mapping[str, Any]) -> Planned:
         make, keys, _ = PARTS[part]
