@@ -237,8 +237,8 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     for section in other:
         data.setdefault(section, {})
         data[section] = {**data[section], kind_key(section): kinds[section]}
-    if "machine" in other and kinds["machine"] in kinds_of("machine"):
-        data.pop("mechanism", None)
+    if "machine" in other and isinstance(kind := kinds["machine"], str) and kind in kinds_of("machine"):
+        data.pop("mechanism", None)  # a kind of the package takes its place
     after = chosen_classes(data)
     for section in other:
         kept = _kept(data[section], section, before, after, si)
