@@ -9,15 +9,17 @@ import pytest
 from scipy.special import erfinv
 
 from bench_case import BENCH
-from vibrocap.case.case import case_from_text
+from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.commands.fit import fit
 from vibrocap.cli.commands.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.identification.result.case_section import case_section
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
+from vibrocap.physics.friction.exponential import Exponential
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
@@ -116,6 +118,27 @@ def test_files_of_a_fit(folder, capsys):
     assert np.array([float(row["error_N"]) for row in rows]) == pytest.approx(fitted - actual, abs=1e-8)
     held_out = next(each for each in data["records"] if each["name"] == "narrow")
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
+
+
+def test_forces_of_a_fit_without_a_load_become_coefficients_over_a_constant_load_only(folder):
+    """The levels are newtons: a case with its load in N has coefficients of them, a dynamic load refuses them."""
+    law = case_section(Exponential(3.0, 6.0, 40.0), in_si=True, known_load=False)
+    assert law.splitlines()[2:4] == ["coulomb_force_N = 3.0", "static_force_N = 6.0"]
+    loaded = BENCH.replace('normal_load = "weight"', "normal_load_N = 20.0")
+    assert "normal_load_N = 20.0" in loaded
+    system = case_from_text(loaded + law).system
+    assert (system.friction.coulomb_coefficient, system.friction.static_coefficient) == (0.15, 0.3)
+    assert case_from_text(BENCH + law).system.friction.coulomb_coefficient == pytest.approx(3.0 / (1.5 * 9.80665))
+    slope = case_from_text(BENCH + law + "[environment]\ninclination_deg = 60\n").system.friction
+    assert slope.coulomb_coefficient == pytest.approx(2.0 * 3.0 / (1.5 * 9.80665))
+    with pytest.raises(CaseError, match=r"friction.static_force_N: is a force, which is no coefficient"):
+        case_from_text(loaded.replace("normal_load_N = 20.0", 'normal_load = "dynamic"') + law)
+    with pytest.raises(CaseError, match=r"friction.coulomb_force_N: is coulomb_coefficient once more"):
+        case_from_text(loaded + law + "coulomb_coefficient = 0.1\n")
+    with pytest.raises(CaseError, match=r"friction.coulomb_force_N: should be at least 0, got -3"):
+        case_from_text(loaded + law.replace("= 3.0", "= -3.0"))
+    with pytest.raises(CaseError, match="coulomb_force_N"):
+        case_from_text('[machine]\nkind = "oscillator"\n[drive]\nwaveform = "harmonic"\n' + law.replace("_s_per_m", ""))
 
 
 @pytest.mark.slow

@@ -225,7 +225,8 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
     assert data["values"]["bristle_stiffness"] == found.law.bristle_stiffness
     assert data["parameters"][0]["low"] == found["bristle_stiffness"].low
     assert data["identifiability"]["verdicts"]["bristle_stiffness"] == "determined"
-    case = case_from_text(BENCH + case_path.read_text())
+    loaded = BENCH.replace('normal_load = "weight"', "normal_load_N = 1.0")  # its levels are forces
+    case = case_from_text(loaded + case_path.read_text())
     law = {key: case.system.parameter(f"friction.{key}") for key in parameter_keys(LuGre, "torque")}
     for key in parameter_keys(LuGre, "force").values():
         value = getattr(found.law, key.name)

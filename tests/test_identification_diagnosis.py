@@ -9,6 +9,7 @@ from benchmarks.faulty_records import FAULTS, bench, coloured, errors_of, faulty
 from benchmarks.imperfect_data import CONTACT, motion
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.diagnosis.causes import FALSE_ALARMS, diagnosis
+from vibrocap.identification.inference.diagnosis.errors import RecordErrors
 from vibrocap.identification.inference.diagnosis.measurement_faults import resolution, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
 from vibrocap.identification.inference.identifiability import Verdict
@@ -51,6 +52,57 @@ def test_an_offset_is_named_beside_a_coarse_motion(kind):
         offset = float(np.sqrt(np.mean((errors.force - errors.predicted) ** 2)))
         shifted = dataclasses.replace(errors, force=errors.force + offset)
         assert {each.kind for each in diagnosis([shifted], slopes).causes} == {"quantisation", "direction"}, seed
+
+
+@pytest.mark.parametrize("burst", [1, 2])
+def test_clipping_is_named_beside_glitches(burst):
+    """Glitches beyond the limit, alone or two in a row, do not hide the samples that lie on it."""
+    rng = np.random.default_rng(0)
+    time = np.linspace(0.0, 12.0, 12_000)
+    velocity = 0.05 * np.sin(8.2 * time) + 0.03 * np.sin(3.0 * time + 1.0)
+    clean = driven_force(Exponential(3.2, 4.6, 100.0), time, velocity).force
+    force = np.clip(clean + 0.05 * rng.standard_normal(12_000), -np.inf, 4.0)
+    clipped = int(np.sum(force == 4.0))
+    at = rng.choice(11_999, 12, replace=False)
+    struck = (at[:, None] + np.arange(burst)).ravel()
+    force[struck] += np.repeat(rng.choice([-1.0, 1.0], 12) * rng.uniform(2.0, 6.0, 12), burst)
+    place, rates = np.cumsum(velocity) * time[1], np.gradient(velocity, time)
+    errors = RecordErrors(time, velocity, rates, place, force, clean, 0.05, np.ones(12_000, bool))
+    cause, (touched,) = saturation([errors])
+    assert cause is not None
+    assert cause.words[1] == "4"
+    assert abs(cause.share * 12_000 - clipped) <= 12 * burst
+    assert touched[force == 4.0].all()
+    if burst == 1:
+        assert {each.kind for each in diagnosis([errors]).causes} == {"saturation", "outliers"}
+
+
+def test_gravity_of_a_pendulum_with_its_inertia_is_no_delay():
+    """Turned by a motor over several turns, gravity and inertia nearly cancel: each alone explains little."""
+    from scipy.integrate import solve_ivp
+
+    law, inertia, weight = Exponential(0.2, 0.7, 0.3), 0.02, 1.06
+    time = np.linspace(0.0, 20.0, 4_000)
+
+    def torque(t):
+        return 1.9 * np.sin(3.3 * t) + 0.3 * np.sin(7.6 * t + 1.0)
+
+    def rates(t, y):
+        friction = law.steady_force(abs(y[1]), 1.0) * np.tanh(y[1] / 0.05)
+        return [y[1], (torque(t) - weight * np.sin(y[0]) - friction) / inertia]
+
+    angle, rate = solve_ivp(rates, (0.0, 20.0), [0.0, 0.0], t_eval=time, method="LSODA", rtol=1e-8, atol=1e-8).y
+    assert np.ptp(angle) > 4.0 * np.pi
+    accelerations = np.array([rates(t, y)[1] for t, y in zip(time, zip(angle, rate, strict=True), strict=True)])
+    noise = 0.02 * np.random.default_rng(0).standard_normal(len(time))
+    columns = {"velocity": rate, "displacement": angle, "acceleration": accelerations, "rotary": True}
+    found = fit(Record("pendulum", time, torque(time) + noise, **columns), Exponential, **QUICK)
+    assert found.residuals is not None
+    assert "delay" not in found.residuals.kinds
+    sizes = {each.kind: each.amount for each in found.residuals.findings}
+    assert sizes["inertia"] == pytest.approx(inertia, rel=0.05)
+    assert sizes["restoring"] == pytest.approx(weight, rel=0.05)
+    assert not any(each.verdict == Verdict.DETERMINED for each in found.parameters)
 
 
 @pytest.mark.parametrize(("kind", "sign"), [("late", 1), ("early", -1)])

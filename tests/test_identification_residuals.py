@@ -52,6 +52,19 @@ def test_a_swapped_sign_of_the_force_is_said():
     assert "negative work" in one.summary()
 
 
+def test_held_out_records_that_a_constant_predicts_better_are_said_and_doubt_the_parameters():
+    """The second record has its sign turned: the law errs there by twice the force."""
+    one, other = record("white", 1), record("white", 2)
+    good = told([one, other.replaced(name="same")], "exponential", held_out="same")
+    assert "held out" not in good.residuals.kinds
+    turned = other.replaced(name="turned", force=-np.asarray(other.force))
+    bad = told([one, turned], "exponential", held_out="turned")
+    assert bad.held_out_relative_rmse > 1.0
+    assert bad.residuals.kinds[0] == "held out"
+    assert "(worse than a constant)" in bad.summary().splitlines()[0]
+    assert not any(each.verdict.value == "determined" for each in bad.parameters)
+
+
 def test_noise_that_grows_with_speed_is_said_and_the_intervals_allow_for_it():
     one = told(record("growing", 0))
     assert "growing" in one.residuals.kinds

@@ -369,3 +369,17 @@ def test_their_motions_are_those_of_an_independent_solver(kind):
 def test_they_keep_the_contract_of_machines(kind):
     report = vc.check_part(kind, motion=False)
     assert report.ok, str(report)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["twin-pendulum", "clutch", "stacked-plates", "drill-string", "elastic-skin"])
+def test_they_close_in_orbits_and_run_in_lanes(name):
+    kind = next(kind for kind in MECHANISMS if kind.name == name)
+    system = vc.System(kind(), LAW, drive_of(kind))
+    found = vc.orbit(system, initial=vc.simulate(system, periods=40).state)
+    assert found.residual <= 1e-12
+    amplitudes = [1.1, 1.2]
+    lanes = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=["drive_work"], periods=5)["drive_work"]
+    for amplitude, work in zip(amplitudes, lanes, strict=True):
+        alone = vc.simulate(system.with_parameters({"drive.amplitude": amplitude}), periods=5)
+        assert work == pytest.approx(vc.energy_balance(alone).drive / 5, rel=1e-7, abs=1e-9)

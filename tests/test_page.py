@@ -1,29 +1,23 @@
 """Figures for print: fitted to a width, in the user's own settings, with nothing cut off and no text over another."""
 
 import itertools
-import shutil
-import subprocess
-from unittest import mock
 
 import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import vibrocap as vc
 from test_stick_slip import Belt
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
-from vibrocap.files import WriteError
 from vibrocap.identification.experiments.motions import ramp
 from vibrocap.plotting.fits import residual_figure
-from vibrocap.plotting.look.finishing import finished, save
+from vibrocap.plotting.look.finishing import finished
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import figure as empty_figure
-from vibrocap.plotting.look.tex import tex_text
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.stick_slip import stick_slip
 
@@ -209,53 +203,6 @@ def test_letters_of_an_svg_are_outlines(tmp_path):
     file = (tmp_path / "one.svg").read_text()
     assert "<text" not in file
     assert 'id="DejaVuSans-' in file
-
-
-def test_words_of_a_tex_picture_are_those_of_tex():
-    assert tex_text("no travel, |⟨X′⟩| ≤ 1e-4 m/s: 3 (<1 %)") == (
-        r"no travel, \ensuremath{|}\ensuremath{\langle }X\ensuremath{{}'}\ensuremath{\rangle }\ensuremath{|} "
-        r"\ensuremath{\leq } 1e-4 m/s: 3 (\ensuremath{<}1 %)"
-    )
-    assert tex_text(r"mass_ratio $\eta_\mathrm{c}$ − 1") == r"mass\_ratio $\eta_\mathrm{c}$ \ensuremath{-} 1"
-
-
-def test_a_tex_picture_needs_tex_and_no_large_map(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(ArgumentError, match="none of pdflatex, xelatex and lualatex is found"):
-        vc.figure(vc.LuGre(), tmp_path / "law.tex")
-    assert main(["friction", "show", "lugre", "--plot", str(tmp_path / "law.tex")]) == 2
-    assert "--plot: a picture as .tex needs TeX" in capsys.readouterr().err
-    (tmp_path / "pdflatex").touch(0o755)
-    figure, axes = empty_figure()
-    axes[0, 0].pcolormesh(np.zeros((80, 80)))
-    with pytest.raises(ArgumentError, match=r"a map of 6,400 cells is too large for TeX \(5,000 at most\)"):
-        save(figure, tmp_path / "map.tex")
-    (tmp_path / "pdflatex").write_text("#!/bin/sh\nexit 1\n")
-    with pytest.raises(WriteError, match="pdflatex cannot measure the texts"):
-        vc.figure(vc.LuGre(), tmp_path / "law.tex")
-    monkeypatch.setattr(Figure, "savefig", mock.Mock(side_effect=BrokenPipeError("Broken pipe")))
-    with pytest.raises(WriteError, match="pdflatex cannot measure the texts"):  # where it ends before it is asked
-        vc.figure(vc.LuGre(), tmp_path / "law.tex")
-    assert not [*tmp_path.glob("*.tex")]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs TeX")
-@pytest.mark.parametrize("kind", ["map", "law", "fit"])
-def test_tex_sets_a_picture_of_its_width(kind, tmp_path):
-    figure = vc.figure(RESULTS[kind](), tmp_path / "one.tex", width="column")
-    assert any(each.get_rasterized() for each in figure.findobj()) == (kind == "map")  # as before
-    assert not any("ensuremath" in text.get_text() for text in texts_of(figure))
-    assert "includegraphics" not in (tmp_path / "one.tex").read_text()
-    assert [each.name for each in tmp_path.iterdir()] == ["one.tex"]
-    text = r"\documentclass{article}\usepackage{pgf}\begin{document}\setbox0\hbox{\input{one.tex}}"
-    (tmp_path / "page.tex").write_text(text + r"\typeout{WIDTH \the\wd0}\box0\end{document}")
-    said = subprocess.run(
-        ["pdflatex", "-halt-on-error", "page.tex"], cwd=tmp_path, capture_output=True, text=True, check=True
-    ).stdout
-    width = float(said.partition("WIDTH ")[2].partition("pt")[0]) / 72.27
-    assert width == pytest.approx(3.4, abs=1e-4)
-    assert "Missing character" not in said
 
 
 @pytest.mark.slow

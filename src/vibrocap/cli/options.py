@@ -19,7 +19,7 @@ from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 from vibrocap.physics.dimensions.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
-PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf", ".tex"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
+PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
 
 
 Settings = Annotated[list[str] | None, Parameter(name="--set")]
@@ -153,13 +153,6 @@ def writable_picture(option: str, path: Path | None) -> None:
     if path is not None:
         writable_file(option, path, PICTURES)
         needs(option, "matplotlib")
-        if path.suffix.lower() == ".tex":
-            from vibrocap.plotting.look.tex import tex_system
-
-            try:
-                tex_system()
-            except ArgumentError as error:
-                raise Refusal(f"{option}: {error.complaint.text}") from None
 
 
 def writable_film(option: str, path: Path | None) -> None:

@@ -130,7 +130,7 @@ def figure(
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
         bifurcation diagram, a Pareto front, a schedule that steers, a friction law, a sheet of its tests, a report on
         smoothing, a stick-slip record, a regime diagram, a dataset of a study
-    path: a file to write it to as well (.png, .svg, .pdf or .tex)
+    path: a file to write it to as well (.png, .svg or .pdf)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
         and the panels of a motion stand one below the other where they have no room side by side; by default what suits
         a screen

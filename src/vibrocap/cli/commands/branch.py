@@ -49,7 +49,7 @@ def branch(
     settle_periods
         drive periods simulated to find the first motion, at most
     plot
-        FILE.png, .svg, .pdf or .tex: the mean velocity over the parameter, or the period if the machine cannot travel
+        FILE.png, .svg or .pdf: the mean velocity over the parameter, or the period if the machine cannot travel
     json
         print one JSON object in full precision instead of a table
     """
@@ -123,7 +123,7 @@ def basins(
     settle_periods
         drive periods that a motion has to settle
     plot
-        draw the plane: FILE.png, .svg, .pdf or .tex
+        draw the plane: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision instead of a table
     """

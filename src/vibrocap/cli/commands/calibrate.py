@@ -23,14 +23,16 @@ def calibrate(
     out: Path | None = None,
     starts: int = 256,
     seed: int = 0,
+    periods: int = 300,
     json: bool = False,
 ) -> int:
     """Parameters of machine, friction and drive from a measured table, with joint 95 % intervals.
 
     Each row of the table is a settled motion: columns named by parameters say its
     conditions, columns named by measures what was read (mean_velocity, in SI where the
-    case is), mean_velocity_error its standard error. What the table does not determine
-    is said, and a column that does not fit is named.
+    case is, other units in the heading: drive.period_ms, mean_velocity [mm/s]),
+    mean_velocity_error its standard error. Parameters that the table does not determine
+    are marked, and a column that does not fit is named, as are rows that do not settle.
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ def calibrate(
     to
         the table, a CSV file with a line of headings
     over
-        PATH=LEAST:LARGEST, what is unknown and within which bounds; once for each parameter
+        PATH=LEAST:LARGEST, what is unknown and within which bounds; PATH,PATH=factor:LEAST:LARGEST for one factor of
+        the values of the case; once for each parameter
     held_out
         rows, from 1, that the fit does not see and that judge it
     out
@@ -48,6 +51,8 @@ def calibrate(
         points from which the search begins
     seed
         of these points
+    periods
+        drive periods that the run of a row has to settle
     json
         print one JSON object in full precision instead of a table
     """
@@ -61,8 +66,8 @@ def calibrate(
     if out is not None:
         writable_folder("--out", out)
     rows = [row - 1 for row in held_out or ()]
-    with progress("Calibrating") as report, refusing("starts", "seed", table="--to", held_out="--held-out"):
-        found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, progress=report)
+    with progress("Calibrating") as report, refusing("starts", "seed", "periods", table="--to", held_out="--held-out"):
+        found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, periods=periods, progress=report)
     record = calibration_record(found)
     if out is not None:
         folder = made_folder(out)
@@ -97,9 +102,10 @@ def calibration_record(found: Any) -> dict[str, Any]:
         "correlation": found.correlation.tolist(),
         "directions": [{"exponents": dict(each.exponents), "deviation": each.deviation} for each in found.directions],
         "misfit": found.misfit,
+        "rms": found.rms,
         "held_out_misfit": found.held_out_misfit,
         "doubt": doubt,
-        "failed_rows": [row + 1 for row in found.failed],
+        "rows_not_trusted": {why: [row + 1 for row in rows] for why, rows in found.not_trusted.items()},
     }
 
 

@@ -40,7 +40,7 @@ def equilibria(
     points
         points of a branch in each direction, at most
     plot
-        FILE.png, .svg, .pdf or .tex: the real parts of the eigenvalues over the parameter
+        FILE.png, .svg or .pdf: the real parts of the eigenvalues over the parameter
     json
         print one JSON object in full precision instead of a table
     """

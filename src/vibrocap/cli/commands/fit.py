@@ -119,7 +119,7 @@ def fit(
     pendulum
         mass=KG,length=M of the pendulum whose weight and length are the units of the case
     plot
-        draw measured and fitted force, loops and intervals: FILE.png, .svg, .pdf or .tex
+        draw measured and fitted force, loops and intervals: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision
     """

@@ -70,7 +70,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     set_
         NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     plot
-        draw steady curve and presliding loops: FILE.png, .svg, .pdf or .tex
+        draw steady curve and presliding loops: FILE.png, .svg or .pdf
     """
     from rich.table import Table
 
@@ -145,7 +145,7 @@ def canonical_tests(
     speed
         speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
     plot
-        draw all tests on one sheet: FILE.png, .svg, .pdf or .tex
+        draw all tests on one sheet: FILE.png, .svg or .pdf
     json
         print the numbers as JSON, in full precision
     """

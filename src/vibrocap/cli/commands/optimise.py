@@ -78,7 +78,7 @@ def optimise(
     resume
         continue a search that was interrupted, from what `out` holds
     plot
-        FILE.png, .svg, .pdf or .tex: the Pareto front
+        FILE.png, .svg or .pdf: the Pareto front
     report
         write report.html into `out`: the design, its motion as picture and film, what limits it, how to run it again
     json

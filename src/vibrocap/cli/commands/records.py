@@ -69,7 +69,7 @@ def stick_slip(
     minor
         slips smaller than this share of the mean slip are minor, and left out of period and slips
     plot
-        draw the record, or the diagram of regimes: FILE.png, .svg, .pdf or .tex
+        draw the record, or the diagram of regimes: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision, a list of them for several records
     """

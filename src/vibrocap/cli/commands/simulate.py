@@ -78,7 +78,7 @@ def simulate(
     out
         export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
     plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg, .pdf or .tex
+        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
     animate
         make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
     unit_headings

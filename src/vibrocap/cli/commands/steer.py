@@ -66,7 +66,7 @@ def steer(
     out
         a folder for steering.json, schedule.csv and steered.toml, a case that runs the schedule
     plot
-        FILE.png, .svg, .pdf or .tex: position over time with the target and the schedule, and the samples
+        FILE.png, .svg or .pdf: position over time with the target and the schedule, and the samples
     json
         print one JSON object in full precision instead of a table
     """

@@ -317,7 +317,7 @@ def plot(
     measure
         the measure to draw, or status, settled, response_period [default: the first measure]
     out
-        FILE.png, .svg, .pdf or .tex [default: a .png beside the study, named after it and the measure]
+        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border

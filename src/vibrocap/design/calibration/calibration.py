@@ -14,87 +14,33 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, shown
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
+from vibrocap.design.calibration.column_doubt import ColumnDoubt, column_doubt
 from vibrocap.design.calibration.table import MeasuredTable, read_table
-from vibrocap.design.calibration.table_model import FIRST_STEPS, TableModel, improbable, refined, searched, soft
-from vibrocap.design.search.goal import asked_case
-from vibrocap.design.search.uncertainty import sample_points
-from vibrocap.design.search.variables import DesignSpace, design_space
+from vibrocap.design.calibration.table_model import TableModel, improbable, searched
+from vibrocap.design.search.goal import asked_case, measure_unit
+from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import WIDE, Direction, Verdict
 from vibrocap.identification.inference.uncertainty import inverse
 from vibrocap.motion.simulate import initial_state
+from vibrocap.motion.trust import NOT_SETTLED
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
 from vibrocap.results import Result
-
-SUSPECT = (
-    1e-4  # probability, over all columns, below which chance is no explanation of what a factor or offset explains
-)
-GAIN = 0.3  # least share of the misfit that a wrong column has to explain
-STARTS, LARGEST = 128, 0.6  # points from which a correction is looked for, and its largest size there
-REFINED = 2  # of them that are refined at first, and corrections that are refined to the end
-
-
-@dataclasses.dataclass(frozen=True)
-class ColumnDoubt:
-    """What would explain a misfit: a column that is off by a factor or an offset, and by how much.
-
-    kind: "factor" or "offset"; size: by which the column would have to be corrected; probability: that chance explains
-        as much; gain: share of the misfit that it explains
-    """
-
-    column: str
-    kind: str
-    size: float
-    probability: float
-    gain: float
-
-    def __str__(self) -> str:
-        how = f"multiplied by {self.size:.3g}" if self.kind == "factor" else f"shifted by {self.size:.3g}"
-        return f"{self.column} {how} would explain {100.0 * self.gain:.0f} % of the misfit"
-
-
-def column_doubt(model: TableModel, shares: np.ndarray, residuals: np.ndarray) -> ColumnDoubt | None:
-    """The column that a factor or an offset makes fit, if chance does not explain the gain (F test, Bonferroni)."""
-    from scipy.stats import f as f_distribution
-
-    before, spare = float(np.sum(residuals**2)), len(residuals) - len(shares) - 1
-    if spare < 1 or (model.table.with_errors and not improbable(model, before)):
-        return None
-    names = [*model.table.conditions, *model.table.measures]
-    begun = [_begun(model.with_corrected(name, kind), shares) for name in names for kind in ("factor", "offset")]
-    tried: list[ColumnDoubt] = []
-    for _, other, near in sorted(begun, key=lambda each: each[0])[:REFINED]:
-        after, point = refined(other, near)
-        assert other.corrected is not None
-        name, kind = other.corrected
-        ratio = (before - after) / (after / spare)
-        chance = float(f_distribution.sf(max(ratio, 0.0), 1, spare)) * len(begun)
-        size = float(np.exp(point[-1])) if kind == "factor" else float(point[-1] * np.std(model.table.column(name)))
-        tried.append(ColumnDoubt(name, kind, size, min(chance, 1.0), 1.0 - after / before))
-    best = max(tried, key=lambda each: each.gain)
-    return best if best.probability < SUSPECT and best.gain > GAIN else None
-
-
-def _begun(model: TableModel, shares: np.ndarray) -> tuple[float, TableModel, np.ndarray]:
-    """(cost, model, point) of a correction after its first steps: a wrong column may have led the search far away."""
-    points = sample_points(model.coordinates, STARTS, 0)
-    points[:, -1] = LARGEST * (2.0 * points[:, -1] - 1.0)
-    points = np.concatenate([points, [np.append(shares, size) for size in (0.0, 0.5 * LARGEST, -0.5 * LARGEST)]])
-    order = np.argsort(np.sum(soft(model.residuals(points)), axis=1), kind="stable")
-    ends = [refined(model, points[k], "soft_l1", FIRST_STEPS)[1] for k in order[:REFINED]]
-    costs = [float(np.sum(soft(model.residuals(end[None])))) for end in ends]
-    best = int(np.argmin(costs))
-    return costs[best], model, ends[best]
-
+from vibrocap.studies.plan.variation import refusal
 
 LEVEL = 0.95
 CLOSE = 1e-3  # in shares of the ranges, within which a parameter stands at its bound
+HALVINGS = 30  # to where an interval ends at values that a part refuses
 
 
 @dataclasses.dataclass(frozen=True)
 class CalibratedParameter:
-    """A parameter: value, 95 % interval [low, high], standard error, and whether the table determines it."""
+    """A parameter: value, 95 % interval [low, high], standard error, and whether the table determines it.
+
+    path: that of `over`; of several paths the value is the factor that they share. Interval and error are NaN where
+    rows of the table cannot be trusted.
+    """
 
     path: str
     value: Number
@@ -106,6 +52,10 @@ class CalibratedParameter:
     def __contains__(self, value: float) -> bool:
         return self.low <= value <= self.high
 
+    def __str__(self) -> str:
+        within = "" if math.isnan(self.low) else f" [{self.low:.6g}, {self.high:.6g}]"
+        return f"{self.value:.6g}{within}, {self.verdict.value}"
+
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Result):
@@ -113,10 +63,13 @@ class Calibration(Result):
 
     system: with the parameters found; parameters: with their 95 % intervals and verdicts; correlation: [p, p] of them
     directions: combinations of parameters, best determined first, with the deviation of their logarithm
-    predicted: [rows] by measure, in the units of the table; residuals: measured less predicted, in standard errors
+    predicted: [rows] by measure, in the units of the table; residuals: measured less predicted, in standard errors;
+        NaN of rows that are not to be trusted
     misfit: mean square of the fitted residuals, over the degrees of freedom; about 1 where errors were given and the
-        model holds; held_out_misfit: of the rows that were held out, None where there are none
-    doubt: the column that explains a misfit, None where none does; failed: rows whose run failed at the optimum
+        model holds; held_out_misfit: mean square of the rows that were held out, None where there are none
+    rms: root mean square by measure of what the fit leaves, in the units of the table
+    doubt: the column that explains a misfit, None where none does
+    not_trusted: rows, from 0, by the reason why the run at the optimum, or a step beside it, is not to be trusted
     """
 
     system: System
@@ -128,8 +81,9 @@ class Calibration(Result):
     residuals: dict[str, Numbers]
     misfit: Number
     held_out_misfit: Number | None
+    rms: dict[str, Number]
     doubt: ColumnDoubt | None
-    failed: tuple[int, ...]
+    not_trusted: dict[str, tuple[int, ...]]
     initial: ByName
 
     @property
@@ -138,15 +92,20 @@ class Calibration(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        found = {
-            each.path: f"{each.value:.6g} [{each.low:.6g}, {each.high:.6g}], {each.verdict.value}"
-            for each in self.parameters
-        }
+        found = {each.path: str(each) for each in self.parameters}
         found["misfit"] = f"{self.misfit:.4g}" + ("" if self.table.with_errors else " (errors estimated from it)")
+        for name, value in self.rms.items():
+            unit, _ = measure_unit(self.system, name)
+            found[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+        pairs = [(abs(r), r, i, k) for (i, k), r in np.ndenumerate(self.correlation) if i < k]
+        for _, r, i, k in sorted(pairs, reverse=True)[:1]:
+            words = f"{r:.3g} of {self.parameters[i].path} and {self.parameters[k].path}"
+            found["correlation"] = words + (" (the largest)" if len(pairs) > 1 else "")
         if self.held_out_misfit is not None:
             found["held out"] = f"{self.held_out_misfit:.4g}"
-        if self.failed:
-            found["failed rows"] = ", ".join(str(1 + k) for k in self.failed)
+        for reason, rows in self.not_trusted.items():
+            cure = "give more periods" if reason == NOT_SETTLED else "narrow the bounds"
+            found[reason] = f"row {', '.join(str(1 + k) for k in rows)}: {cure}, or hold such rows out"
         if self.doubt:
             found["doubt"] = str(self.doubt)
         return found
@@ -181,11 +140,14 @@ def calibrate(
     Each row is a settled motion. The parameters minimise the sum of the squared residuals in standard errors, searched
     from Sobol points and by Gauss-Newton steps within the bounds (SciPy's trust region). Intervals are those of the
     linearised least squares, with Student's quantile; where errors were given and the misfit exceeds 1, they widen by
-    its root.
+    its root. They end where a part refuses its values. Where a row is not to be trusted, as its run fails or has not
+    settled, there are none; where the misfit is improbable or a column is doubted, so are the parameters.
 
     table: a CSV file, a pandas.DataFrame or a mapping of columns: paths of parameters ("drive.frequency", in SI where
-        the case is) say the conditions, names of measures what was read, `MEASURE_error` its standard error
-    over: {path: (low, high)}: what is unknown, and within which bounds
+        the case is) say the conditions, names of measures what was read, `MEASURE_error` its standard error; other
+        units stand in the heading ("mean_velocity [mm/s]", "drive.period_ms") or in a line below it
+    over: {path: (low, high)}: what is unknown, and within which bounds; {"path,path": "factor:low:high"}: a factor of
+        the system's own values that several share
     held_out: numbers of rows, from 0, that the fit does not see and that judge it
     initial: the start of all runs; starts: points from which the search begins; seed: of them
     periods, settle, tolerance, threads: see `ensemble`
@@ -200,7 +162,7 @@ def calibrate(
     for path in space.paths:
         if is_kind(path) or path not in [space.paths[i] for i in space.continuous]:
             complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
-        elif measured is not None and path in measured.conditions:
+        elif measured is not None and {*path.replace(" ", "").split(",")} & {*measured.conditions}:
             complaints.add(path, "is a column of the table; leave it out of `over`, or the column out of the table")
     with complaints.collected():
         check_whole("starts", starts, 1, 2**16)
@@ -229,65 +191,103 @@ def calibrate(
 def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
     """The result of a search."""
     space, table, unknowns = model.space, model.table, len(model.space.paths)
+    values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
+    doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
+    reasons = [next(filter(None, each), "") for each in doubts]
+    not_trusted = {why: tuple(k for k, each in enumerate(reasons) if each == why) for why in sorted({*reasons} - {""})}
     residuals = model.residuals(shares[None])[0]
     spare = len(residuals) - unknowns
     misfit = float(np.sum(residuals**2) / spare)
     slopes = model.slopes(shares)
     widen = max(misfit, 1.0) if table.with_errors else misfit
     covariance = widen * inverse(slopes.T @ slopes)
-    parameters = [_parameter(space, k, shares, covariance, slopes, spare) for k in range(unknowns)]
-    values = np.array([each.value for each in parameters])
+    fitted = {reasons[k] for k in model.rows}
+    verdict, doubt = None, None if NOT_SETTLED in fitted else column_doubt(model, shares, residuals)
+    if any(fitted):
+        covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
+    elif doubt or improbable(model, float(np.sum(residuals**2))):
+        verdict = Verdict.DOUBTED
+    parameters = [_parameter(model, k, shares, covariance, slopes, verdict) for k in range(unknowns)]
+    own = np.array([each.value for each in parameters])
     per_fold = np.array([space.derivative(k, float(shares[k])) for k in range(unknowns)])
-    logs = slopes * (np.where(values == 0.0, 1.0, values) / per_fold)
+    logs = slopes * (np.where(own == 0.0, 1.0, own) / per_fold)
     deviation = np.sqrt(np.diag(covariance))
-    predicted, finished = model.predicted(shares[None], np.arange(table.rows))
-    own = {name: predicted[0, i] for i, name in enumerate(table.measures)}
-    every = {name: (table.targets[name] - own[name]) / table.errors[name] for name in table.measures}
-    held_misfit = None
-    if len(held):
-        held_misfit = float(np.mean(model.residuals(shares[None], held) ** 2))
+    known = {name: np.where(np.array(reasons) == "", values[0, i], np.nan) for i, name in enumerate(table.measures)}
+    left = {name: table.targets[name] - known[name] for name in table.measures}
+    every = {name: left[name] / table.errors[name] for name in table.measures}
+    squares = np.concatenate([every[name][held] ** 2 for name in table.measures])
     return Calibration(
-        system=model.system.with_parameters({each.path: each.value for each in parameters}),
+        system=model.system.with_parameters(space.parameters(shares)),
         parameters=tuple(parameters),
         correlation=covariance / np.outer(deviation, deviation),
-        directions=_directions(space.paths, logs, widen),
+        directions=() if verdict is Verdict.UNTRUSTED else _directions(space.paths, logs, widen),
         table=table,
-        predicted=own,
+        predicted=known,
         residuals=every,
         misfit=misfit,
-        held_out_misfit=held_misfit,
-        doubt=column_doubt(model, shares, residuals),
-        failed=tuple(int(k) for k in np.flatnonzero(~finished[0])),
+        held_out_misfit=_mean(squares) if len(held) else None,
+        rms={name: math.sqrt(_mean(left[name][model.rows] ** 2)) for name in table.measures},
+        doubt=doubt,
+        not_trusted=not_trusted,
         initial=dict(initial),
     )
 
 
+def _mean(squares: np.ndarray) -> float:
+    """Mean of the squares that are known, NaN where none is."""
+    known = squares[~np.isnan(squares)]
+    return float(np.mean(known)) if len(known) else math.nan
+
+
 def _parameter(
-    space: DesignSpace, k: int, shares: np.ndarray, covariance: np.ndarray, slopes: np.ndarray, spare: int
+    model: TableModel, k: int, shares: np.ndarray, covariance: np.ndarray, slopes: np.ndarray, doubted: Verdict | None
 ) -> CalibratedParameter:
-    """A parameter with its interval and what the table says of it."""
+    """A parameter with its interval and what the table says of it; doubted: what is said of all parameters."""
     from scipy.special import stdtrit
 
-    path, share = space.paths[k], float(shares[k])
-
-    def value(x: float) -> float:
-        return float(space.values(np.where(np.arange(len(shares)) == k, np.clip(x, 0.0, 1.0), shares)[None])[path][0])
-
+    space, path, share = model.space, model.space.paths[k], float(shares[k])
     deviation = float(np.sqrt(covariance[k, k]))
-    half = float(stdtrit(spare, 0.5 + 0.5 * LEVEL)) * deviation
-    low, high = value(share - half), value(share + half)
-    open_low, open_high = share - half <= 0.0, share + half >= 1.0
+    error = deviation * space.derivative(k, share)
+    value = float(space.design(shares)[path])
+    if doubted is Verdict.UNTRUSTED:
+        return CalibratedParameter(path, value, math.nan, math.nan, error, doubted)
+    half = float(stdtrit(len(slopes) - len(shares), 0.5 + 0.5 * LEVEL))
+    ends = [_end(model, shares, sign * half * covariance[:, k] / deviation) for sign in (-1.0, 1.0)]
+    low, high = (float(space.design(end)[path]) for end, _ in ends)
+    open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
     if np.sqrt(np.mean(slopes[:, k] ** 2)) < 1e-9:
         verdict = Verdict.NO_EFFECT
     elif open_low and open_high:
         verdict = Verdict.UNDETERMINED
+    elif doubted:
+        verdict = doubted
     elif open_low or share < CLOSE:
         verdict = Verdict.BOUNDED_ABOVE
     elif open_high or share > 1.0 - CLOSE:
         verdict = Verdict.BOUNDED_BELOW
     else:
         verdict = Verdict.WIDE if low > 0.0 and high > WIDE * low else Verdict.DETERMINED
-    return CalibratedParameter(path, value(share), low, high, deviation * space.derivative(k, share), verdict)
+    return CalibratedParameter(path, value, low, high, error, verdict)
+
+
+def _end(model: TableModel, shares: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, bool]:
+    """(shares at an end of an interval, whether a part refuses what lies beyond).
+
+    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated.
+    """
+
+    def point(part: float) -> np.ndarray:
+        return np.clip(shares + part * way, 0.0, 1.0)
+
+    if not refusal(model.system, model.space.parameters(point(1.0))):
+        return point(1.0), False
+    allowed, refused = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (allowed + refused)
+        allowed, refused = (
+            (allowed, middle) if refusal(model.system, model.space.parameters(point(middle))) else (middle, refused)
+        )
+    return point(allowed), True
 
 
 def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Direction, ...]:

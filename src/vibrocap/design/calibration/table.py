@@ -1,23 +1,27 @@
 """Measured tables: conditions and measures of settled motions, as a laboratory writes them down."""
 
-import csv
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, shown
-from vibrocap.design.search.goal import twice
-from vibrocap.inputs import read_input
+from vibrocap.arguments import Complaint, Complaints, listed, shown
+from vibrocap.design.search.goal import measure_unit, twice
 from vibrocap.measures.during_run import measure_table, near_measure
+from vibrocap.measures.measure import Measure
+from vibrocap.physics.dimensions.conversion import path_in_si, paths_in_si
 from vibrocap.physics.system import System
+from vibrocap.records.checks import RecordError
+from vibrocap.records.reading.columns import bracketed
+from vibrocap.records.reading.text import text_tables
+from vibrocap.records.reading.units import suffix_unit, unit_named
 from vibrocap.studies.plan.variation import path_complaints
 
 ERROR = "_error"  # behind the name of a measure: the column of its standard errors
-LARGEST = 2**26  # bytes of a file
+PERIOD, FREQUENCY = ".period", ".frequency"  # of a drive: a table may give either
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -25,13 +29,15 @@ class MeasuredTable:
     """A table of settled motions, a row each.
 
     conditions: columns [rows] by path; targets: measured values by name of the measure; errors: their standard errors,
-    where none are given one that is the same for all rows; with_errors: whether they were given
+    where none are given one that is the same for all rows: that of repeated rows, else the deviation of the column
+    with_errors: whether they were given; alike: [rows] the first row of the same conditions
     """
 
     conditions: dict[str, np.ndarray]
     targets: dict[str, np.ndarray]
     errors: dict[str, np.ndarray]
     with_errors: bool
+    alike: np.ndarray
 
     @property
     def rows(self) -> int:
@@ -47,14 +53,21 @@ class MeasuredTable:
         """A condition or a target by name."""
         return self.conditions[name] if name in self.conditions else self.targets[name]
 
+    def scatter(self, rows: np.ndarray) -> tuple[float, int]:
+        """(sum of the squares, in standard errors, by which repeated rows differ from their mean, their freedom)."""
+        places = [np.flatnonzero(self.alike[rows] == first) for first in np.unique(self.alike[rows])]
+        ratios = [(self.targets[name] / self.errors[name])[rows] for name in self.targets]
+        squares = sum(float(np.sum((each[k] - np.mean(each[k])) ** 2)) for each in ratios for k in places)
+        return squares, (len(rows) - len(places)) * len(ratios)
+
 
 def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTable | None:
     """The table in a CSV file, a data frame or a mapping of columns; None where complaints are added."""
     begun = len(complaints)
-    columns = _columns(given, complaints)
+    known = measure_table(system)
+    columns = _columns(given, system, known, complaints)
     if len(complaints) > begun:
         return None
-    known = measure_table(system)
     conditions: dict[str, np.ndarray] = {}
     targets: dict[str, np.ndarray] = {}
     errors: dict[str, np.ndarray] = {}
@@ -85,33 +98,33 @@ def read_table(given: Any, system: System, complaints: Complaints) -> MeasuredTa
     if len(complaints) > begun:
         return None
     with_errors = set(errors) == set(targets)
-    for name, values in targets.items():
-        errors.setdefault(name, np.full(len(values), float(np.std(values)) or 1.0))
-    return MeasuredTable(conditions, targets, errors, with_errors)
+    values = np.stack([*conditions.values(), np.zeros(len(next(iter(targets.values()))))], axis=1)
+    _, first, group = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    for name, column in targets.items():
+        mean = np.bincount(group.ravel(), column) / np.bincount(group.ravel())
+        spare = len(column) - len(first)
+        own = math.sqrt(float(np.sum((column - mean[group.ravel()]) ** 2)) / spare) if spare else 0.0
+        errors.setdefault(name, np.full(len(column), own or float(np.std(column)) or 1.0))
+    return MeasuredTable(conditions, targets, errors, with_errors, first[group.ravel()])
 
 
-def _columns(given: Any, complaints: Complaints) -> dict[str, np.ndarray]:
-    """Columns of finite numbers by name."""
+def _columns(given: Any, system: System, known: Mapping[str, Measure], complaints: Complaints) -> dict[str, np.ndarray]:
+    """Columns of finite numbers by name, in the units of the case."""
+    units: Mapping[str, str] = {}
     if isinstance(given, (str, Path)):
         try:
-            text = read_input(Path(given), LARGEST).decode("utf-8-sig")
-            rows = list(csv.reader(line for line in text.splitlines() if line.strip() and not line.startswith("#")))
-        except (OSError, ValueError, csv.Error) as error:
+            tables = text_tables(Path(given))
+        except RecordError as error:
+            complaints += [Complaint("table", f"{str(given)!r}: {each}") for each in error.complaints]
+            return {}
+        except (OSError, ValueError) as error:
             complaints.add("table", f"{str(given)!r} cannot be read ({error})")
             return {}
-        if len(rows) < 2:
-            complaints.add("table", f"{str(given)!r} should have a line of headings and a line for each row")
+        if len(tables) > 1 or not tables[0].named:
+            complaints.add("table", f"{str(given)!r} should be one table with a line of headings")
             return {}
-        headings = [each.strip() for each in rows[0]]
-        uneven = [k for k, row in enumerate(rows[1:], start=2) if len(row) != len(headings)]
-        if uneven:
-            complaints.add(
-                "table", f"line {uneven[0]} has {len(rows[uneven[0] - 1])} values, the headings are {len(headings)}"
-            )
-            return {}
-        raw: Mapping[str, Any] = {name: [row[i] for row in rows[1:]] for i, name in enumerate(headings)}
-        if len(raw) < len(headings):
-            complaints.add("table", f"has a heading twice: {', '.join(headings)}")
+        raw: Mapping[str, Any] = tables[0].columns
+        units = tables[0].units
     elif isinstance(given, Mapping) or hasattr(given, "columns"):
         names = given if isinstance(given, Mapping) else given.columns
         raw = {str(name): np.asarray(given[name]).tolist() for name in names}
@@ -119,7 +132,7 @@ def _columns(given: Any, complaints: Complaints) -> dict[str, np.ndarray]:
         complaints.add("table", f"should be a CSV file, a data frame or a mapping of columns, got {shown(given)}")
         return {}
     found: dict[str, np.ndarray] = {}
-    for name, values in raw.items():
+    for heading, values in raw.items():
         numbers = []
         for k, value in enumerate(values, start=1):
             try:
@@ -127,11 +140,53 @@ def _columns(given: Any, complaints: Complaints) -> dict[str, np.ndarray]:
             except (TypeError, ValueError):
                 number = math.nan
             if not math.isfinite(number):
-                complaints.add(name, f"should be finite numbers, got {shown(value)} in row {k}")
+                complaints.add(heading, f"should be finite numbers, got {shown(value)} in row {k}")
                 break
             numbers.append(number)
-        found[name] = np.array(numbers)
+        name, column = _in_units_of_case(heading, units.get(heading, ""), np.array(numbers), system, known, complaints)
+        if name in found:
+            complaints.add(heading, f"is {name} once more; give it once")
+        found[name] = column
     lengths = {len(values) for values in found.values()}
     if len(lengths) > 1 and not len(complaints):
         complaints.add("table", f"should have columns of one length, got {', '.join(map(str, sorted(lengths)))}")
     return found
+
+
+def _in_units_of_case(
+    heading: str, unit: str, values: np.ndarray, system: System, known: Mapping[str, Measure], complaints: Complaints
+) -> tuple[str, np.ndarray]:
+    """(name, values) of a column as the case has it: from another unit in its heading or below it, from a period."""
+    if system.units is None and heading.endswith(PERIOD) and np.all(values > 0.0):
+        return heading.removesuffix(PERIOD) + FREQUENCY, 2.0 * math.pi / values
+    parts = bracketed(heading) or ("", "")
+    ways = [(heading, unit_named(unit)), (parts[0], unit_named(parts[1]))]
+    ways += [(heading[:k], suffix_unit(heading[k + 1 :])) for k, mark in enumerate(heading) if mark == "_"]
+    for stem, given in ((stem, given) for stem, given in ways if given is not None):
+        names = list(_quantities(stem, system, known))
+        for name, own, power in names:
+            wanted = unit_named(own)
+            if power < 0 and given.dimension == "time" and np.all(values > 0.0):
+                return name, 1.0 / (given.factor * values)
+            if power > 0 and wanted is not None and wanted.dimension == given.dimension != "something else":
+                return name, (given.factor / wanted.factor) * values
+        if names and heading not in [name for name, *_ in names]:
+            complaints.add(heading, f"should be in {listed((own for _, own, _ in names), ' or ')}, got {given.name}")
+            return heading, values
+    if heading.endswith(PERIOD):
+        complaints.add(heading, "should be positive, and in SI have its unit, as drive.period_ms")
+    return heading, values
+
+
+def _quantities(stem: str, system: System, known: Mapping[str, Measure]) -> Iterator[tuple[str, str, int]]:
+    """(name, unit, power) of what a heading without its unit may mean in a case; for a period, the frequency."""
+    measure = stem.removesuffix(ERROR)
+    if measure in known:
+        yield stem, measure_unit(system, measure)[0], 1
+    for path in paths_in_si(system.parts) if system.units is not None else ():
+        plain, key = path_in_si(path, system.parts) or ("", None)
+        section = path.partition(".")[0]
+        if key is not None and stem in (path, plain, f"{section}.{key.stem}"):
+            yield path, key.unit, 1
+        elif key is not None and plain == section + FREQUENCY and stem == section + PERIOD and key.unit == "Hz":
+            yield path, "s", -1

@@ -9,22 +9,26 @@ from vibrocap.design.calibration.table import MeasuredTable
 from vibrocap.design.search.goal import measure_unit
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
-from vibrocap.measures.ensemble import FINISHED, ensemble
-from vibrocap.motion.trust import TRAVEL
+from vibrocap.measures.ensemble import ensemble
+from vibrocap.motion.status import Status
+from vibrocap.motion.trust import TRAVEL, Trust
 from vibrocap.physics.system import System
 
 STEP = 1e-4  # of the differences that give slopes, in shares of the ranges
 FAILED_ROW = 1e3  # residual of a run without a value, in standard errors
+REFUSED = list(Status).index(Status.NOT_FINITE)  # status of the runs at a point that a part refuses
 BEGUN, FIRST_STEPS = 4, 15  # candidates that are refined; steps of each, before the best goes on
-ROUNDS = 3  # of the search, each from twice as many points, while the misfit is improbable
-UNLIKELY = 1e-3  # probability of a misfit, if errors were as given, below which it is improbable
+ROUNDS = 3  # of the search at most, each from twice as many points, until chance explains the misfit or two agree
+AGREE = 0.01  # mean squares by which rounds that end in the same minimum may differ: a tenth of a standard error
+UNLIKELY = 1e-3  # probability of a misfit, if errors are as known, below which it is improbable
+KINDS = ("factor", "reversal", "offset")  # of a correction of a column
 
 
 class TableModel:
     """Predictions of a table by settled runs, at points of the unit cube of the unknowns.
 
-    corrected: None, or (column, kind) of a column that one more coordinate corrects: a factor exp(c), an offset c in
-    standard deviations of the column
+    corrected: None, or (column, kind) of a column that one more coordinate c corrects: a factor exp(c), a reversal
+    -exp(c), an offset of c standard deviations of the column
     """
 
     def __init__(
@@ -53,30 +57,47 @@ class TableModel:
         """A column [..., rows] corrected by coordinates [points]."""
         if self.corrected is None or self.corrected[0] != name:
             return column
-        if self.corrected[1] == "factor":
-            return column * np.exp(size)[:, None]
-        return column + (size * float(np.std(self.table.column(name))))[:, None]
+        amount = self.correction(size)[:, None]
+        return column + amount if self.corrected[1] == "offset" else column * amount
 
-    def predicted(self, points: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(predictions [points, measures, rows] in the table's units, whether each run finished [points, rows])."""
+    def correction(self, size: Any) -> Any:
+        """The amount of the correction at its coordinate: a factor of either sign, or an offset in its unit."""
+        assert self.corrected is not None
+        name, kind = self.corrected
+        if kind == "offset":
+            return size * float(np.std(self.table.column(name)))
+        return np.exp(size) * (-1.0 if kind == "reversal" else 1.0)
+
+    def predicted(self, points: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, Trust]:
+        """(predictions [points, measures, rows] in the table's units, their trust [points, rows]).
+
+        Rows of the same conditions are one run.
+        """
         many, unknowns = len(points), len(self.space.paths)
         size = points[:, unknowns] if self.corrected else np.zeros(many)
-        over = {path: np.repeat(x, len(rows)) for path, x in self.space.values(points[:, :unknowns]).items()}
+        own, group = np.unique(self.table.alike[rows], return_inverse=True)
+        over = {path: np.repeat(x, len(own)) for path, x in self.space.values(points[:, :unknowns]).items()}
         for path, column in self.table.conditions.items():
-            over[path] = self._correct(path, np.tile(column[rows], (many, 1)), size).ravel()
+            over[path] = self._correct(path, np.tile(column[own], (many, 1)), size).ravel()
         try:
-            found = ensemble(self.system, over, measures=self.table.measures, **self.runs)
+            runs = ensemble(self.system, over, measures=self.table.measures, **self.runs)
         except ValueError:  # a part refuses a point
             if many == 1:
-                return np.full((1, len(self.scales), len(rows)), np.nan), np.zeros((1, len(rows)), dtype=bool)
-            each = [self.predicted(point[None], rows) for point in points]
-            return np.concatenate([one[0] for one in each]), np.concatenate([one[1] for one in each])
-        finished = (found["status"] == FINISHED).reshape(many, -1)
+                refused = Trust(np.full((1, len(rows)), REFUSED), np.zeros((1, len(rows)), dtype=bool))
+                return np.full((1, len(self.scales), len(rows)), np.nan), refused
+            parts = [self.predicted(point[None], rows) for point in points]
+            trusts = [trust for _, trust in parts]
+            trust = Trust(
+                np.concatenate([one.status for one in trusts]), np.concatenate([one.settled for one in trusts])
+            )
+            return np.concatenate([values for values, _ in parts]), trust
+        status, settled = (runs[name].reshape(many, -1)[:, group] for name in ("status", "settled"))
+        trust = Trust(status, settled)
         values = [
-            np.where(finished, scale * found[name].reshape(many, -1), 0.0 if name in TRAVEL else np.nan)
+            np.where(trust.finished, scale * runs[name].reshape(many, -1)[:, group], 0.0 if name in TRAVEL else np.nan)
             for name, scale in zip(self.table.measures, self.scales, strict=True)
         ]
-        return np.stack(values, axis=1), finished
+        return np.stack(values, axis=1), trust
 
     def residuals(self, points: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
         """[points, measures * rows] predicted less measured, in standard errors."""
@@ -93,26 +114,34 @@ class TableModel:
         )
         found = (values - measured) / self.errors[:, rows]
         found = np.where(np.isfinite(found), found, FAILED_ROW)
-        if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] == "factor":
+        if self.corrected and self.corrected[0] in self.table.measures and self.corrected[1] != "offset":
             k = self.table.measures.index(self.corrected[0])
             found[:, k] /= np.exp(size)[:, None]  # its errors are scaled with it
         return found.reshape(len(points), -1)
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
         """[measures * rows, coordinates] of the residuals, by differences within the bounds."""
+        steps = self.beside(point)
+        found = self.residuals(steps)
+        widths = [steps[2 * i + 1, i] - steps[2 * i, i] for i in range(len(point))]
+        return np.stack([(found[2 * i + 1] - found[2 * i]) / widths[i] for i in range(len(point))], axis=1)
+
+    def beside(self, point: np.ndarray) -> np.ndarray:
+        """[2 * coordinates, coordinates] the points a step below and above a point along each coordinate."""
         many = len(point)
         steps = np.tile(point, (2 * many, 1))
         for i in range(many):
             low, high = (0.0, 1.0) if i < len(self.space.paths) else (-np.inf, np.inf)
             steps[2 * i, i] = max(point[i] - STEP, low)
             steps[2 * i + 1, i] = min(point[i] + STEP, high)
-        found = self.residuals(steps)
-        widths = [steps[2 * i + 1, i] - steps[2 * i, i] for i in range(many)]
-        return np.stack([(found[2 * i + 1] - found[2 * i]) / widths[i] for i in range(many)], axis=1)
+        return steps
 
 
 def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarray:
-    """The best point of the unit cube, searched again from more points while errors as given make it improbable."""
+    """The best point of the unit cube, searched again from more points until it is no chance that it is the best.
+
+    It is not where chance explains its misfit, or where two rounds, from points of their own, end with it.
+    """
     best = np.inf, np.zeros(model.coordinates)
     for k in range(ROUNDS):
         points = sample_points(model.coordinates, starts * 2**k, seed + k)
@@ -120,19 +149,40 @@ def searched(model: TableModel, starts: int, seed: int, report: Any) -> np.ndarr
         begun = [points[place] for place in np.argsort(costs, kind="stable")[: BEGUN * 2**k]]
         ends = [refined(model, point, "soft_l1", FIRST_STEPS)[1] for point in begun]
         near = min(ends, key=lambda end: float(np.sum(soft(model.residuals(end[None])))))
-        best = min(best, refined(model, near), key=lambda found: found[0])
+        end = refined(model, near)
+        again = abs(end[0] - best[0]) <= AGREE * end[0] / len(model.rows)
+        best = min(best, end, key=lambda found: found[0])
         if report:
             report((k + 1) / ROUNDS)
-        if not (model.table.with_errors and improbable(model, best[0])):
+        if again or (chance(model, best[0]) or 0.0) >= UNLIKELY:
             break
     return best[1]
 
 
-def improbable(model: TableModel, squares: float) -> bool:
-    """Whether a sum of squared residuals is larger than chance explains, if errors were as given."""
-    from scipy.stats import chi2
+def chance(model: TableModel, squares: float) -> float | None:
+    """Probability of so large a sum of squares where the model holds; None where nothing says how large errors are.
 
-    return bool(chi2.sf(squares, len(model.rows) * len(model.scales) - model.coordinates) < UNLIKELY)
+    Errors are given (chi^2), or repeated rows show them: then what the model leaves beside their scatter is compared
+    with it (F, the test of lack of fit).
+    """
+    from scipy.stats import chi2, f
+
+    spare = len(model.rows) * len(model.scales) - model.coordinates
+    if model.table.with_errors:
+        return float(chi2.sf(squares, spare))
+    scatter, freedom = model.table.scatter(model.rows)
+    if scatter == 0.0 or spare <= freedom:
+        return None
+    return float(f.sf((squares - scatter) / (spare - freedom) / (scatter / freedom), spare - freedom, freedom))
+
+
+def improbable(model: TableModel, squares: float) -> bool:
+    """Whether a sum of squared residuals is larger than chance explains, or no less than that of constants."""
+    known = chance(model, squares)
+    if known is not None:
+        return known < UNLIKELY
+    measured = [(model.table.targets[name] / model.table.errors[name])[model.rows] for name in model.table.measures]
+    return squares >= sum(float(np.sum((each - np.mean(each)) ** 2)) for each in measured)
 
 
 def soft(residuals: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refus
 
 FAR = 1e3  # distance of designs that differ in a choice: their motions are not of one kind
 APART = 1e-3  # in shares, of the differences that give the slopes of a function of one's own, to the fourth order
+FACTOR = "factor:"  # before a range: of a factor of the system's own values, which several paths may share
 DIFFERENCES = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
 
 
@@ -154,8 +155,14 @@ def design_space(
         complaints.add("over", wanted)
         return DesignSpace(())
     found: list[Range | Column] = []
+    tied: dict[str, list[str]] = {}
     begun = len(complaints)
     for path, given in over.items():
+        paths = [part.strip() for part in path.split(",")]
+        if isinstance(given, str) and given.startswith(FACTOR):
+            tied[path], given = paths, given.removeprefix(FACTOR)
+        elif len(paths) > 1:
+            complaints.add(path, f"several parameters share a factor of their own values: {FACTOR}LOW:HIGH")
         each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
         complaints += wrong
         found.append(each)
@@ -165,16 +172,36 @@ def design_space(
             complaints += _function_complaints(system, space)
         return space
     kinds = {each.path: each.values[0] for each in found if is_kind(each.path) and isinstance(each, Column)}
+    every = [path for name in over for path in tied.get(name, [name])]
     if len(complaints) == begun:
-        complaints += path_complaints(over, [kinds_chosen(system, kinds)], system.units)
-        complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(over)]
+        complaints += path_complaints(every, [kinds_chosen(system, kinds)], system.units)
+        complaints += [Complaint(path, "a start is no design variable; give it by `starts`") for path in _starts(every)]
     if len(complaints) == begun:
-        plain = [quantity(path, system).plain for path in over]
-        twice = [path for path, name in zip(over, plain, strict=True) if plain.count(name) > 1]
+        plain = [quantity(path, system).plain for path in every]
+        twice = [path for path, name in zip(every, plain, strict=True) if plain.count(name) > 1]
         if twice:
             complaints.add(twice[0], f"is the same quantity as {twice[1]}; give it once")
+        words = [path for paths in tied.values() for path in paths if not is_number(system.parameter(path))]
+        complaints += [Complaint(path, "has no number of its own that a factor multiplies") for path in words]
+        words = [each.path for each in found if tied and isinstance(each, Column) and each.is_text]
+        complaints += [Complaint(path, "should be numbers beside a factor") for path in words]
+    if len(complaints) == begun:
+        space = DesignSpace(space.variables, _factors(system, tied)) if tied else space
         complaints += _end_complaints(system, space)
     return space
+
+
+def _factors(system: System, tied: Mapping[str, Sequence[str]]) -> Callable[..., Mapping[str, Any]]:
+    """The function that makes parameters of variables some of which are factors of the system's own values."""
+    own = {path: float(system.parameter(path)) for paths in tied.values() for path in paths}
+
+    def through(**values: np.ndarray) -> dict[str, np.ndarray]:
+        found = {}
+        for name, x in values.items():
+            found |= {path: own[path] * x for path in tied[name]} if name in tied else {name: x}
+        return found
+
+    return through
 
 
 def _function_complaints(system: System, space: DesignSpace) -> list[str]:
@@ -203,7 +230,7 @@ def _is_choice(path: str, given: Any) -> bool:
     return isinstance(given, (Sequence, np.ndarray)) and not pair
 
 
-def _starts(over: Mapping[str, Any]) -> list[str]:
+def _starts(over: Iterable[str]) -> list[str]:
     return [path for path in over if path.startswith("initial.")]
 
 
@@ -211,9 +238,14 @@ def _end_complaints(system: System, space: DesignSpace) -> list[str]:
     """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
     found: list[str] = []
     for each in space.variables:
-        part = system.parts.get(each.path.partition(".")[0])
-        ruled = part is None or type(part).__pydantic_decorators__.model_validators or hasattr(part, "__post_init__")
-        if isinstance(each, Range) and not ruled:
-            complaints = [said for end in (each.low, each.high) for said in refusal(system, {each.path: end})]
-            found += complaints[:1]
+        parts = [system.parts.get(path.strip().partition(".")[0]) for path in each.path.split(",")]
+        if isinstance(each, Range) and not any(map(_compares, parts)):
+            ends = [{each.path: end} for end in (each.low, each.high)]
+            ends = [end if space.through is None else space.through(**end) for end in ends]
+            found += [said for end in ends for said in refusal(system, end)][:1]
     return found
+
+
+def _compares(part: Any) -> bool:
+    """Whether a part compares its fields with one another."""
+    return part is None or bool(type(part).__pydantic_decorators__.model_validators) or hasattr(part, "__post_init__")

@@ -33,6 +33,7 @@ class Verdict(enum.StrEnum):
     NO_EFFECT = "not determined: without effect in these data"
     TOO_FEW = "not determined: too few samples"
     DOUBTED = "doubted: the errors are no noise"
+    UNTRUSTED = "not determined: not all motions can be trusted"
     HELD = "held"
 
 

@@ -81,6 +81,11 @@ class ResidualReport:
         """Whether intervals may not hold: for more than what they, or a robust loss, allow for."""
         return any(kind not in ALLOWED_FOR for kind in self.kinds)
 
+    def with_held_out(self, relative: float) -> "ResidualReport":
+        """The same, knowing the error of held-out records over their deviation: 1 is that of a constant."""
+        worse = (_finding("held out", relative, f"{relative:.0%}"),) if relative >= 1.0 else ()
+        return dataclasses.replace(self, findings=(*worse, *self.findings))
+
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
         phase = f"largest {self.largest}, {self.phases[self.largest]:.2g} times the mean" if self.phases else ""
@@ -215,6 +220,8 @@ def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
 
 
 SAID = {
+    "held out": "On the records that were held out they are {} of what the force varies by, worse than a constant: the "
+    "law with these parameters does not hold there.",
     "work": "Friction does negative work (force times velocity sums to {} of its size): the sign of the force or of "
     "the motion looks swapped, or a drive acts along.",
     "saturation": "The force saturates: {} of the samples lie on its limit of {}, cut off there by a sensor or its "

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from vibrocap.identification.problem.parametrisation import with_values
-from vibrocap.physics.dimensions.units import one_way, parameter_keys
+from vibrocap.physics.dimensions.units import force_keys, one_way, parameter_keys
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.physics.parameters import parameter_table
@@ -14,7 +14,8 @@ IN_SI = """\
 # length (`--pendulum`, or `fit.save(folder, scales=...)`).
 """
 FORCES = """\
-# The normal force of the records is not known: the levels of the law are forces in N, for normal_load_N = 1.
+# The normal force of the records is not known: the levels of the law are forces. A case makes coefficients of them by
+# its constant normal_load_N; for other loads fit with the normal force of the records.
 """
 TURNING_IN_SI = """\
 # In the units of the records, which are SI for a contact that turns: N m, rad, s. No case has such a contact.
@@ -60,16 +61,20 @@ def heading(scales: PendulumScales | None, rotary: bool = False, known_load: boo
     )
 
 
-def case_section(law: Any, in_si: bool = False) -> str:
-    """The section [friction] of a case file, every parameter written out; in SI with its unit."""
+def case_section(law: Any, in_si: bool = False, known_load: bool = True) -> str:
+    """The section [friction] of a case file, every parameter written out; in SI with its unit.
+
+    known_load: whether coefficients are over the normal force; without it they stand as forces.
+    """
     keys = parameter_keys(type(law), "force") if in_si else {}
+    forces = {} if known_load or not in_si else {info.name: key for key, info in force_keys(type(law)).items()}
     lines = ["[friction]", f"law = {json.dumps(law.name)}"]
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if value is None:  # a part of the law that is not there
             continue
         key = one_way(keys, info.name)
-        lines.append(f"{info.name if key is None else key.key} = {_toml(value)}")
+        lines.append(f"{forces.get(info.name, info.name if key is None else key.key)} = {_toml(value)}")
     return "\n".join(lines) + "\n"
 
 

@@ -68,7 +68,12 @@ def finished_fit(
         for name, each in found.items():
             low = -math.inf if each.low < 0 else 0.0
             found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
-    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits)
+    results = _results(prediction, best, held_out)
+    fitted = [each for each in results if not each.held_out]
+    unseen = [each for each in results if each.held_out]
+    relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
+    held_out_relative, _ = relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])
+    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits).with_held_out(held_out_relative)
     if residuals.doubtful:
         report = _doubted(report)
     law = prediction.law(best.u)
@@ -92,10 +97,6 @@ def finished_fit(
             parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
             parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
-    results = _results(prediction, best, held_out)
-    fitted = [each for each in results if not each.held_out]
-    unseen = [each for each in results if each.held_out]
-    relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
     return Fit(
         law=law,
         law_name=law.name,
@@ -109,7 +110,7 @@ def finished_fit(
         records=tuple(results),
         relative_rmse=relative,
         rmse=absolute,
-        held_out_relative_rmse=relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])[0],
+        held_out_relative_rmse=held_out_relative,
         samples=prediction.size,
         effective_samples=spread.effective,
         cost=best.cost,

@@ -182,6 +182,7 @@ class Fit(Result):
         lines[0] += f" ({self.rmse:.4g} {self.units.force})"
         if not math.isnan(self.held_out_relative_rmse):
             lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
+            lines[0] += " (worse than a constant)" if self.held_out_relative_rmse >= 1.0 else ""
         head = ("value", "95 % interval", "unit", "")
         lines += ["", *table([("parameter", *head), *map(_row, self.parameters)])]
         if self.nuisances:
@@ -231,7 +232,7 @@ class Fit(Result):
         paths = folder / "fit.json", folder / "friction.toml"
         write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
         rotary, known_load = bool(self.options.get("rotary")), bool(self.options.get("known_load"))
-        section = case_section(law, in_si=scales is None and not rotary)
+        section = case_section(law, in_si=scales is None and not rotary, known_load=known_load)
         write_text(paths[1], heading(scales, rotary, known_load) + section)
         return paths
 

@@ -160,6 +160,8 @@ def called_once_marked(text: str) -> str:
     calls = Counter(_CALL.findall(text))
 
     def marked(found: re.Match[str]) -> str:
+        if found[2].startswith("@slow_jet_"):  # long, and asked for by few motions
+            return f"{found[1]}noinline optsize {{"
         alone = calls[found[2]] == 1 and "noinline" not in found[1]
         return f"{found[1]}alwaysinline {{" if alone else found[0]
 

@@ -147,6 +147,13 @@ def parameter_keys(part: type, effort: str) -> Mapping[str, Key]:
     return found
 
 
+def force_keys(part: type) -> Mapping[str, ParameterInfo]:
+    """The keys under which coefficients of a law are forces, as of records without a load: coulomb_force_N."""
+    known = [info for info in parameter_table(part) if info.dimension is not None and info.dimension.coefficient]
+    units = [info.dimension.unit(known_load=False) for info in known if info.dimension is not None]
+    return {info.name.replace("coefficient", "force") + suffix(u): info for info, u in zip(known, units, strict=True)}
+
+
 def state_keys(units: Mapping[str, str]) -> dict[str, Key]:
     """Every key under which a state may be given in SI; units: of the states by name, "1" where they have none."""
     found = {}

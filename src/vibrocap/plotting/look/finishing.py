@@ -20,7 +20,6 @@ from vibrocap.plotting.look.labels import filled
 from vibrocap.plotting.look.own_lines import own_lines
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import STYLE, settings_of, style
-from vibrocap.plotting.look.tex import write_tex
 
 GAP = 3.0  # points between what stands side by side
 LEAST_TICKS = 2
@@ -29,17 +28,14 @@ ROUNDS = 3  # each changes the room that the next finds
 
 
 def save(fig: Figure, path: str | Path, settings: dict[Any, Any] = STYLE) -> Path:
-    """Write a figure to a file (.png, .svg, .pdf or .tex), whole or not at all; the same figure gives the same bytes.
+    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes.
 
-    It is fitted to the page for which is drawn, see `plotting.page`; .tex needs TeX, see `plotting.tex`.
+    It is fitted to the page for which is drawn, see `plotting.page`.
     """
     path, fig = Path(path), finished(fig)
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with replacing(path) as temporary, matplotlib.rc_context(settings_of(settings)):
-        if path.suffix.lower() == ".tex":
-            write_tex(fig, temporary)
-        else:
-            fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
+        fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
     return path
 
 

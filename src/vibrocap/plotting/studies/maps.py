@@ -84,7 +84,7 @@ LINE_TITLE, LINE_SMALL = 0.145, 0.115  # inches
 
 
 def plot_view(view: View, path: str | Path, border: str | Sequence[str] | None = None) -> Path:
-    """Draw a view of a study into a file (.png, .svg, .pdf or .tex)."""
+    """Draw a view of a study into a file (.png, .svg or .pdf)."""
     return save(study_figure(view, border), path, PRINT)
 
 

@@ -82,9 +82,9 @@ def heading(text: str) -> list[tuple[str, Unit | None]]:
 
     "Force [kN]", "Displ(microns)", "vel_m_per_s" and "x/mm" have a unit; "time_s" may be a time in s or a "times".
     """
-    bracketed = _bracketed(text)
-    if bracketed is not None:
-        return [(_plain(bracketed[0]), unit_named(bracketed[1]))]
+    parts = bracketed(text)
+    if parts is not None:
+        return [(_plain(parts[0]), unit_named(parts[1]))]
     readings: list[tuple[str, Unit | None]] = []
     for mark in re.finditer(r"[\s_./,-]+", text.strip()):
         unit = suffix_unit(text.strip()[mark.end() :])
@@ -93,7 +93,7 @@ def heading(text: str) -> list[tuple[str, Unit | None]]:
     return [*readings, (_plain(text), None)]
 
 
-def _bracketed(text: str) -> tuple[str, str] | None:
+def bracketed(text: str) -> tuple[str, str] | None:
     """(name, what stands in brackets behind it) of a heading; None without brackets, or with nothing in them."""
     found = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", text)
     return (found[1], found[2]) if found and found[2].strip() else None
@@ -110,7 +110,7 @@ def quantity_of(text: str) -> tuple[str, Unit | None, int] | None:
     """
     for name, unit in heading(text):
         for quantity, names in USUAL.items():
-            if name in names and (unit is None or fits(unit, quantity) or _bracketed(text)):
+            if name in names and (unit is None or fits(unit, quantity) or bracketed(text)):
                 return quantity, unit_named("rpm") if name == "rpm" and unit is None else unit, names.index(name)
     return None
 
@@ -215,8 +215,8 @@ def _said_unit(name: str, quantity: str, table: Table, units: Mapping[str, str],
     given = next((unit for called, unit in units.items() if base_quantity(called) == base_quantity(quantity)), None)
     if given is not None:
         return unit_named(given)  # checked among the settings
-    bracketed = _bracketed(name) if table.named else None
-    written = table.units.get(name, "").strip() or (bracketed[1].strip() if bracketed else "")
+    parts = bracketed(name) if table.named else None
+    written = table.units.get(name, "").strip() or (parts[1].strip() if parts else "")
     if written:
         unit = unit_named(written)
         if unit is None or not fits(unit, quantity):

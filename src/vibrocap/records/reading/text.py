@@ -33,7 +33,7 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     comments = [(number, line.lstrip("#%/! ")) for number, line in lines if line.startswith(COMMENTS)]
     lines = [(number, line) for number, line in lines if not line.startswith(COMMENTS)]
     delimiter = _delimiter([line for _, line in lines])
-    decimal_comma = delimiter in (";", "\t") and not any("." in line for _, line in lines[-20:])
+    decimal_comma = delimiter in (";", "\t") and not any(re.search(r"\d\.\d", line) for _, line in lines[-20:])
     rows = _rows(lines, delimiter)
     if decimal_comma:
         rows = [(number, [_pointed(cell) for cell in cells]) for number, cells in rows]

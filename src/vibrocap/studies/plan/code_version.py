@@ -14,7 +14,7 @@ RUNS = ("measures/ensemble.py",)
 # Statements that import from the package; to parse 170 files for them would take longer than a small sweep.
 IMPORT = re.compile(rf"^[ \t]*(?:from|import)[ \t]+({PACKAGE}[\w.]*)(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?", re.M)
 NAME = re.compile(r"(?<!as )\b\w+")
-FOLDERS = ("physics/drives", "physics/friction", "physics/machines", "numerics")
+FOLDERS = ("physics/drives", "physics/friction", "physics/machines", "physics/mechanics", "numerics")
 
 
 @functools.cache

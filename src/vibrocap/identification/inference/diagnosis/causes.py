@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled, together
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import (
     Pattern,
@@ -28,6 +28,7 @@ from vibrocap.identification.inference.diagnosis.patterns import (
     ripple,
     shift,
     speed,
+    swinging,
     waves,
 )
 
@@ -36,6 +37,7 @@ SHARE = 0.02  # of the squared errors that a pattern explains, from which on it 
 MAIN = 0.1  # of the squares that are no white noise, which the first cause explains at least
 SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
 GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
+SAME_WAVE = 0.5  # waves along the path by which ripples differ that are told apart
 MOST = 5  # causes
 REMAINING = 0.2  # of the samples, that a saturated force must leave for others to be told
 
@@ -112,7 +114,7 @@ def _offset(records: Sequence[RecordErrors], slopes: np.ndarray) -> list[Cause]:
     share = float(left @ left - rest @ rest) / max(total, 1e-300)
     if share < SHARE or probability(left, odd, pattern, rest, cuts) >= FALSE_ALARMS / (len(MAKERS) + 3):
         return []
-    return [_named("direction", 0.0, share, pattern, error, absorbed, some)]
+    return _named("direction", 0.0, share, pattern, error, absorbed, some)
 
 
 def _patterns(
@@ -156,6 +158,8 @@ def _found(
     """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
     chance = FALSE_ALARMS / (len(fixed) + 3)
+    turns = float(np.ptp(together(records, "place"))) / (2 * np.pi) if any(each.rotary for each in records) else 0.0
+    loss = BROAD | {"restoring": 1.0} if turns else BROAD  # one wave in a turn is no general pattern
     total, found, columns = float(error @ error), [], []
     noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
@@ -170,9 +174,11 @@ def _found(
         now = float(error @ error)
         shares = {name: explained(error, absorbed, pattern) for name, (pattern, *_) in tried.items()}
         for name in POSITIVE:
-            if name in tried and _size(tried[name][0], error, absorbed) < 0:
+            if name in tried and min(_coefficients(tried[name][0], error, absorbed)[: 1 + (name == SWINGING)]) < 0:
                 shares[name] = (0.0, error)
-        weights = {name: share * (GENERAL if name in BROAD else 1.0) for name, (share, _) in shares.items()}
+        if turns and length > 0.0 and not directed and abs(turns * (2 * np.pi / length - 1)) < SAME_WAVE:
+            shares["ripple"] = (0.0, error)  # it is gravity
+        weights = {name: share * loss.get(name, 1.0) for name, (share, _) in shares.items()}
         for name in sorted(weights, key=lambda each: -weights[each]):
             pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
@@ -184,7 +190,7 @@ def _found(
             return found, columns
         largest = max(largest, share)
         if all(each.kind != name for each in found):
-            found.append(_named(name, amount, share, pattern, error, absorbed, records))
+            found += _named(name, amount, share, pattern, error, absorbed, records)
         columns.append(make)
         absorbed = basis_of(np.concatenate([absorbed, make(records)], axis=1))
         error = without(error, absorbed)
@@ -196,26 +202,29 @@ def _made(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
     return MAKERS[name](records).columns
 
 
+SWINGING = "swinging"  # told as inertia and restoring: where they nearly cancel, none of both shows alone
 MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
     "direction": direction,
     "inertia": inertia,
     "restoring": restoring,
+    SWINGING: swinging,
     "drift": drift,
     "speed": speed,
     "position": position,
     "presliding": presliding,
 }
-POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
+POSITIVE = ("inertia", "restoring", SWINGING)  # no mass and no stiffness is negative
 WITH_CONSTANT = ("direction", "restoring", "drift")
-BROAD = ("speed", "position", "presliding", "drift", "restoring")
+BROAD = dict.fromkeys(("speed", "position", "presliding", "drift", "restoring"), GENERAL) | {SWINGING: GENERAL**2}
 
 
-def _size(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> float:
-    """The coefficient of a pattern's first column; that of a sine and a cosine may have any sign."""
+def _coefficients(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
+    """The coefficients of a pattern's columns; those of a sine and a cosine, after which a constant comes, by size."""
     left = without(pattern.columns, absorbed)
-    product = left.T @ error
-    size = float(np.linalg.lstsq(left.T @ left, product, rcond=None)[0][0])
-    return size if pattern.columns.shape[1] <= 2 else abs(size)
+    found = np.linalg.lstsq(left.T @ left, left.T @ error, rcond=None)[0]
+    if pattern.waves:
+        found[-3:-1] = float(np.hypot(*found[-3:-1])), 0.0
+    return found
 
 
 def _named(
@@ -226,18 +235,26 @@ def _named(
     error: np.ndarray,
     absorbed: np.ndarray,
     records: Sequence[RecordErrors],
-) -> Cause:
-    """The cause with its size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
+) -> list[Cause]:
+    """The causes with their size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
     turning = any(each.rotary for each in records)
     if name == "delay":
         interval = float(np.median(np.diff(records[0].time)))
         how = "lags" if amount > 0 else "leads"
-        return Cause(name, amount, share, (how, f"{abs(amount):.3g}", f"{abs(amount) / interval:.2g}", f"{share:.0%}"))
+        words = (how, f"{abs(amount):.3g}", f"{abs(amount) / interval:.2g}", f"{share:.0%}")
+        return [Cause(name, amount, share, words)]
     if name == "ripple":
         unit = "rad" if turning else "m"
-        return Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))
-    if name in ("inertia", "restoring"):
-        size = _size(pattern, error, absorbed)
-        units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}[name][turning]
-        return Cause(name, size, share, (f"{size:.3g} {units}", f"{share:.0%}"))
-    return Cause(name, share, share, (f"{share:.0%}",))
+        return [Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))]
+    if name in POSITIVE:
+        sizes = _coefficients(pattern, error, absorbed)
+        units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}
+        columns = {"inertia": 0, "restoring": int(name == SWINGING)}
+        kinds = [*units] if name == SWINGING else [name]
+        parts = [(sizes[columns[kind]] * np.linalg.norm(pattern.columns[:, columns[kind]])) ** 2 for kind in kinds]
+        found = []
+        for kind, part in zip(kinds, parts, strict=True):
+            size, own = float(sizes[columns[kind]]), share * float(part / sum(parts))
+            found.append(Cause(kind, size, own, (f"{size:.3g} {units[kind][turning]}", f"{own:.0%}")))
+        return found
+    return [Cause(name, share, share, (f"{share:.0%}",))]

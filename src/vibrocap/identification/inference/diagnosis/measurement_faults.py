@@ -21,23 +21,28 @@ FAR_OUT, NEAR, LONELY, AROUND = 7.0, 3, 2, 20  # noises; samples on both sides; 
 def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.ndarray]]:
     """Whether forces lie on their extreme, and which samples [n] of each record that touches.
 
-    Samples within a twentieth of the noise of the largest force, n_0, against those within as much below, n_1: where a
-    density falls towards its end, n_0 is binomial with a probability of at most one half of n_0 + n_1. A limit is named
-    from n_0 >= 6 and 5 n_1 on (by chance below 2^-6 at each end, and in noise there are not 6 samples so near to the
-    largest one), if the prediction does not lie there too, as that of a constant sliding friction would.
+    A limit is looked for among all values: samples within a band of a twentieth of the noise, n_0, against those in
+    the next one below and all beyond, n_1, so that single glitches do not hide it. Where a density falls towards its
+    end, n_0 is binomial with a probability of at most one half of n_0 + n_1. A limit is named from n_0 >= 6 and 5 n_1
+    on (by chance below 2^-6 at each end, and in noise there are not 6 samples so near to the largest one), if the
+    prediction does not lie there too, as that of a constant sliding friction would.
     """
     touched = [np.zeros(len(each.time), bool) for each in records]
     cut, where = 0, []
     for each, mine in zip(records, touched, strict=True):
         for side in (1.0, -1.0):
             force = side * each.force
-            limit = float(force.max())
             noise = max(noise_level(each.force), 1e-3 * float(np.sqrt(np.mean((each.force - each.predicted) ** 2))))
-            width = max(PILES * noise, 1e-9 * abs(limit))
-            on, below = force > limit - width, (force <= limit - width) & (force > limit - 2 * width)
-            number = int(np.sum(on)) - 1
-            if number < FEWEST or number < PILED * np.sum(below):
+            ordered = np.sort(force)
+            width = max(PILES * noise, 1e-9 * float(np.abs(ordered[[0, -1]]).max()))
+            below, begin, end = (np.searchsorted(ordered, ordered + far * width) for far in (-1.5, -0.5, 0.5))
+            numbers = end - begin - 1
+            piled = (numbers >= FEWEST) & (numbers >= PILED * (len(force) - below - numbers - 1))
+            if not piled.any():
                 continue
+            most = int(np.argmax(np.where(piled, numbers, 0)))
+            limit, number = float(np.median(ordered[begin[most] : end[most]])), int(numbers[most])
+            on = np.abs(force - ordered[most]) <= 0.5 * width
             error = (side * each.predicted - limit)[on]
             if float(np.sqrt(np.mean(error**2))) < 3 * width:
                 continue

@@ -25,11 +25,13 @@ class Pattern:
     """Columns [n, k] that a cause would add to the force; tries: how many such patterns were looked through for it.
 
     sparse: they are large in a few samples only, too few for their errors to tell how large errors are there.
+    waves: whether the last three are a sine, a cosine and a constant.
     """
 
     columns: np.ndarray
     tries: float = 1.0
     sparse: bool = False
+    waves: bool = False
 
 
 def basis_of(columns: np.ndarray) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Patterns that faults add to a force: with place, with time, with direction, speed and acceleration."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -27,11 +28,19 @@ def inertia(records: Sequence[RecordErrors]) -> Pattern:
 
 def restoring(records: Sequence[RecordErrors]) -> Pattern:
     """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle."""
-    if any(each.rotary for each in records):
+    turning = any(each.rotary for each in records)
+    if turning:
         waves = [over_units(records, [wave(each.place) for each in records]) for wave in (np.sin, np.cos)]
     else:
         waves = [over_units(records, [each.place - each.place.mean() for each in records])]
-    return Pattern(np.stack([*waves, over_units(records, [np.ones_like(each.time) for each in records])], axis=1))
+    columns = [*waves, over_units(records, [np.ones_like(each.time) for each in records])]
+    return Pattern(np.stack(columns, axis=1), waves=turning)
+
+
+def swinging(records: Sequence[RecordErrors]) -> Pattern:
+    """A restoring force with inertia, as of a pendulum or a mass on a spring: both patterns at once."""
+    place = restoring(records)
+    return dataclasses.replace(place, columns=np.concatenate([inertia(records).columns, place.columns], axis=1))
 
 
 def drift(records: Sequence[RecordErrors]) -> Pattern:

@@ -122,6 +122,7 @@ def step_simd(floats, ints, trace, running):
     if SLOWED:
         slow = running & slow_lanes(floats)
     turning = damped  # so near rest that the sign of its velocity counts
+    free = longest
     reach = longest
     if MAYBE_STIFF and SEVERAL:
         rate = load(floats, DECAY_RATE)
@@ -196,7 +197,7 @@ def step_simd(floats, ints, trace, running):
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
-        follow_manifolds(floats, slow, settled, near, far, plain, h)
+        follow_manifolds(floats, slow, settled, near, far, plain, h, where(slow, max(h, free), 0.0))
     move_simd(floats, ints, trace, plain, h, end)
     if SEVERAL or BRANCHES > 0:
         store(floats, EVENT_CONTACT, which)

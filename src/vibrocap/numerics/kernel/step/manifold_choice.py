@@ -69,7 +69,7 @@ def manifold_step(floats, ints):
         return longest
     pair = PAIR and floats[SLOW] > 0.0 and floats[SLOW + 1] > 0.0
     wait, pause = floats[WAIT], floats[PAUSE]
-    follow_manifolds(floats, True, settled, near, far or not lasting, False, longest)
+    follow_manifolds(floats, True, settled, near, far or not lasting, False, longest, 0.0)
     if pair:  # creep says nothing of slides
         floats[WAIT], floats[PAUSE] = wait, pause
     return 0.0
@@ -126,7 +126,7 @@ def chosen_step(floats, ints, lane, remaining):
 def follow_step(floats, event, h):
     """After a step of length h: whether a manifold is entered; what the series of the next step is guessed to be."""
     if slow_lanes(floats):
-        follow_manifolds(floats, True, True, True, False, True, h)
+        follow_manifolds(floats, True, True, True, False, True, h, 0.0)
     elif event == 0 and floats[DECAY_RATE] * h >= tried_from(floats):  # next to an event steps are explicit
         waiting = 0
         for m in range(MANIFOLDS):

@@ -71,13 +71,18 @@ def settled_lanes(floats, h, longest):
     return settled, near, far
 
 
-def follow_manifolds(floats, slow, settled, near, far, plain, h):
-    """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series."""
+def follow_manifolds(floats, slow, settled, near, far, plain, h, free):
+    """After a step of length h of the lanes `plain`: who enters a manifold or leaves it; guesses of the next series.
+
+    free: length that the error alone allows a lane that is on a manifold, else 0. A contact on none bounds the steps
+    of its lane by its own rate: by those steps it would never enter, see worms of five bodies.
+    """
     for m in range(MANIFOLDS):
         if SLOW_STATE[m] >= 0:
             was, wait = load(floats, SLOW + m * LANES) > 0.0, load(floats, WAIT + m * LANES)
             rate = load(floats, OWN_DECAY + m * LANES)
-            enters = plain & unlike(was) & (wait <= 0.0) & (rate * h >= ENTERING)
+            worth = (rate * h >= ENTERING) | (rate * free >= PAYING)
+            enters = plain & unlike(was) & (wait <= 0.0) & worth
             if LIKELY_STEP < 1.0:
                 enters = enters & (LIKELY_STEP * rate * load(floats, PERIOD) >= PAYING)
             if bits(slow | enters) == 0:
