@@ -293,6 +293,8 @@ def test_bad_expressions_are_refused_by_key(text):
         ([("mechanism.spring.0.stiffness", "normal_load")], "mechanism.spring[1].stiffness", "may be a word"),
         ([("machine.mass_ratio", 0.0)], "machine.mass_ratio", "greater than 0"),
         ([("mechanism", 3)], "mechanism", "should be a section"),
+        ([("mechanism.coordinates.angle.repeat", 64)], "mechanism.coordinates", "at most 64, got 65"),
+        ([("mechanism.spring", [{"stiffness": 1, "stretch": "angle"}] * 10**4)], "mechanism.spring", "at most 256"),
     ],
 )
 def test_faults_of_descriptions_are_refused_by_key(changes, field, said):

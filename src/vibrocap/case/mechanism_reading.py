@@ -7,7 +7,6 @@ import itertools
 import json
 import keyword
 import math
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -32,8 +31,10 @@ from vibrocap.case.mechanism import (
 from vibrocap.case.mechanism_tables import (
     EFFORT_WORDS,
     MOST,
+    MOST_PRODUCTS,
     RANGES,
     UNITS,
+    WORD,
     limits_text,
     number_or_word,
     numbered_text,
@@ -66,8 +67,6 @@ from vibrocap.physics.parameters import (
 )
 from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
 
-MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
-WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 RESERVED = {"time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS, *itertools.chain(*BEFORE.values())}
 
 
@@ -124,6 +123,8 @@ class Reading:
         for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
             for name, row in tables.get(table, {}).items():
                 read(name, row)
+        if (several := sum(each.count or 1 for each in self.space.values() if isinstance(each, Coordinate))) > MOST:
+            self.complaints.add(f"{KIND}.coordinates", f"should be at most {MOST}, got {several}")
         self.planned = () if self.complaints else self._in_order(self._plan())
 
     def kind(self) -> type[Mechanism]:

@@ -10,6 +10,8 @@ from vibrocap.case.mechanism import HEAD, KIND, PARTS, TABLES, VERSION
 from vibrocap.physics.catalogue import PART_NAME, machines
 
 MOST = 64  # coordinates, bodies and what `repeat` makes of one part
+MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
+WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 EFFORT_WORDS = {"force": "force", "torque": "torque", "displacement": "displacement", "angle": "number"}
 RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
 REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
@@ -34,6 +36,9 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
         if not isinstance(rows, Mapping) or not all(isinstance(row, Mapping) for row in rows.values()):
             complaints.add(f"{KIND}.{table}", f"should be tables, [{KIND}.{table}] with lines NAME = {{ ... }}")
             continue
+        if len(rows) > 4 * MOST:
+            complaints.add(f"{KIND}.{table}", f"should have at most {4 * MOST} rows, got {len(rows)}")
+            continue
         for name, row in rows.items():
             _check_values(f"{KIND}.{table}.{name}", row, () if table == "signals" else TABLES[table], complaints)
         found[table] = {name: dict(row) for name, row in rows.items()}
@@ -41,6 +46,9 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
         rows = given[part]
         if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
             complaints.add(f"{KIND}.{part}", f"should be tables, each begun by [[{KIND}.{part}]]")
+            continue
+        if len(rows) > 4 * MOST:
+            complaints.add(f"{KIND}.{part}", f"should be at most {4 * MOST}, got {len(rows)}")
             continue
         for number, row in enumerate(rows, 1):
             where = f"{KIND}.{part}[{number}]"
