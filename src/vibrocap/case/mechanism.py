@@ -8,7 +8,7 @@ processes have it again. Nothing of a description is run: its expressions are pa
 import contextlib
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaints, listed, shown
@@ -84,9 +84,12 @@ HEAD = ("version", "name", "source", "effort", "units", "gravity", "travels")
 class MechanismError(ValueError):
     """A description that cannot be a machine: `complaints` holds every one, with its path."""
 
-    def __init__(self, complaints: Complaints):
+    def __init__(self, complaints: Iterable[str]):
         self.complaints = tuple(complaints)
-        super().__init__("; ".join(complaints))
+        super().__init__("; ".join(self.complaints))
+
+    def __reduce__(self):
+        return type(self), (self.complaints,)
 
 
 class Mechanism(Described):
@@ -116,7 +119,11 @@ class Mechanism(Described):
         with placed(KIND):
             y = tuple(float(initial.get(name, 0.0)) for name in self.states)
             nothing = (0.0,) * len(self.contact_states)
-            rates = self.driven_by(system.drive).rates(0.0, y, system.drive.value(0.0), nothing)
+            try:
+                rates = self.driven_by(system.drive).rates(0.0, y, system.drive.value(0.0), nothing)
+            except ZeroDivisionError:
+                why = "an expression does, or its mass matrix is singular there"
+                raise ValueError(f"divides by zero at the start: {why}") from None
             if not all(map(math.isfinite, rates)):
                 lost = listed(name for name, rate in zip(self.states, rates, strict=True) if not math.isfinite(rate))
                 raise ValueError(f"the rate of {lost} is not finite at the start")
