@@ -126,7 +126,7 @@ FAULTS = {
         "energy, powers: the",
     ),
     "momentum": (of(OSCILLATOR, momentum=lambda self, t, y: y[1]), "momentum, outer_force: the momentum grows by"),
-    "signs": (of(OSCILLATOR, symmetry=(-1, 1)), "symmetry: mirrored rates should be"),
+    "signs": (of(OSCILLATOR, symmetry=(-1, 1), symmetric=True), "symmetry: mirrored rates should be"),
     "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
     "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
     "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
