@@ -470,6 +470,31 @@ def test_laws_of_further_contacts_are_shared(node):
     assert names["motion"] == case.simulate()
 
 
+@pytest.mark.slow
+@needs_node
+def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch):
+    """The TOML of the page is a case by itself, and the page reads it; in Python its class comes from that case."""
+    given = vc.read_case(EXAMPLES / "clutch-slips-twice.toml", periods=2)
+    made = bundle(Contents((given.system,), (Preset("clutch", "clutch", "", given),)))
+    text, python, command, again = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
+    model.set("machine.clamp_amplitude", 0.5);
+    const text = asToml(model), wrong = readToml(other, text);
+    print([text, asPython(model), asCommand(model), [wrong, asToml(other) === text]]);
+    """,
+        made,
+    )
+    assert again == [[], True]
+    case, names = case_from_text(text), {}
+    assert case.system == given.system.with_parameters({"machine.clamp_amplitude": 0.5})
+    assert command.startswith("# case.toml: ")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    exec(python, names)
+    assert names["system"] == case.system
+
+
 @needs_node
 def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
     """Two cases and a view read back; a kept case swapped twice is the same; what is wrong of it is said."""

@@ -1,5 +1,6 @@
 """A case: a system and how to run it, and the TOML file that says so in the same words as Python."""
 
+import contextlib
 import dataclasses
 import sys
 import tomllib
@@ -18,6 +19,7 @@ from vibrocap.case.sections import (
     as_given,
     change,
     check_word,
+    described_machine,
     form_of,
     is_section,
     kind_key,
@@ -175,7 +177,9 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
 
     wanted = (*CHOICES, *(name for name in CHOICES_LEFT_OUT if name in data), *further)
     there = [name for name in wanted if isinstance(data.get(name, {}), Mapping)]
-    classes = {name: _chosen(name, sections[name], complaints) for name in there}
+    described = "mechanism" in data
+    own = {"machine": described_machine(data, complaints)} if described else {}
+    classes = own | {name: _chosen(name, sections[name], complaints) for name in there if name not in own}
     complete = len(classes) == len(wanted) and all(classes.values())
     classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, given, said = None, {}, 0
@@ -195,6 +199,9 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             plain, given = without_units(sections, form, scales, complaints)
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
+        elif described:
+            lacking = [name for name in classes["machine"].required if name not in sections["machine"]]
+            complaints += [Complaint(f"machine.{name}", "is missing; it has no default") for name in lacking]
     kept = data.get("units") == DIMENSIONLESS
     if scales is not None and not kept:  # results are in SI
         about = {each.field for each in complaints if isinstance(each, Complaint)}
@@ -208,18 +215,21 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     _check_run(sections["run"], complaints)
     system = None
     if complete and None not in parts.values():
-        try:
+        with complaints.collected(), _computable(described):
             system = System.of_parts(parts, None if kept else scales)
-        except ArgumentError as error:
-            complaints.append(error.complaint)
     if complaints or system is None:
         later = [as_given(each, given, sections) for each in complaints[said:]]
         raise CaseError([*complaints[:said], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
     try:
-        return Case(system, initial, **sections["run"], scales=scales if kept else None)
-    except ArgumentError as error:  # a stop stands where the motion would start
-        raise CaseError([as_given(error.complaint, given, sections)], source) from None
+        case = Case(system, initial, **sections["run"], scales=scales if kept else None)
+        if described:
+            case.system.machine.check_start(case.system, case.initial)  # type: ignore[attr-defined]
+    except ValueError as error:  # a stop stands where the motion would start, a mechanism divides by zero there
+        if not (found := getattr(error, "complaints", ())):
+            raise
+        raise CaseError([as_given(each, given, sections) for each in found], source) from None
+    return case
 
 
 def case_text(case: Case, units: str | None = None) -> str:
@@ -254,6 +264,15 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
     else:
         complaints.add(f"{section}.{key}", f"should be {_one_of(known)}, got {shown(choice)}")
     return None
+
+
+def _computable(described: bool) -> contextlib.AbstractContextManager:
+    """Where what a described machine cannot compute is a complaint."""
+    if not described:
+        return contextlib.nullcontext()
+    from vibrocap.case.mechanism import placed
+
+    return placed("mechanism")
 
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:

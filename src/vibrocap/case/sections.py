@@ -38,6 +38,7 @@ SECTIONS = (
     *CHOICES,
     *OPTIONAL,
     *CHOICES_LEFT_OUT,
+    "mechanism",
     "scales",
     "initial",
     "run",
@@ -94,9 +95,27 @@ def chosen_classes(data: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = dict(OPTIONAL)
     for section, given in data.items():
         kind = given.get(kind_key(section)) if isinstance(given, Mapping) else None
-        if isinstance(kind, str) and (part := kinds_of(section).get(kind)) is not None:
+        part = kinds_of(section).get(kind) if isinstance(kind, str) else None
+        if section == "machine" and part is None and "mechanism" in data:
+            part = described_machine(data)
+        if part is not None:
             found[section] = part
     return found
+
+
+def described_machine(data: Mapping[str, Any], complaints: Complaints | None = None) -> Any:
+    """The class of machine that the section [mechanism] describes, which [machine] chooses; None with complaints."""
+    from vibrocap.case.mechanism import KIND
+    from vibrocap.case.mechanism_reading import mechanism
+
+    told = Complaints() if complaints is None else complaints
+    with told.collected():
+        part, machine = mechanism(data["mechanism"]), data.get("machine", {})
+        kind = machine.get("kind") if isinstance(machine, Mapping) else part.name
+        if kind in (KIND, part.name):
+            return part
+        told.add("machine.kind", f"should be {KIND!r}, described in [{KIND}], got {shown(kind)}")
+    return None
 
 
 def _choice(section: str) -> tuple[str, Any]:
@@ -260,6 +279,8 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     for section in other:
         data.setdefault(section, {})
         data[section] = {**data[section], kind_key(section): kinds[section]}
+    if "machine" in other and isinstance(kind := kinds["machine"], str) and kind in kinds_of("machine"):
+        data.pop("mechanism", None)  # a kind of the package takes its place
     after = chosen_classes(data)
     for section in other:
         kept = _kept(data[section], section, before, after, si)

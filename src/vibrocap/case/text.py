@@ -38,8 +38,26 @@ def as_text(system: System, kept: Scales | None, initial: Section, run: Section,
         sections["initial"] = dict(initial)
     sections["run"] = dict(run)
     texts = {name: "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()}
-    blocks = (f"[{name}]\n{text}" for name, text in texts.items())
+    blocks = [f"[{name}]\n{text}" for name, text in texts.items()]
+    if (description := getattr(system.machine, "description", None)) is not None:
+        blocks.append(description_text(description))
     return head + "\n".join(blocks)
+
+
+def description_text(description: Section) -> str:
+    """[mechanism], with a table below it for each part, parameter, coordinate and signal."""
+    rows = {name: each for name, each in description.items() if not isinstance(each, (dict, list))}
+    blocks = [_rows("[mechanism]", rows)]
+    for name, each in description.items():
+        if isinstance(each, dict):
+            blocks += [_rows(f"[mechanism.{name}.{key}]", row) for key, row in each.items()]
+        elif isinstance(each, list):
+            blocks += [_rows(f"[[mechanism.{name}]]", row) for row in each]
+    return "\n".join(blocks)
+
+
+def _rows(head: str, rows: Section) -> str:
+    return head + "\n" + "".join(f"{key} = {toml_value(x)}\n" for key, x in rows.items())
 
 
 def _chosen(section: str, part: Any) -> dict[str, Any]:
@@ -67,6 +85,6 @@ def toml_value(value: Any) -> str:
         return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, int):
-        return str(value)
+    if isinstance(value, int):  # true and false too
+        return json.dumps(value)
     return repr(float(value))

@@ -70,7 +70,8 @@ def contents(
             continue  # with the first drive only: a page is to stay small
         if own is not None and names == (own.machine.name, own.friction.name, own.drive.name):
             continue
-        classes = machines()[names[0]], laws()[names[1]], drives()[names[2]]
+        machine = type(own.machine) if own is not None and names[0] == own.machine.name else machines()[names[0]]
+        classes = machine, laws()[names[1]], drives()[names[2]]
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             kept: Any = {} if own is None else {part: getattr(own, part) for part in OPTIONAL}
             before = (None,) * 3 if own is None else (own.machine, own.friction, own.drive)

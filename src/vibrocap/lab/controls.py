@@ -4,6 +4,7 @@ import math
 import typing
 from typing import Any
 
+from vibrocap.case.text import description_text
 from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.dimensions.carry_over import needed
 from vibrocap.physics.dimensions.scales import EFFORTS
@@ -39,6 +40,7 @@ def part_record(part: type, effort: str) -> dict[str, Any]:
         "about": " ".join(doc.replace("`", "").split()),
         "python": _python(part),
         "parameters": [_parameter(part, info, effort) for info in parameter_table(part)],
+        **({"described": description_text(text)} if (text := getattr(part, "description", None)) else {}),
     }
 
 
@@ -48,6 +50,8 @@ def _python(part: type) -> dict[str, str]:
 
     if getattr(vibrocap, part.__name__, None) is part:
         return {"name": part.__name__, "module": ""}
+    if hasattr(part, "description"):  # of a mechanism only its case has the class
+        return {"name": 'read_case("case.toml").system.machine.__class__', "module": ""}
     name = part.name  # type: ignore[attr-defined]
     prefix, _, rest = name.partition("-")
     if prefix in wrappers() and rest in laws():  # made when it is asked for: it has no name in any module

@@ -205,9 +205,9 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods"))
-    travels = x == "position" and motion.system.cyclic is not None and end - begin >= period
-    size = scale("position", motion.system)
-    speed = size * float(np.diff(motion.at([last, end], "position"))[0]) / period if travels else 0.0
+    travels = x == _place(motion) and motion.system.cyclic is not None and end - begin >= period
+    size = scale(x, motion.system)
+    speed = size * float(np.diff(motion.at([last, end], x))[0]) / period if travels else 0.0
     origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
     with style():
         for trace, look, label in parts:
@@ -215,7 +215,7 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         trace = parts[-1][0]
         ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
         steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-        place = with_unit(steady, "position", motion.system) if travels else _label(motion, x)
+        place = with_unit(steady, x, motion.system) if travels else _label(motion, x)
         ax.set(xlabel=place, ylabel=_label(motion, y))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
@@ -293,7 +293,7 @@ def _whole_run(ax: Axes, motion: Trajectory, what: str) -> float:
     """The position over the whole run; returns from when on the other histories show it in detail."""
     period, end = motion.period, motion.end
     start = max(motion.start_time, end - DETAIL_PERIODS * period)
-    draw_history(motion, "position", ax=ax).set_title(f"{what} over the whole run")
+    draw_history(motion, _place(motion), ax=ax).set_title(f"{what} over the whole run")
     if start > motion.start_time:
         ax.axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         legend_above(ax)
@@ -315,7 +315,8 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     machine = motion.system.machine
     imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
     bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contact_states
-    second = ["drive"] if imposed else gaps or [numbered("position", each) for each in contacts]
+    places = [name for name in (numbered("position", each) for each in contacts) if name in motion.names]
+    second = ["drive"] if imposed else gaps or places or [_place(motion)]
     words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
     draw_all(motion, second, words, start, axes[1])
     draw_all(motion, bodies, "velocity $v_i$", start, axes[2])
@@ -329,9 +330,14 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
 
 def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
     """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
-    inner, body = _inner_plane(motion), ("position", _body_velocity(motion))
+    inner, body = _inner_plane(motion), (_place(motion), _body_velocity(motion))
     title = "Actuator" if motion.system.machine.imposes_motion else _inner_name(motion)
     return [(title, *inner)] + ([(_body_name(motion), *body)] if body != inner else [])
+
+
+def _place(motion: Trajectory) -> str:
+    """The place of what rubs: the position, or the state that is it in a machine of one's own."""
+    return "position" if "position" in motion.names else motion.system.machine.place or motion.state_names[0]
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:

@@ -234,7 +234,7 @@ def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> No
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.si_context() is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif type(motion.system.machine).gravity is None:  # whose units are not those of a pendulum
+    elif "pendulum_length_m" not in {info.name for info in parameter_table(motion.system.machine.si_scales)}:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 

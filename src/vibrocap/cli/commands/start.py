@@ -2,13 +2,15 @@
 
 import dataclasses
 import os
+import tomllib
 from collections.abc import Mapping
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import Complaints, is_number, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
-from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, WORDS
+from vibrocap.case.sections import CHOICES, CHOICES_LEFT_OUT, DIMENSIONLESS, SI, WORDS, described_machine
 from vibrocap.cli.command_examples import examples_folder, shows, tables_of
 from vibrocap.cli.options import Refusal, by_option, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
@@ -60,7 +62,7 @@ def new(
     Parameters
     ----------
     kind
-        of the machine, such as pendulum-capsule, vibro-impact-capsule or oscillator
+        of the machine, such as pendulum-capsule, vibro-impact-capsule or oscillator; "mechanism" for one of your own
     law
         of friction, as `vibrocap friction list` shows them
     drive
@@ -76,7 +78,7 @@ def new(
     options = {"machine": "KIND", "friction": "--law", "drive": "--drive"}
     for part, name in chosen.items():
         known = CHOICES[part][1]()
-        if name not in known:
+        if name not in known and (part, name) != ("machine", "mechanism"):
             complaints.add(options[part], f"there is no {name!r}; {suggestion(name, known)}")
     with complaints.collected():
         writable_file("--out", out, (".toml",))
@@ -104,13 +106,19 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.names import state_names
 
-    classes = {section: catalogue()[chosen[section]] for section, (_, catalogue) in CHOICES.items()}
+    own = files("vibrocap.case").joinpath("new_mechanism.toml").read_text("utf-8")
+    own = own if chosen["machine"] == "mechanism" else ""
+    classes: dict[str, Any] = (
+        {"machine": described_machine({"machine": {"kind": "mechanism"}, **tomllib.loads(own)})} if own else {}
+    )
+    classes |= {name: known()[chosen[name]] for name, (_, known) in CHOICES.items() if name not in classes}
     form = _InSI(classes) if si else _Plain()
     lines = [HEAD.format(file=file) + form.head]
     for section, (key, catalogue) in CHOICES.items():
         part = classes[section]
         others = ", ".join(name for name in catalogue() if name != part.name)
         others = "see `vibrocap friction list` for the others" if section == "friction" else f"or {others}"
+        others = "described below, under [mechanism]" if own and section == "machine" else others
         lines += [f"[{section}]", _line(key, part.name, others), *(form.scales() if section == "machine" else ())]
         lines += [*(text for info in parameter_table(part) for text in form.lines(part, info)), ""]
     for part, words in (
@@ -126,7 +134,7 @@ def new_case(chosen: Mapping[str, str], file: str, si: bool = False) -> str:
     lines += ["# " + _line(key, first, "or " + ", ".join(others)), ""]
     lines += ["[initial]", *(form.state(name) for name in state_names(classes))]
     lines += ["", "[run]", *(_line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + ("\n\n" + own if own else "\n")
 
 
 def _line(name: str, value: Any, words: str) -> str:

@@ -107,8 +107,8 @@ function asToml(model) {
   const { events, steps } = model.state.limits, usual = model.data.limits;
   if (events !== usual.events) lines.push(`max_events_per_period = ${events}`);
   if (steps !== usual.steps) lines.push(`max_steps = ${steps}`);
-  lines.push("");
-  return lines.join("\n");
+  lines.push("", model.part("machine").described ?? "");
+  return lines.join("\n").trimEnd() + "\n";
 }
 
 function asPython(model) {
@@ -144,8 +144,10 @@ function asCommand(model) {
     }
   }
   for (const [name, value] of Object.entries(started(model))) settings.push(`--initial ${quoted(`${name}=${value}`)}`);
+  const made = model.part("machine").described ? "# case.toml: this case, copied as TOML" :
+    `vibrocap new ${form.machine} --law ${form.friction} --drive ${form.drive} --out case.toml`;
   return [
-    `vibrocap new ${form.machine} --law ${form.friction} --drive ${form.drive} --out case.toml`,
+    made,
     ["vibrocap simulate case.toml", ...settings, `--periods ${state.periods}`, `--tolerance ${state.tolerance}`].join(" "), "",
   ].join("\n");
 }
@@ -183,7 +185,7 @@ function parsedToml(text) {
 // Set a model by a case file; returns every complaint, with its field. Where there is one, the model stays as it was.
 function readToml(model, text) {
   let sections;
-  try { sections = parsedToml(text); } catch (error) { return [error.message]; }
+  try { sections = parsedToml(text.replace(model.part("machine").described ?? "\0", "")); } catch (error) { return [error.message]; }
   const wrong = [], trial = new Model(model.data), { data } = model;
   for (const name of Object.keys(sections)) {
     if (model.form.sections.includes(name) && !PARTS.includes(name)) {

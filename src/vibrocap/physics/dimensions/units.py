@@ -16,6 +16,7 @@ from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.dimensions.scales import EFFORTS, Scales
 from vibrocap.physics.names import OUTPUT, laws_of, state_names
 from vibrocap.physics.parameters import (
+    LENGTH,
     MASS,
     NUMBER,
     Dimension,
@@ -114,9 +115,9 @@ def undeclared(part: Any) -> list[str]:
 
 
 def unit_name(dimension: Dimension, effort: str = "force") -> str:
-    """The SI unit of a dimension, "kg" of a mass, "N s/m" of a damper."""
+    """The SI unit of a dimension, "kg" of a mass, "kg m^2" of what turns, "N s/m" of a damper."""
     own = dimension.resolved(EFFORTS[effort])
-    return "kg" if own == MASS else own.unit()
+    return {MASS: "kg", MASS * LENGTH**2: "kg m^2"}.get(own) or own.unit()
 
 
 def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:

@@ -5,12 +5,15 @@ long. A sum can swell where products of sums are multiplied; what is common is t
 a function, which makes it an atom.
 """
 
-from collections.abc import Iterable
+import contextlib
+import contextvars
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from vibrocap.physics import elementary
 from vibrocap.physics.mechanics.formulas import Formula, add, div, mul, sub
 
+_left: contextvars.ContextVar = contextvars.ContextVar("products that may still be made", default=None)
 Product = tuple[tuple[Formula, int], ...]  # atoms with their powers, in order
 
 
@@ -70,6 +73,10 @@ class Sum:
         others = Sum.of(other).terms
         if not self.terms or not others:
             return Sum()
+        if (left := _left.get()) is not None:
+            left[0] -= len(self.terms) * len(others)
+            if left[0] < 0:
+                raise OverflowError("the equations are too large, multiplied out: name what is common by a function")
         for a, x in self.terms.items():
             for b, y in others.items():
                 product = _times(a, b)
@@ -120,6 +127,16 @@ class Sum:
 
     def atan(self):
         return self._function("atan")
+
+
+@contextlib.contextmanager
+def bounded(products: int) -> Iterator[None]:
+    """Within it OverflowError where more products of terms are made; twenty bodies in a row take a thousand."""
+    token = _left.set([products])
+    try:
+        yield
+    finally:
+        _left.reset(token)
 
 
 def named(x: Any) -> Sum:

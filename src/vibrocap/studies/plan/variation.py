@@ -97,6 +97,8 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     for name, part in kinds.items():
         if key := kind_key(name):
             sections[name][key] = part.name
+    if (description := getattr(kinds["machine"], "description", None)) is not None:
+        sections["mechanism"] = description
     try:
         plain = values_without_units(values, system.units, kinds)
     except ArgumentError as error:

@@ -1,0 +1,190 @@
+"""[mechanism] of a case: a machine described in TOML, by its parts (`vibrocap.mechanics`), without any Python.
+
+[mechanism] is the class, [machine] has the values of its parameters. `PARTS` and `TABLES` list all keys. A description
+becomes a class like that of any kind; it keeps the tables that it was read from, so that cases, studies and other
+processes have it again. Nothing of a description is run: its expressions are parsed (`expressions`).
+"""
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, ClassVar
+
+from vibrocap.arguments import ArgumentError, Complaints, listed, shown
+from vibrocap.case.expressions import Expression
+from vibrocap.physics.drives.drive import Drive as Waveform
+from vibrocap.physics.machines.described import Derived, Described
+from vibrocap.physics.mechanics.parts import (
+    Contact,
+    Damper,
+    Drive,
+    Inertia,
+    Mass,
+    Motor,
+    Point,
+    Potential,
+    Spring,
+    Stop,
+    Support,
+)
+from vibrocap.physics.names import numbered
+from vibrocap.physics.parameters import ParameterError, parameter_table
+
+KIND = "mechanism"  # in [machine], besides the mechanism's own name
+VERSION = 1
+NAME, BODY, BODIES, STRETCH = "a name", "a body", "two bodies", "m or rad"
+LOADS = ("dynamic", "weight")
+
+# part: (what makes it, {key: what stands there or its unit}, the keys that it needs)
+PARTS: dict[str, tuple[Callable, dict[str, str], tuple[str, ...]]] = {
+    "support": (Support, {"name": NAME, "on": BODY, "x": "m", "z": "m", "angle": "rad"}, ("name",)),
+    "mass": (
+        Mass,
+        {"name": NAME, "on": BODY, "mass": "kg", "x": "m", "z": "m", "inertia": "kg m^2", "angle": "rad"},
+        ("name", "mass"),
+    ),
+    "inertia": (Inertia, {"name": NAME, "on": BODY, "inertia": "kg m^2", "angle": "rad"}, ("name", "inertia")),
+    "point": (Point, {"name": NAME, "on": BODY, "x": "m", "z": "m"}, ("name", "on")),
+    "spring": (Spring, {"stiffness": "J/stretch^2", "stretch": STRETCH, "rest": "stretch"}, ("stiffness", "stretch")),
+    "damper": (Damper, {"damping": "J s/stretch^2", "stretch": STRETCH}, ("damping", "stretch")),
+    "potential": (Potential, {"energy": "J"}, ("energy",)),
+    "drive": (Drive, {"path": "J/drive", "share": "1"}, ("path",)),
+    "motor": (Motor, {"path": "J/drive", "drop": "J s/stretch^2", "share": "1"}, ("path", "drop")),
+    "stop": (
+        Stop,
+        {
+            "stretch": STRETCH,
+            "between": BODIES,
+            "gap": "stretch",
+            "back_gap": "stretch",
+            "restitution": "1",
+            "stiffness": "J/stretch^2",
+            "damping": "J s/stretch^2",
+            "back_stiffness": "J/stretch^2",
+            "back_damping": "J s/stretch^2",
+        },
+        ("gap",),
+    ),
+    "contact": (
+        Contact,
+        {"body": BODY, "on": BODY, "path": STRETCH, "load": "J/stretch", "speed": NAME},
+        ("body",),
+    ),
+}
+# table: its keys; those of a signal's waveform come besides
+TABLES: dict[str, tuple[str, ...]] = {
+    "parameters": ("default", "role", "unit", "range", "words", "symbol", "meaning"),
+    "coordinates": ("unit", "symbol", "meaning", "rate", "repeat", "repeats"),
+    "signals": ("unit", "symbol", "meaning", "waveform"),
+}
+HEAD = ("version", "name", "source", "effort", "units", "gravity", "travels")
+
+
+class MechanismError(ValueError):
+    """A description that cannot be a machine: `complaints` holds every one, with its path."""
+
+    def __init__(self, complaints: Iterable[str]):
+        self.complaints = tuple(complaints)
+        super().__init__("; ".join(self.complaints))
+
+    def __reduce__(self):
+        return type(self), (self.complaints,)
+
+
+class Mechanism(Described):
+    """A machine that a case describes; `description`: the tables of [mechanism]."""
+
+    description: ClassVar[Mapping[str, Any]]
+    planned: ClassVar[tuple["Planned", ...]]
+    waves: ClassVar[Mapping[str, type[Waveform]]]
+    weight: ClassVar[float]
+    required: ClassVar[tuple[str, ...]]
+    gravity: ClassVar[Any] = Derived(lambda kind, owner: None if kind.gravity is None else (owner.weight, 0.0))
+
+    def parts(self, q):
+        """What stands in the description, at these coordinates."""
+        at = {info.name: getattr(self, info.name) for info in parameter_table(type(self))}
+        for name, each in vars(q).items():
+            several = each if isinstance(each, tuple) else ()
+            at |= {numbered(name, i): x for i, x in enumerate(several, 1)} if several else {name: each}
+            at |= {f"{name}_1": several[0]} if several else {}
+        if self.imposes_motion:
+            at["drive"] = q.imposed(q.drive)
+        bodies: dict[str, Any] = {"ground": None}
+        return [each.made(at, bodies) for each in self.planned]
+
+    def check_start(self, system: Any, initial: Mapping[str, float]) -> None:
+        """MechanismError where its equations cannot be computed at the start of a run: they divide by zero there."""
+        with placed(KIND):
+            y = tuple(float(initial.get(name, 0.0)) for name in self.states)
+            nothing = (0.0,) * len(self.contact_states)
+            try:
+                rates = self.driven_by(system.drive).rates(0.0, y, system.drive.value(0.0), nothing)
+            except ZeroDivisionError:
+                why = "an expression does, or its mass matrix is singular there"
+                raise ValueError(f"divides by zero at the start: {why}") from None
+            if not all(map(math.isfinite, rates)):
+                lost = listed(name for name, rate in zip(self.states, rates, strict=True) if not math.isfinite(rate))
+                raise ValueError(f"the rate of {lost} is not finite at the start")
+
+    def _signals(self) -> list:
+        own = [self._wave(name, kind) for name, kind in self.waves.items()]
+        return [self.imposed, *own] if self.imposes_motion else own
+
+    def _wave(self, name: str, kind: type) -> Any:
+        """The waveform of a signal, whose parameters are the machine's."""
+        wave = object.__new__(kind)
+        vars(wave).update({each.name: getattr(self, f"{name}_{each.name}") for each in parameter_table(kind)})
+        return wave
+
+
+@dataclasses.dataclass(frozen=True)
+class Planned:
+    """A part of a description: its path there, what makes it, and what it is made of."""
+
+    where: str
+    make: Callable
+    fields: Mapping[str, Any]
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The bodies that it names."""
+        named = (self.fields.get(key) for key in ("on", "body", "between"))
+        found = [name for each in named if each for name in ([each] if isinstance(each, str) else each)]
+        for each in self.fields.values():
+            found += each.bodies_named if isinstance(each, Expression) else ()
+        return tuple(name for name in found if name != "ground")
+
+    def made(self, at: Mapping[str, Any], bodies: dict[str, Any]) -> Any:
+        """The part, where names stand for these; a body is known to later ones by its name."""
+        found = {}
+        for key, each in self.fields.items():
+            if key in ("on", "body"):
+                found[key] = bodies[each]
+            elif key == "between":
+                found[key] = tuple(bodies[name] for name in each)
+            elif isinstance(each, Expression):
+                with placed(f"{self.where}.{key}", each.text):
+                    found[key] = each(at, bodies)
+            else:
+                found[key] = each
+        with placed(self.where):
+            part = self.make(**found)
+        if isinstance(found.get("name"), str):
+            bodies[found["name"]] = part
+        return part
+
+
+@contextlib.contextmanager
+def placed(where: str, text: str = "") -> Iterator[None]:
+    """Errors of mechanics and arithmetic become complaints about a place of the description."""
+    try:
+        yield
+    except (MechanismError, ArgumentError, ParameterError):
+        raise
+    except (ArithmeticError, TypeError, ValueError, KeyError) as error:
+        words = "divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
+        complaints = Complaints()
+        complaints.add(where, f"{shown(text)}: {words}" if text else words)
+        raise MechanismError(complaints) from None

@@ -1,0 +1,399 @@
+"""Reading [mechanism]: its tables become the class of a machine, or complaints, each with the path of its key."""
+
+import contextlib
+import difflib
+import functools
+import itertools
+import json
+import keyword
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from vibrocap.arguments import Complaints, is_number, is_whole, listed, shown, suggestion
+from vibrocap.case.expressions import Expression, ExpressionError, in_words
+from vibrocap.case.mechanism import (
+    BODIES,
+    BODY,
+    KIND,
+    LOADS,
+    NAME,
+    PARTS,
+    STRETCH,
+    TABLES,
+    Mechanism,
+    MechanismError,
+    Planned,
+    placed,
+)
+from vibrocap.case.mechanism_tables import (
+    EFFORT_WORDS,
+    MOST,
+    MOST_PRODUCTS,
+    RANGES,
+    UNITS,
+    WORD,
+    limits_text,
+    number_or_word,
+    numbered_text,
+    tables,
+    within,
+)
+from vibrocap.physics.catalogue import drives
+from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S2, FreeScales, SIScales
+from vibrocap.physics.dimensions.units import unit_name
+from vibrocap.physics.drives.drive import Drive as Waveform
+from vibrocap.physics.drives.drive import Piecewise
+from vibrocap.physics.machines.described import whole_pattern
+from vibrocap.physics.machines.machine import BEFORE
+from vibrocap.physics.mechanics.parts import Coordinate, Signal
+from vibrocap.physics.mechanics.sums import bounded
+from vibrocap.physics.names import numbered
+from vibrocap.physics.parameters import (
+    FORCE,
+    MASS,
+    NUMBER,
+    ROLES,
+    TIME,
+    TORQUE,
+    Dimension,
+    dimension_of_role,
+    dimension_of_unit,
+    parameter,
+    parameter_table,
+    parameters,
+)
+from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
+
+RESERVED = {"time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS, *itertools.chain(*BEFORE.values())}
+
+
+def mechanism(description: Any) -> type[Mechanism]:
+    """The machine of a description, the tables of [mechanism]; the same class for the same tables.
+
+    Raises MechanismError with every complaint.
+    """
+    complaints = Complaints()
+    found = tables(description, complaints)
+    if complaints:
+        raise MechanismError(complaints)
+    return made(json.dumps(found))
+
+
+@functools.cache
+def made(text: str) -> type[Mechanism]:
+    """The class of a description; MechanismError with every complaint."""
+    reading = Reading(json.loads(text))
+    if reading.complaints:
+        raise MechanismError(reading.complaints)
+    kind = reading.kind()
+    with placed(KIND), bounded(MOST_PRODUCTS):  # all that follows from it but its numbers
+        form = kind.form(whole_pattern(kind))
+        for name in ("rates", "contacts", "energy"):
+            form.program(name)
+    return kind
+
+
+def _reduced(machine: Mechanism) -> tuple:
+    """How a machine is made again in another process, from its description."""
+    return _blank, (json.dumps(machine.description),), vars(machine)
+
+
+def _blank(text: str) -> Mechanism:
+    """A machine of a description, without its values."""
+    return object.__new__(made(text))
+
+
+class Reading:
+    """A description as it is read: names with their dimensions, fields of the class, its parts in order."""
+
+    def __init__(self, tables: dict[str, Any]):
+        self.tables, self.complaints = tables, Complaints()
+        self.scaled = tables.get("units", UNITS[0]) == UNITS[0]
+        self.effort = EFFORT_WORDS[tables.get("effort", "force")]
+        self.sizes: dict[str, Dimension] = {"time": TIME}
+        if self.effort in ("displacement", "number"):
+            self.sizes["drive"] = EFFORTS[self.effort]
+        self.words: set[str] = set()  # parameters that may be a word
+        self.required: list[str] = []  # parameters without a default
+        self.space: dict[str, Any] = {"__annotations__": {}}
+        self.waves: dict[str, type[Waveform]] = {}
+        for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
+            for name, row in tables.get(table, {}).items():
+                read(name, row)
+        if (several := sum(each.count or 1 for each in self.space.values() if isinstance(each, Coordinate))) > MOST:
+            self.complaints.add(f"{KIND}.coordinates", f"should be at most {MOST}, got {several}")
+        self.planned = () if self.complaints else self._in_order(self._plan())
+
+    def kind(self) -> type[Mechanism]:
+        """The class."""
+        name = self.tables.get("name", KIND)
+        gravity = self.tables.get("gravity", 1.0 if self.scaled else STANDARD_GRAVITY_M_PER_S2)
+        self.space |= {
+            "__module__": __name__,
+            "__doc__": f"{name}, a mechanism of a case.",
+            "name": name,
+            "source": self.tables.get("source", "the case in which it is described"),
+            "effort": self.effort,
+            "si_scales": FreeScales if self.scaled else SIScales,
+            "description": self.tables,
+            "planned": self.planned,
+            "waves": self.waves,
+            "required": tuple(self.required),
+            "weight": float(gravity),
+            "__reduce__": _reduced,
+            **({"cyclic": None} if "travels" in self.tables else {}),
+        }
+        with placed(KIND):
+            return parameters(type(name.title().replace("-", ""), (Mechanism,), self.space))
+
+    # --- names -------------------------------------------------------------------------------------------------------
+
+    def _named(self, where: str, name: str, dimension: Dimension | None) -> bool:
+        """Whether a name is free; then it is taken."""
+        if not WORD.fullmatch(name) or keyword.iskeyword(name):
+            self.complaints.add(where, f"should be named by letters, digits and _, got {shown(name)}")
+        elif name in RESERVED or hasattr(Mechanism, name):
+            self.complaints.add(where, f"{name!r} has a meaning already; choose another name")
+        elif name in self.sizes or name in self.space:
+            self.complaints.add(where, f"{name!r} is there already")
+        elif dimension is None:
+            self.space[name] = None
+            return True
+        else:
+            self.sizes[name] = dimension
+            return True
+        return False
+
+    def _dimension(self, where: str, row: Mapping[str, Any], units: tuple[str, ...] = ()) -> Dimension | None:
+        """The dimension of a parameter, coordinate or signal, by its role or its unit."""
+        key = "role" if "role" in row and not units else "unit"
+        text, wanted = row.get(key), f"one of {listed(units)}" if units else 'a unit such as "N s/m", "1" of a number'
+        if "role" in row and "unit" in row:
+            self.complaints.add(f"{where}.unit", "should be left out: the role has its unit already")
+        elif key == "role" and str(text) not in ROLES:
+            near = suggestion(text, ROLES) if difflib.get_close_matches(str(text), ROLES, 1) else "give a unit instead"
+            self.complaints.add(f"{where}.role", f"there is no role {shown(text)}; {near}")
+        elif key == "role":
+            return dimension_of_role(text).resolved(EFFORTS[self.effort])
+        elif isinstance(text, str) and (not units or text in units):
+            with contextlib.suppress(ValueError):
+                return dimension_of_unit(text)
+            self.complaints.add(f"{where}.unit", f"should be {wanted}, got {shown(text)}")
+        else:
+            more = "" if units else ", or in place of it a role"
+            self.complaints.add(f"{where}.unit", f"should be {wanted}{more}, got {shown(text)}")
+        return None
+
+    def _texts(self, where: str, name: str, row: Mapping[str, Any]) -> tuple[str, str]:
+        """(symbol, meaning)."""
+        found = row.get("symbol", name), row.get("meaning", name.replace("_", " "))
+        for key, text in zip(("symbol", "meaning"), found, strict=True):
+            if not isinstance(text, str) or not 1 <= len(text) <= 200:
+                self.complaints.add(f"{where}.{key}", f"should be a text of at most 200 characters, got {shown(text)}")
+        return found
+
+    def _parameter(self, name: str, row: Mapping[str, Any]) -> None:
+        where, count = f"{KIND}.parameters.{name}", len(self.complaints)
+        dimension, texts = self._dimension(where, row), self._texts(where, name, row)
+        limits, words = self._limits(f"{where}.range", row.get("range", "> 0")), row.get("words", [])
+        if not isinstance(words, list) or not all(word in LOADS for word in words):
+            self.complaints.add(f"{where}.words", f"should be a list of {listed(LOADS)}, got {shown(words)}")
+            words = []
+        if "default" not in row and not self.scaled:
+            self.required.append(name)
+        default = row.get("default", None if self.scaled else 1.0)
+        if default not in words and not (is_number(default) and within(default, limits)):
+            wanted = listed([limits_text(limits), *map(repr, words)], " or ")
+            self.complaints.add(f"{where}.default", f"should be a number {wanted}, got {shown(default)}")
+        if len(self.complaints) > count or not self._named(where, name, dimension):
+            return
+        own = {"role": row["role"]} if "role" in row else {"unit": row["unit"]}
+        self._field(name, default, texts, own, limits, tuple(words))
+
+    def _field(self, name: str, default: Any, texts: Any, own: Any, limits: Any, words: tuple[str, ...] = ()) -> None:
+        """A parameter of the class."""
+        number: Any = Annotated[float, Field(strict=True, allow_inf_nan=False, **limits)]
+        if words:
+            self.words.add(name)
+            number = Annotated[Any, BeforeValidator(functools.partial(number_or_word, limits, words))]
+        self.space["__annotations__"][name] = number
+        self.space[name] = parameter(default if isinstance(default, str) else float(default), *texts, **own)
+
+    def _limits(self, where: str, given: Any) -> dict[str, float]:
+        """Between which values a parameter is, as pydantic says it."""
+        if isinstance(given, str) and given in RANGES:
+            return dict(RANGES[given])
+        pair = isinstance(given, list) and len(given) == 2 and all(map(is_number, given))
+        if pair and -1e300 < float(given[0]) < float(given[1]) < 1e300:
+            return {"ge": float(given[0]), "le": float(given[1])}
+        self.complaints.add(where, f"should be one of {listed(RANGES)}, or [least, most], got {shown(given)}")
+        return {}
+
+    def _coordinate(self, name: str, row: Mapping[str, Any]) -> None:
+        where, count = f"{KIND}.coordinates.{name}", len(self.complaints)
+        dimension, texts = self._dimension(where, row, ("m", "rad")), self._texts(where, name, row)
+        several, rate = row.get("repeat"), row.get("rate")
+        repeats: Any = row.get("repeats")
+        if several is not None and not is_whole(several, 1, MOST):
+            self.complaints.add(f"{where}.repeat", f"should be a whole number from 1 to {MOST}, got {shown(several)}")
+            several = None
+        if repeats is not None:
+            try:
+                turn = repeats = float(Expression(repeats, ())({}, {}))
+                if not 0.0 < turn < math.inf:
+                    raise ExpressionError(f"should be above 0, got {turn:g}")
+            except (ExpressionError, ArithmeticError, ValueError) as error:
+                self.complaints.add(f"{where}.repeats", str(error))
+        if rate is not None and not (isinstance(rate, str) and self._named(f"{where}.rate", rate, None)):
+            self.complaints.add(f"{where}.rate", f"should be a name, got {shown(rate)}")
+        names = [numbered(name, i) for i in range(1, (several or 1) + 1)]
+        if all(self._named(where, each, dimension or NUMBER) for each in names) and len(self.complaints) == count:
+            if several:
+                self.sizes[f"{name}_1"] = self.sizes[name]
+            self.space[name] = Coordinate(*texts, row["unit"], rate, repeats, several)
+
+    def _signal(self, name: str, row: Mapping[str, Any]) -> None:
+        where, count = f"{KIND}.signals.{name}", len(self.complaints)
+        dimension, texts = self._dimension(where, row), self._texts(where, name, row)
+        waveform = row.get("waveform", "harmonic")
+        known = {each: kind for each, kind in drives().items() if _is_signal(kind)}
+        if not isinstance(waveform, str) or waveform not in known:
+            self.complaints.add(f"{where}.waveform", f"should be one of {listed(known)}, got {shown(waveform)}")
+            return
+        kind = known[waveform]
+        table = {info.name: info for info in parameter_table(kind)}
+        for key in (key for key in row if key not in (*TABLES["signals"], *table)):
+            self.complaints.add(f"{where}.{key}", f"no such key; {suggestion(key, (*TABLES['signals'], *table))}")
+        if len(self.complaints) > count or not self._named(where, name, dimension or NUMBER):
+            return
+        try:
+            wave = kind(**{key: row[key] for key in table if key in row})
+        except ValueError as error:
+            self.complaints += [each.about(f"{where}.{each.field}") for each in getattr(error, "complaints", ())]
+            return
+        self.space[name], self.waves[name] = Signal(*texts, row["unit"], None), kind
+        for info in table.values():  # parameters of the machine, amplitudes in the unit of the signal
+            size = NUMBER if info.dimension is None else info.dimension.resolved(dimension or NUMBER)
+            if self._named(f"{where}.{info.name}", f"{name}_{info.name}", size):
+                own = {"role": info.role} if info.role in ("frequency", "phase") else {"unit": unit_name(size)}
+                words = f"{info.symbol}_{texts[0]}", f"{info.name.replace('_', ' ')} of the {texts[1]}"
+                limits = RANGES["> 0"] if info.role == "frequency" else {}
+                self._field(f"{name}_{info.name}", getattr(wave, info.name), words, own, limits)
+
+    # --- parts -------------------------------------------------------------------------------------------------------
+
+    def _plan(self) -> list[Planned]:
+        """All parts, those of `repeat` one by one."""
+        rows = [(part, i, row) for part in PARTS for i, row in enumerate(self.tables.get(part, []), 1)]
+        found: list[tuple[str, str, dict[str, Any]]] = []
+        for part, number, row in rows:
+            where, several = f"{KIND}.{part}[{number}]", row.get("repeat", 1)
+            if not is_whole(several, 1, MOST):
+                what = f"should be a whole number from 1 to {MOST}, got {shown(several)}"
+                self.complaints.add(f"{where}.repeat", what)
+                continue
+            plain = {key: each for key, each in row.items() if key != "repeat"}
+            for i in range(1, several + 1):
+                place = f"{where}, i = {i}" if "repeat" in row else where
+                found.append((part, place, {key: numbered_text(each, i) for key, each in plain.items()}))
+        self.bodies: dict[str, str] = {}
+        for part, where, row in found:
+            if PARTS[part][1].get("name") == NAME:
+                name = row["name"]
+                if not isinstance(name, str) or not 1 <= len(name) <= 64 or name in ("ground", *self.bodies):
+                    self.complaints.add(f"{where}.name", f"should be a name of its own, got {shown(name)}")
+                else:
+                    self.bodies[name] = part
+        if len(found) > 4 * MOST or len(self.bodies) > MOST:
+            self.complaints.add(KIND, f"should have at most {MOST} bodies and {4 * MOST} parts")
+        plans: list[Planned] = []
+        for part, where, row in [] if self.complaints else found:
+            told = (str(each).partition(", i = ")[0] for each in self.complaints)
+            if where.partition(", i = ")[0] not in told:  # of a part that is repeated the first fault
+                plans.append(self._planned(part, where, row))
+        return plans
+
+    def _planned(self, part: str, where: str, row: Mapping[str, Any]) -> Planned:
+        make, keys, _ = PARTS[part]
+        fields: dict[str, Any] = {}
+        sizes: dict[str, Dimension | None] = {}
+        for key, each in row.items():
+            try:
+                fields[key] = self._value(f"{where}.{key}", key, keys[key], each)
+                if isinstance(fields[key], Expression):
+                    sizes[key] = fields[key].dimension(self.sizes, self.scaled)
+            except ExpressionError as error:
+                self.complaints.add(f"{where}.{key}", str(error))
+        if len(fields) < len(row):
+            return Planned(where, make, {})
+        if part == "stop" and ("stretch" in fields) == ("between" in fields):
+            self.complaints.add(f"{where}.stretch", "should be given, or in place of it between = [BODY, BODY]")
+        along = sizes.get("stretch", sizes.get("path", dimension_of_unit("m")))
+        if part == "contact" and "path" not in fields and self.bodies.get(fields["body"]) == "inertia":
+            along = NUMBER
+        for key, own in sizes.items():
+            self._check_size(f"{where}.{key}", row[key], own, self._wanted(keys[key], along))
+        return Planned(where, make, fields)
+
+    def _value(self, where: str, key: str, wanted: str, given: Any) -> Any:
+        """What stands under a key of a part."""
+        if wanted == NAME:
+            if not isinstance(given, str) or (key == "speed" and not WORD.fullmatch(given)):
+                raise ExpressionError(f"should be a name, got {shown(given)}")
+            return given
+        bodies = {"ground": "support", **self.bodies}
+        if wanted in (BODY, BODIES):
+            names = [given] if wanted == BODY else given
+            if not isinstance(names, list) or len(names) != (1 if wanted == BODY else 2):
+                raise ExpressionError(f"should be a list of two bodies, got {shown(given)}")
+            for name in names:
+                if not isinstance(name, str) or name not in bodies:
+                    raise ExpressionError(f"there is no body {shown(name)}; {suggestion(name, bodies)}")
+            return given if wanted == BODY else tuple(given)
+        if key == "load" and given in LOADS:
+            return given
+        found = Expression(given, self.sizes, self.bodies)
+        if (inside := self.words & found.names_in) and not (key == "load" and found.is_name):
+            raise ExpressionError(f"{shown(given)}: {min(inside)!r} may be a word, so it stands alone, as a load")
+        return found
+
+    def _wanted(self, unit: str, along: Dimension | None) -> tuple[Dimension, ...]:
+        """The dimensions that a key may have; none: any."""
+        if unit == STRETCH:
+            return dimension_of_unit("m"), NUMBER
+        if unit == "J/drive":
+            return (TORQUE / EFFORTS[self.effort],)
+        if not unit.endswith(("stretch", "stretch^2")):
+            return (dimension_of_unit(unit),)
+        if along is None:
+            return ()
+        powers = {"stretch": along, "J/stretch": TORQUE / along, "J/stretch^2": TORQUE / along**2}
+        found = powers.get(unit, TORQUE * TIME / along**2)
+        return (found, MASS) if unit == "J/stretch" and self.scaled and found == FORCE else (found,)
+
+    def _check_size(self, where: str, text: Any, own: Dimension | None, wanted: tuple[Dimension, ...]) -> None:
+        if own is not None and wanted and own not in wanted:
+            units = listed([unit_name(each) if each != NUMBER else "rad or 1" for each in wanted], " or ")
+            cure = f": multiply it by a parameter in {units}" if own == NUMBER else ""
+            self.complaints.add(where, f"{shown(text)} is {in_words(own)}, should be in {units}{cure}")
+
+    def _in_order(self, parts: list[Planned]) -> tuple[Planned, ...]:
+        """Each part after the bodies that it names."""
+        found, left, known = [], list(parts), set()
+        while left and not self.complaints:
+            ready = [each for each in left if known.issuperset(each.needs)]
+            if not ready:
+                self.complaints.add(f"{left[0].where}.on", "stands on itself, by way of other bodies")
+            found += ready
+            known |= {each.fields.get("name") for each in ready}
+            left = [each for each in left if each not in ready]
+        return tuple(found)
+
+
+def _is_signal(kind: type[Waveform]) -> bool:
+    """Whether a waveform is smooth, and all its parameters are numbers."""
+    smooth = kind.slope is not Waveform.slope and not issubclass(kind, Piecewise)
+    return smooth and all(is_number(info.default) for info in parameter_table(kind))

@@ -1,0 +1,125 @@
+"""Tables and keys of [mechanism]: which there are, and of which type their values are."""
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.arguments import Complaints, is_number, is_whole, listed, shown, suggestion
+from vibrocap.case.mechanism import HEAD, KIND, PARTS, TABLES, VERSION
+from vibrocap.physics.catalogue import PART_NAME, machines
+
+MOST = 64  # coordinates, bodies and what `repeat` makes of one part
+MOST_PRODUCTS = 30_000  # of terms, while equations are derived: of a large mechanism 7,000
+WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+EFFORT_WORDS = {"force": "force", "torque": "torque", "displacement": "displacement", "angle": "number"}
+RANGES = {"> 0": {"gt": 0.0}, ">= 0": {"ge": 0.0}, "any": {}}
+REPEATED = re.compile(r"\{i([+-]\d{1,2})?\}")
+UNITS = ("scaled", "SI")
+
+
+def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
+    """The tables in order, with what they are said to hold; complaints about keys and types."""
+    if not isinstance(description, Mapping):
+        complaints.add(KIND, f"should be a section, [{KIND}] with its tables below it, got {shown(description)}")
+        return {}
+    for key in description:
+        if key not in (known := (*HEAD, *TABLES, *PARTS)):
+            complaints.add(f"{KIND}.{key[:60]}", f"no such key; {suggestion(key, known)}")
+    given: dict[str, Any] = {"version": VERSION, **description}
+    found: dict[str, Any] = {key: given[key] for key in HEAD if key in given}
+    for key, what in found.items():
+        if (wanted := _head_wanted(key, what)) is not None:
+            complaints.add(f"{KIND}.{key}", f"should be {wanted}, got {shown(what)}")
+    for table in (each for each in TABLES if each in given):
+        rows = given[table]
+        if not isinstance(rows, Mapping) or not all(isinstance(row, Mapping) for row in rows.values()):
+            complaints.add(f"{KIND}.{table}", f"should be tables, [{KIND}.{table}] with lines NAME = {{ ... }}")
+            continue
+        if len(rows) > 4 * MOST:
+            complaints.add(f"{KIND}.{table}", f"should have at most {4 * MOST} rows, got {len(rows)}")
+            continue
+        for name, row in rows.items():
+            _check_values(f"{KIND}.{table}.{name}", row, () if table == "signals" else TABLES[table], complaints)
+        found[table] = {name: dict(row) for name, row in rows.items()}
+    for part in (each for each in PARTS if each in given):
+        rows = given[part]
+        if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
+            complaints.add(f"{KIND}.{part}", f"should be tables, each begun by [[{KIND}.{part}]]")
+            continue
+        if len(rows) > 4 * MOST:
+            complaints.add(f"{KIND}.{part}", f"should be at most {4 * MOST}, got {len(rows)}")
+            continue
+        for number, row in enumerate(rows, 1):
+            where = f"{KIND}.{part}[{number}]"
+            _check_values(where, row, (*PARTS[part][1], "repeat"), complaints)
+            for key in (key for key in PARTS[part][2] if key not in row):
+                complaints.add(f"{where}.{key}", "is missing")
+        found[part] = [dict(row) for row in rows]
+    return found
+
+
+def _head_wanted(key: str, value: Any) -> str | None:
+    """What a key of [mechanism] should be; None where it is."""
+    text = value if isinstance(value, str) and len(value) <= 200 else ""
+    number = float(value) if isinstance(value, (int, float)) and 0.0 <= value < 1e300 else -1.0
+    wanted: dict[str, tuple[bool, str]] = {
+        "version": (value == VERSION and is_whole(value), f"{VERSION}, the newest there is"),
+        "name": (
+            bool(re.fullmatch(PART_NAME, text)) and (text == KIND or text not in machines()),
+            'a text of small letters, digits and hyphens such as "my-capsule", and no name of another machine',
+        ),
+        "source": (bool(text), "a text: a key of the references, or words"),
+        "effort": (text in EFFORT_WORDS, f"one of {listed(EFFORT_WORDS)}"),
+        "units": (text in UNITS, f"one of {listed(UNITS)}"),
+        "gravity": (number >= 0.0, "a number >= 0"),
+        "travels": (value is False, "false, of a machine that is held to its place, or left out"),
+    }
+    right, words = wanted[key]
+    return None if right else words
+
+
+def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], complaints: Complaints) -> None:
+    """Complaints about keys that are not known (known empty: any is) and values that are no numbers, texts or lists."""
+    for key, value in row.items():
+        plain = [value] if not isinstance(value, list) else value if len(value) <= MOST else [None]
+        if known and key not in known:
+            complaints.add(f"{where}.{key[:60]}", f"no such key; {suggestion(key, known)}")
+        elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
+            complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
+        elif any(isinstance(each, (int, float)) and not abs(each) < 1e300 for each in plain):
+            complaints.add(f"{where}.{key}", f"should be a finite number, got {shown(value)}")
+        elif any(isinstance(each, str) and len(each) > 1000 for each in plain):
+            complaints.add(f"{where}.{key}", "should be a text of at most 1000 characters")
+
+
+# --- ranges of parameters ---------------------------------------------------------------------------------------------
+
+
+def within(value: Any, limits: Mapping[str, float]) -> bool:
+    """Whether a number is in a range, given as pydantic has it."""
+    above = value > limits.get("gt", -math.inf) and value >= limits.get("ge", -math.inf)
+    return above and value <= limits.get("le", math.inf) and abs(value) < 1e300
+
+
+def limits_text(limits: Mapping[str, float]) -> str:
+    """A range in words."""
+    signs = {"gt": ">", "ge": ">=", "le": "<="}
+    return " and ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()) or "of any size"
+
+
+def number_or_word(limits: Mapping[str, float], words: tuple[str, ...], given: Any) -> Any:
+    """A value of a parameter that may be a word; ValueError where it is none."""
+    if given in words if isinstance(given, str) else is_number(given) and within(given, limits):
+        return given
+    raise ValueError(f"should be a number {limits_text(limits)}, or {listed(map(repr, words), ' or ')}")
+
+
+# --- texts of repeated parts ------------------------------------------------------------------------------------------
+
+
+def numbered_text(given: Any, i: int) -> Any:
+    """A text with i in place of {i}, i + 1 in place of {i+1}."""
+    if isinstance(given, list):
+        return [numbered_text(each, i) for each in given]
+    return REPEATED.sub(lambda match: str(i + int(match[1] or 0)), given) if isinstance(given, str) else given

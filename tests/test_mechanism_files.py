@@ -1,0 +1,368 @@
+"""Machines that a case file describes: those of classes with the same parts, and no code of a stranger."""
+
+import copy
+import dataclasses
+import inspect
+import pickle
+import random
+import re
+import time
+import tomllib
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, faulty
+from mechanisms import BeltRow, BowedString, BristleRobot, Clutch, Feeder, StackedPlates, TubeCapsule
+from vibrocap.case import expressions, mechanism_reading, mechanism_tables
+from vibrocap.case import mechanism as described
+from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_text, read_case
+from vibrocap.case.expressions import Expression, ExpressionError
+from vibrocap.case.mechanism import HEAD, PARTS
+from vibrocap.case.mechanism import TABLES as KEYS
+from vibrocap.cli.main import main
+from vibrocap.physics.dimensions.scales import FreeScales
+from vibrocap.physics.parameters import LENGTH, NUMBER
+
+DOCS = EXAMPLES.parent / "docs" / "mechanisms.md"
+
+
+def changed(name, *changes):
+    """The tables of an example, each (path, value) put in; of a path that ends in a part, all of its tables."""
+    tables = copy.deepcopy(TABLES[name])
+    for path, value in changes:
+        *way, last = path.split(".")
+        holder = tables
+        for step in way:
+            holder = holder[int(step)] if isinstance(holder, list) else holder[step]
+        if isinstance(holder, list):
+            holder[int(last)] = value
+        elif value is None:
+            del holder[last]
+        else:
+            holder[last] = value
+    return tables
+
+
+def complaints(tables):
+    with pytest.raises(CaseError) as caught:
+        case_from_dict(tables)
+    return caught.value.complaints
+
+
+# --- the same as by a class -------------------------------------------------------------------------------------------
+
+
+def test_the_capsule_of_the_paper_has_the_same_bits():
+    case = read_case(EXAMPLES / "described-capsule.toml", periods=12)
+    motion, own = case.simulate(), type(case.system.machine)
+    system = vc.System(vc.PendulumCapsule(), case.system.friction, case.system.drive)
+    other = vc.simulate(system, periods=12, initial=case.initial)
+    assert own.name == "described-capsule"
+    assert own.states == vc.PendulumCapsule.states
+    assert motion.certificate.ok
+    assert np.array_equal(motion.event_times, other.event_times)
+    assert all(np.array_equal(motion[name], other[name]) for name in motion.names if name != "energy")
+    assert motion["energy"] == pytest.approx(other["energy"], rel=1e-14)  # summed in another order
+
+
+@pytest.mark.parametrize(
+    ("name", "other", "changes"),
+    [
+        ("clutch-slips-twice", Clutch(), ()),
+        ("plates-creep", StackedPlates(), ()),
+        ("feeder-conveys", Feeder(stroke=4e-4, lift=8e-5, rate=100.0 * np.pi, phase=320.0 * np.pi / 180.0), ()),
+        ("blocks-on-a-shaken-belt", BeltRow(), [("mechanism.coordinates.position.repeat", 2)]),
+    ],
+)
+def test_rates_and_loads_are_those_of_a_class(name, other, changes):
+    tables = changed(name, *changes)
+    if changes:
+        for part in ("mass", "spring", "damper", "contact"):
+            for row in tables["mechanism"][part]:
+                row["repeat"] = {4: 2, 3: 1}[row["repeat"]]
+        tables["machine"]["damping"] = 0.0
+        del tables["friction_2"]
+    machine, draw = case_from_dict(tables).system.machine, random.Random(2)
+    mass = getattr(machine, "mass", 1.0) if name == "feeder-conveys" else 1.0
+    weight = machine.gravity[0] if name == "feeder-conveys" else 1.0
+    assert machine.states == other.states
+    for _ in range(20):
+        t, y = draw.uniform(0.0, 3.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.states)
+        force, frictions = draw.uniform(-1.0, 1.0), tuple(draw.uniform(-1.0, 1.0) for _ in machine.contact_states)
+        found = machine.rates(t, y, mass * force, tuple(mass * each for each in frictions))
+        assert found == pytest.approx(other.rates(t, y, force, frictions), rel=1e-12, abs=1e-12)
+    if name == "feeder-conveys":  # N = m (g - b Omega^2 sin(Omega t + psi))
+        lift = other.lift * other.rate**2 * np.sin(other.rate * t + other.phase)
+        b, n, *_ = machine.contacts(t, y, 0.0)[0].reaction
+        assert n / b == pytest.approx(mass * (weight - lift), rel=1e-12)
+    elif name == "clutch-slips-twice":
+        b, n, *_ = machine.contacts(t, y, 0.0)[0].reaction
+        assert n / b == pytest.approx(1.0 + 0.3 * np.cos(2.0 * t), rel=1e-13)
+    else:
+        assert machine.loads() == pytest.approx(other.loads(), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [(BRISTLE, BristleRobot()), (TUBE, TubeCapsule()), (BOW, BowedString()), (CRAWLER, vc.TwoMassCrawler())],
+    ids=lambda each: getattr(each, "name", ""),
+)
+def test_other_parts_are_those_of_a_class(text, other):
+    machine, draw = mechanism_reading.mechanism(tomllib.loads(text))(), random.Random(3)
+    for name in ("states", "channels", "symmetric", "cyclic", "strikes_ground", "follows_load"):
+        assert getattr(machine, name) == getattr(other, name), name
+    machine, other = (each.driven_by(vc.Harmonic(0.7, 1.3)) for each in (machine, other))
+    for _ in range(20):
+        y = tuple(draw.uniform(-0.3, 0.3) if name not in other.switched else 0.0 for name in other.states)
+        frictions = tuple(draw.uniform(-0.5, 0.5) for _ in other.contact_states)
+        at = draw.uniform(0.0, 6.0), y, draw.uniform(-1.0, 1.0), frictions
+        assert machine.rates(*at) == pytest.approx(other.rates(*at), rel=1e-13, abs=1e-13)
+        assert machine.switches(*at) == pytest.approx(other.switches(*at), rel=1e-13)
+        assert machine.energy(*at[:2]) == pytest.approx(other.energy(*at[:2]), rel=1e-13, abs=1e-13)
+        own, others = (each.actuator(at[0], y, frictions) for each in (machine, other))
+        assert dict(own) == pytest.approx(dict(others), rel=1e-13)
+
+
+def test_sweeps_are_those_of_a_class():
+    case, over = read_case(EXAMPLES / "described-capsule.toml"), {"machine.mass_ratio": [1.5, 2.5, 3.5]}
+    system = vc.System(vc.PendulumCapsule(), case.system.friction, case.system.drive)
+    found, other = (
+        vc.sweep(each, over, initial={"angle": 1.0}, periods=15)["mean_velocity"].values
+        for each in (case.system, system)
+    )
+    assert np.array_equal(found, other)
+    assert len({*found}) == 3
+
+
+def test_parameters_of_signals_are_those_of_the_machine():
+    case = read_case(EXAMPLES / "clutch-slips-twice.toml", {"machine.clamp_amplitude": 0.5}, periods=2)
+    motion = case.simulate()
+    last = motion["reaction"]
+    assert [last.min(), last.max()] == pytest.approx([0.5, 1.5], abs=1e-3)
+    in_si = {"mass_unit_kg": 1.0, "length_unit_m": 1.0, "time_unit_s": 1.0}
+    text = case_text(dataclasses.replace(case, scales=FreeScales(**in_si)), "SI")
+    assert "clamp_amplitude_N_m = 0.5" in text
+    assert "clamp_frequency_rad_per_s = 2.0" in text
+    assert "engine_kg_m2 = 1.0" in text
+    assert case_from_text(text).system.machine == case.system.machine
+
+
+# --- where a kind of machine works ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mechanism_is_stored_sent_and_checked_like_any_machine(name):
+    case = read_case(EXAMPLES / f"{name}.toml")
+    text = case_text(case)
+    again = case_from_text(text)
+    assert again == case
+    assert type(again.system.machine) is type(case.system.machine)
+    assert case_text(again) == text
+    assert pickle.loads(pickle.dumps(case.system)) == case.system
+    assert copy.deepcopy(case.system) == case.system
+    report = vc.check_part(type(case.system.machine), motion=False)
+    assert report.ok, str(report)
+
+
+@pytest.mark.slow
+def test_a_study_keeps_the_description(tmp_path):
+    case = read_case(EXAMPLES / "plates-creep.toml")
+    vc.sweep(case.system, {"machine.stiffness": [1.0, 2.0]}, periods=4, out=tmp_path / "study", tile_runs=1, workers=2)
+    stored = vc.open_study(tmp_path / "study")
+    assert case_from_text(stored.attrs["case"]).system == case.system
+    assert len({*stored["mean_velocity"].values}) == 2
+
+
+def test_another_kind_takes_its_place():
+    path = EXAMPLES / "described-capsule.toml"
+    other = read_case(path, {"machine.kind": "pendulum-capsule", "machine.mass_ratio": 2.0})
+    assert other.system.machine == vc.PendulumCapsule(mass_ratio=2.0)
+    assert "[mechanism]" not in case_text(other)
+    said = complaints(changed("described-capsule", ("machine.kind", "oscillator")))
+    assert said == ("machine.kind: should be 'mechanism', described in [mechanism], got 'oscillator'",)
+
+
+def test_new_writes_one_that_runs(capsys):
+    for more in ((), ("--si",)):
+        assert main(["new", "mechanism", *more]) == 0
+        case = case_from_text(capsys.readouterr().out, periods=2)
+        assert case.system.machine.name == "my-capsule"
+        assert case.simulate().certificate.ok
+    assert (case.system.units is None) is False
+
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def test_dimensions():
+    known = {"x": LENGTH, "angle": NUMBER}
+
+    def of(text, scaled=True):
+        return Expression(text, known).dimension(known, scaled)
+
+    assert of("x * x") == LENGTH**2
+    assert of("sqrt(x ** 2 + 1)") == LENGTH
+    assert of("3 * x / x") == NUMBER
+    assert of("sin(angle)") is None
+    assert of("sin(angle)", False) == NUMBER
+    assert of("x + 0", False) == LENGTH
+    for text in ("x + angle", "x - x * x", "sin(x)", "exp(x / 2)"):
+        with pytest.raises(ExpressionError):
+            of(text)
+    with pytest.raises(ExpressionError):
+        of("x + 1", False)
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "value", "said"),
+    [
+        (
+            "described-capsule",
+            "mechanism.drive.0.path",
+            "position + angle",
+            "'position' (in m) and 'angle' (a number)",
+        ),
+        ("described-capsule", "mechanism.mass.1.x", "-sin(position)", "sin takes a number, got 'position' (in m)"),
+        ("described-capsule", "mechanism.mass.0.mass", "position", "'position' is in m, should be in kg"),
+        ("described-capsule", "mechanism.spring.0.stiffness", "damping", "is in N m s, should be in N m"),
+        ("described-capsule", "mechanism.drive.0.path", "position", "'position' is in m, should be in rad or 1"),
+        (
+            "feeder-conveys",
+            "mechanism.mass.0.mass",
+            1,
+            "1 is a number, should be in kg: multiply it by",
+        ),
+        ("feeder-conveys", "mechanism.contact.0.load", "mass", "'mass' is in kg, should be in N"),
+        ("feeder-conveys", "mechanism.support.0.x", "stroke + 1", "adds 'stroke' (in m) and '1.0' (a number)"),
+        ("clutch-slips-twice", "mechanism.signals.clamp.unit", "m", "adds 'preload' (in N m) and 'clamp' (in m)"),
+    ],
+)
+def test_terms_of_other_dimensions_are_named(name, path, value, said):
+    found = complaints(changed(name, (path, value)))[0]
+    *way, number, key = path.split(".")
+    place = f"{'.'.join(way)}[{int(number) + 1}].{key}" if number.isdigit() else "mechanism.contact[1].load"
+    assert found.startswith(place + ":")
+    assert said in found
+
+
+def test_values_in_si_have_no_defaults():
+    tables = changed("feeder-conveys", ("machine.lift_m", None))
+    assert complaints(tables)[0].startswith("machine.lift_m: ")
+    for key in ("machine", "friction", "drive"):  # nor where no key says that it is in SI
+        tables[key] = {k: v for k, v in TABLES["described-capsule"][key].items() if k in ("kind", "law", "waveform")}
+    assert "machine.lift: is missing; it has no default" in complaints(tables)
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+BAD = (
+    *("__import__('os').system('x')", "angle.real", "angle[0]", "lambda: 0", "angl", "sin(angle", "10**10**10"),
+    *("[1]*9", "angle if 1 else 2", "angle ** angle", "sin(angle, 1)", "1 " + "+ 1" * 400, "2**999", "1e999"),
+    *("(" * 300 + ")" * 300, "-" * 60 + "1", "angle := 1", "'angle'", "True", "angle < 1", "1/0", "1 if", ""),
+    "((angle + position*0 + 1)**8 + 1)**8",
+)
+
+
+@pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
+def test_bad_expressions_are_refused_by_key(text):
+    begun = time.process_time()
+    (found,) = complaints(changed("described-capsule", ("mechanism.spring.0.stretch", text)))
+    assert found.startswith("mechanism.spring[1].stretch: ")
+    assert len(found) < 400
+    assert time.process_time() - begun < 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "said"),
+    [
+        ([("mechanism.mass.1.on", "casing")], "mechanism.mass[2].on", "there is no body 'casing'; there is ground"),
+        ([("mechanism.mass.1.height", "1")], "mechanism.mass[2].height", "no such key"),
+        ([("mechanism.mass.0.x", "0")], "mechanism", "contact 1 (capsule): no coordinate moves it"),
+        ([("mechanism.contact", None)], "mechanism", "there is no Contact"),
+        ([("mechanism.version", 2)], "mechanism.version", "should be 1"),
+        ([("mechanism.name", "oscillator")], "mechanism.name", "no name of another machine"),
+        ([("mechanism.coordinates.energy", {"unit": "m"})], "mechanism.coordinates.energy", "has a meaning already"),
+        ([("mechanism.coordinates.angle.unit", "deg")], "mechanism.coordinates.angle.unit", "one of m, rad"),
+        ([("mechanism.parameters.damping.role", "dampin")], "mechanism.parameters.damping.role", "there is no role"),
+        ([("mechanism.parameters.damping.default", -1)], "mechanism.parameters.damping.default", "a number >= 0"),
+        ([("mechanism.mass.1.repeat", 10**9)], "mechanism.mass[2].repeat", "from 1 to 64"),
+        ([("mechanism.mass.1.repeat", 2)], "mechanism.mass[2], i = 2.name", "a name of its own"),
+        ([("mechanism.mass.0.on", "bob")], "mechanism.mass[1].on", "stands on itself"),
+        ([("mechanism.spring.0.stiffness", "normal_load")], "mechanism.spring[1].stiffness", "may be a word"),
+        ([("machine.mass_ratio", 0.0)], "machine.mass_ratio", "greater than 0"),
+        ([("mechanism", 3)], "mechanism", "should be a section"),
+        ([("mechanism.coordinates.angle.repeat", 64)], "mechanism.coordinates", "at most 64, got 65"),
+        ([("mechanism.spring", [{"stiffness": 1, "stretch": "angle"}] * 10**4)], "mechanism.spring", "at most 256"),
+    ],
+)
+def test_faults_of_descriptions_are_refused_by_key(changes, field, said):
+    found = complaints(changed("described-capsule", *changes))
+    assert any(each.startswith(f"{field}: ") and said in each for each in found), found
+
+
+def test_equations_that_are_too_large_are_refused_soon():
+    tables = changed("blocks-on-a-shaken-belt", ("mechanism.coordinates.position.repeat", 12))
+    for part in ("mass", "contact"):
+        tables["mechanism"][part][0]["repeat"] = 12
+    path = " + ".join(f"position_{i} * sin(position_{i} * mass / 7)" for i in range(1, 13))
+    tables["mechanism"]["mass"][0]["x"] = path.replace("mass", "one")
+    tables["mechanism"]["parameters"]["one"] = {"default": 1.0, "unit": "1/m"}
+    begun = time.process_time()
+    assert any("too large" in each or "singular" in each for each in complaints(tables))
+    assert time.process_time() - begun < 10.0
+
+
+def fuzzed(seeds):
+    """How many cases of faulty mechanisms are accepted; all others are refused by fields of the case."""
+    accepted = 0
+    for seed in seeds:
+        begun, found = time.process_time(), ()
+        try:
+            case_from_dict(faulty(seed))
+            accepted += 1
+        except CaseError as error:
+            found = error.complaints
+        sections = {each.field.partition(".")[0] for each in found}
+        assert sections <= {"mechanism", "machine", "initial", "friction", "friction_2", "drive"}, (seed, found)
+        assert all(len(each) < 1500 for each in found), (seed, found)
+        assert time.process_time() - begun < 10.0, seed
+    return accepted
+
+
+def test_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert 5 <= fuzzed(range(150)) <= 50
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_two_thousand_fuzzed_mechanisms_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert 100 <= fuzzed(range(1000, 3000)) <= 600
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_expression_is_run():
+    for module in (expressions, described, mechanism_reading, mechanism_tables):
+        assert not re.search(r"\b(eval|exec|__import__|(?<!re\.)compile)\(", inspect.getsource(module))
+
+
+# --- the page of the documentation ------------------------------------------------------------------------------------
+
+
+def test_the_page_has_every_key():
+    text = DOCS.read_text("utf-8")
+    for name in (*HEAD, *KEYS, *PARTS):
+        assert f"`{name}`" in text or f"[[{name}]]" in text, name
+    for part, (_, keys, needed) in PARTS.items():
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{part}` |"))
+        assert all(f"`{key}`" in row for key in keys), part
+        assert all(f"`{key}`*" in row for key in needed), part
+    for table, keys in KEYS.items():
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{table}` |"))
+        assert all(f"`{key}`" in row for key in keys), table
+    block = text.split("```toml\n")[1].split("```")[0]
+    assert tomllib.loads(block)["mechanism"]["name"]
+    assert case_from_text(block).system.machine.states == vc.PendulumCapsule.states
