@@ -123,6 +123,9 @@ def _columns(given: Any, system: System, known: Mapping[str, Measure], complaint
         if len(tables) > 1 or not tables[0].named:
             complaints.add("table", f"{str(given)!r} should be one table with a line of headings")
             return {}
+        if faults := tables[0].faults_in(tables[0].columns):
+            complaints += [Complaint("table", f"{str(given)!r}: {each}") for each in faults]
+            return {}
         raw: Mapping[str, Any] = tables[0].columns
         units = tables[0].units
     elif isinstance(given, Mapping) or hasattr(given, "columns"):
