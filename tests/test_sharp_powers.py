@@ -222,7 +222,7 @@ def test_a_smooth_law_is_split_where_its_power_has_no_series():
     right = (-0.74387126705, -0.05639459756, 1.43362095836, 0.02951547179)  # at 1e-12
     for tolerance in (1e-7, 1e-8):
         found = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 1.1, 0.005)], drive, tolerance, periods=10)
-        assert np.abs(found.sections[-1] - right).max() <= 5.0 * tolerance
+        assert np.abs(found.sections[-1] - right).max() <= 10.0 * tolerance  # 89 where it is not split
         assert {event.kind for event in found.events} == {"reversal"}
     whole = run(machine, [vc.SmoothedTanh(0.08, 0.11, 0.1, 2.0, 0.005)], drive, 1e-7, periods=10)
     assert not whole.events
