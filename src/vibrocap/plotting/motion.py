@@ -377,9 +377,11 @@ def _inner_name(motion: Trajectory) -> str:
         return "Gap 1"
     if machine.imposes_motion:
         return "Imposed motion"
-    if machine.cyclic is None:
-        return "Block, across the belt" if motion.state_names[0] != "position" else "Block"
-    return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
+    first = motion.state_names[0]
+    if first == "position":
+        return _body_name(motion)
+    known = {"approach": "Block, across the belt", "angle": "Pendulum"}
+    return known.get(first, "Inner motion" if machine.cyclic else first.replace("_", " ").capitalize())
 
 
 def _label(motion: Trajectory, name: str) -> str:
