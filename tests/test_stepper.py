@@ -781,7 +781,7 @@ def test_an_episode_of_the_environment_is_the_stepper_under_its_actions():
     motion, total, actions = vc.stepper(README, input="drive", initial=START), 0.0, wild(50)
     made = environment(case=Case(README, START), limit=1.8, length=0.2, steps=50, effort_cost=0.1)
     observation, info = made.reset(seed=3)
-    np.testing.assert_array_equal(observation, [START["angle"], 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(observation, [START["angle"], 0.0, 0.0, *motion.sides])
     for k, value in enumerate(actions):
         observation, reward, terminated, truncated, info = made.step([value / 1.8])
         motion.step(1.8 * (value / 1.8), 0.2)

@@ -134,8 +134,8 @@ class Described(Machine):
         program, contacts = form.program(name), len(form.derived.speeds)
         normal, along = self.gravity or (0.0, 0.0)
         inputs = [t, drive, normal, along, *numbers]
-        inputs += (0.0,) * len(form.states) if y is None else y
-        inputs += (0.0,) * contacts if frictions is None else frictions
+        inputs.extend((0.0,) * len(form.states) if y is None else y)
+        inputs.extend((0.0,) * contacts if frictions is None else frictions)
         for waveform in self._signals():  # asked for no more than the formulas need
             for quantity in ("value", "slope", "curvature"):
                 needed = waveform is not None and len(inputs) in program.inputs
