@@ -462,7 +462,7 @@ class TestCompiled:
         value = np.repeat(np.where(np.arange(40) % 2 == 0, 1.8, -1.8), 2)
         signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
         path = fmu("square", kind="model-exchange", input="drive")
-        kinds = Counter(event.kind for event in motion.events)
+        kinds = Counter(event.kind for event in motion.events if event.time < motion.end)  # its last jump is at the end
         output = [*STATES, *(f"events.{kind}" for kind in kinds)]
         given = {"stop_time": 120.0, "output_interval": 0.3, "input": signal, "output": output}
         found = fmpy.simulate_fmu(path, relative_tolerance=1e-10, record_events=False, **given)

@@ -248,7 +248,8 @@ def test_a_machine_with_stops_in_a_page(node):
     assert residual < 1e-8
     assert taken[-1][1] == pytest.approx(motion.at(motion.end, "impact_work")[0], rel=1e-6)
     assert taken[-1][1] < -0.01
-    steps = {time for (time, work), (after, less) in itertools.pairwise(taken) if time == after and less < work}
+    pairs = itertools.pairwise(taken)
+    steps = {time for (time, work), (after, less) in pairs if after - time <= 1e-14 * after and less < work}
     impacts = motion.event_times[motion.event_kinds == "impact"]
     assert sorted(steps) == pytest.approx(impacts, abs=1e-7)  # and there the curve is vertical
     assert said == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
@@ -380,7 +381,8 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
             assert bool(shown) == bool(package), (where, shown, package)
             refused += bool(package)
             answers += [mirrors] if case["form"]["corners"] else []
-            assert mirrors in (None, twins), where
+            overflows = any(abs(value) > 1e200 for value in given)  # symmetry is decided by numbers of the equations
+            assert mirrors in (None, twins) or overflows, where
             words = {numberless(text) for _, text in package}
             words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
             assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)

@@ -177,7 +177,6 @@ def test_a_wrong_account_shows_in_the_certificate(fault, monkeypatch):
     def powerless(self, t, y, drive, frictions):
         return (*Oscillator.powers(self, t, y, drive, frictions)[:2], 0.0)
 
-    monkeypatch.setattr(Faulty, "_held", Oscillator.outer_force)
     monkeypatch.setattr(Faulty, fault, forgetful if fault == "outer_force" else powerless)
     machine = Faulty(1.3, 2.0, 0.2, 0.15, 1.1)
     system = vc.System(machine, Coulomb(0.5, 0.8), vc.Loading(0.3, 0.02, 1.4, 0.7))

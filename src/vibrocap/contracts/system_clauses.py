@@ -143,8 +143,8 @@ def moves(part: Any) -> str | None:
     for name in ("energy_residual", "momentum_residual", "estimated_error"):
         if not found[name] <= bound:
             return f"the motion of {_others(system, part)} has {name} {found[name]:.2g}, over its bound {bound:.2g}"
-    if not motion.certificate.ok:
-        return f"the motion of {_others(system, part)} is not certified: {'; '.join(motion.certificate.failures)}"
+    if beyond := [verdict.text for verdict in motion.certificate.verdicts if not verdict.ok]:
+        return f"the motion of {_others(system, part)} is not certified: {'; '.join(beyond)}"
     return None
 
 
