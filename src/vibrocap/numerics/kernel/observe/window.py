@@ -40,7 +40,14 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
-from vibrocap.numerics.kernel.interface import quiet_since, response_sought, starts_trial, take_evidence, trial_fails
+from vibrocap.numerics.kernel.interface import (
+    begin_drive_period,
+    quiet_since,
+    response_sought,
+    starts_trial,
+    take_evidence,
+    trial_fails,
+)
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
@@ -104,6 +111,7 @@ def on_period(floats, ints, trace, lane):
         ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
         if ints[PERIOD_BUDGET] - done >= ints[WINDOW + lane]:  # else the window goes on to the end
             ints[WINDOW_START + lane] = -1
+        begin_drive_period(floats, ints, trace, lane)  # which it does not where a run ends
     if threshold > 0.0 and ints[RESPONSE + lane] == 0:
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
