@@ -898,7 +898,7 @@ def fitted():
 def test_joint_uncertainty_of_a_fit_is_its_covariance(fitted):
     """Samples of the logarithms have the covariance sum_k s_k^2 e_k e_k^T of the fit, about its values."""
     fit, system = fitted
-    found = vc.robustness(system, {"friction": fit}, samples=1024, periods=1, settle=1e3)
+    found = vc.robustness(system, {"friction": fit}, samples=1024)
     names = [each.name for each in fit.parameters]
     paths = ["friction.coulomb_coefficient", "friction.static_coefficient", "friction.decay_rate_s_per_m"]
     assert names == ["coulomb_coefficient", "static_coefficient", "decay_rate"]
