@@ -202,7 +202,8 @@ def test_a_held_input_is_the_drive_whose_segments_it_is(system):
     reference = vc.simulate(system, periods=periods, initial=initial, tolerance=1e-10)
     assert reference.status.ok
     size = 1.0 + max(map(abs, reference.state.values()))
-    counts = Counter(event.kind for event in reference.events if not event.kind.startswith("graze"))
+    before = [event for event in reference.events if event.time < reference.end]  # at the end the drive jumps on
+    counts = Counter(event.kind for event in before if not event.kind.startswith("graze"))
     for parts, to_events, bound in ((1, False, 1e-11), (1, True, 1e-9), (5, False, 1e-8), (5, True, 1e-8)):
         motion = vc.stepper(system, input="drive", initial=initial, tolerance=1e-10)
         follow(motion, system.drive, periods, parts, to_events)
