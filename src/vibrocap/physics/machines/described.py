@@ -151,8 +151,12 @@ class Described(Machine):
 
     @property
     def symmetric(self) -> bool:
-        """Whether its equations are their own mirror image."""
-        return _symmetric(self)
+        """Whether its equations are their own mirror image; of numbers that are written down, those of the defaults.
+
+        A class in which it depends on its numbers, and that is to be shown in a page, declares the condition itself.
+        """
+        plain = all(isinstance(value, (int, float, str, tuple, type(None))) for value in vars(self).values())
+        return _symmetric(self if plain else type(self)())
 
     @property
     def follows_load(self) -> bool:
