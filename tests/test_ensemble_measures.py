@@ -183,9 +183,11 @@ class TestAgainstArrays:
 
     def test_response(self, name):
         motion = motion_of(name)
-        found = vc.measured(motion, ["response_period", "symmetric"], window=WINDOW, settle=1e-3)
-        response = vc.response_class(motion, threshold=1e-3)
+        found = vc.measured(motion, ["response_period", "symmetric"], window=WINDOW, settle=1e-2)
+        response = vc.response_class(motion, threshold=1e-2)
         assert (found["response_period"] or None) == response.period
+        closer = vc.measured(motion, ["response_period"], window=WINDOW, settle=1e-3)["response_period"]
+        assert closer in (0, vc.response_class(motion, threshold=1e-3).period)  # none where a slow mode has far to go
         if response.symmetric is None:
             assert math.isnan(found["symmetric"])
         else:
@@ -385,7 +387,7 @@ class Named(vc.Dahl):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "examples").glob("*.toml")), ids=lambda p: p.stem)
 def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
-    """Of a motion that settled all others have one; `time_to_settle` and `period` are none where it did not.
+    """Of a motion that settled all others have one; where not, `time_to_settle`, `period` and `symmetric` are none.
 
     Where nothing drives a system in time, a stored motion is not asked whether it settled.
     """
@@ -396,8 +398,8 @@ def test_undefined_measures_are_those_of_which_no_motion_has_a_value(path):
     names = [name for name in measure_table(given.system) if travels or name not in without]
     found = vc.measured(motion, names, settle=1e-6 if equations(given.system).timed else None)
     empty = {name for name, value in found.items() if value == "" or value != value}
-    not_settled = set() if found["response_period"] else {"time_to_settle", "period"}
-    assert empty - not_settled == without & set(found)
+    not_settled = set() if found["response_period"] else {"time_to_settle", "period", "symmetric"}
+    assert empty - not_settled == (without & set(found)) - not_settled
 
 
 def test_what_is_derived_comes_after_what_it_needs():

@@ -16,6 +16,7 @@ from thinned import exhaustive_but, slow_but
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
+from vibrocap.motion.certificate import UNFINISHED
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -373,7 +374,8 @@ def test_the_acceleration_comes_from_the_balance_of_momentum(system):
 def test_balances_of_motions_close(system):
     motion = vc.simulate(system, periods=5, initial={system.machine.contact_states[0]: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox", "stop reached")
-    assert motion.certificate.ok, motion.certificate.failures
+    unfinished = () if motion.status.ok else (UNFINISHED,)
+    assert motion.certificate.failures == unfinished  # a motion that did not finish fails in nothing else
     bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
     assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
 
