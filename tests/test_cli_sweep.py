@@ -24,6 +24,7 @@ from vibrocap.cli.main import main
 from vibrocap.cli.options import pairs
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
 from vibrocap.measures.during_run import measure_table
+from vibrocap.ranges import values_between
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
 
@@ -81,7 +82,7 @@ def test_sweep_stores_what_python_returns(case, capsys):
     options = ("--measure", "mean_velocity,mode_sequence", "--periods", "20", "--settle", "1e-5", "--window", "4")
     assert command("sweep", case, "--over", MASS, "--over", TORQUE, *options, "--out", "map") == OK
     setup = read_case(case)
-    over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": np.linspace(1.0, 2.0, 4)}
+    over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": values_between(1.0, 2.0, 4)}
     expected = sweep(
         setup.system, over, initial=setup.initial, measures=["mean_velocity", "mode_sequence"],
         periods=20, window=4, settle=1e-5, tolerance=1e-10,

@@ -42,20 +42,26 @@ def moved(x, v, u, length, time):
 
 
 def sampled_loop(periods, h, delay=0.0, limit=math.inf, quantum=None, anti_windup=0.0, reference=None):
-    """((x, v, u, S) at the end, every coming to rest) of the law in a processor, e = r - x."""
+    """((x, v, u, S) at the end, every coming to rest) of the law in a processor, e = r - x.
+
+    A sample at the last instant is taken.
+    """
     reference = reference or (lambda t: (0.0, 0.0))
     x, v, u, integral, stops = -1.0, 0.0, 0.0, 0.0, []
-    for k in range(round(periods / h)):
+    samples = round(periods / h)
+    for k in range(samples + 1):
         seen = x if quantum is None else quantum * round(x / quantum)
         r, slope = reference(k * h)
         raw = 3.0 * (r - seen) + 6.0 * (slope - v) + integral
         new = min(max(raw, -limit), limit)
         integral += 4.0 * h * (r - seen + anti_windup * (new - raw))
+        if k == samples:
+            return (x, v, u if delay else new, integral), stops
         for force, start, length in ((u, k * h, delay), (new, k * h + delay, h - delay)):
             x, v, found = moved(x, v, force, length, start)
             stops += found
         u = new
-    return (x, v, u, integral), stops
+    raise AssertionError
 
 
 # --- values ----------------------------------------------------------------------------------------------------------

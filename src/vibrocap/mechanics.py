@@ -1,6 +1,6 @@
 """What one's own machine is made of: parts, coordinates, parameters and elementary functions, under one name.
 
-from vibrocap.mechanics import Contact, Damper, Drive, Machine, Mass, Spring, coordinate, cos, parameters, sin
+For example `from vibrocap.mechanics import Contact, Machine, Mass, Spring, coordinate, parameters`.
 """
 
 from vibrocap.physics.elementary import atan, cos, exp, log, sin, sqrt, tanh

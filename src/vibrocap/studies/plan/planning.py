@@ -117,15 +117,22 @@ def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], li
 
 def _lacking(measures: Sequence[str | Measure], system: System, plan: Runs) -> list[str]:
     """Complaints about measures that no kind of parts of a study has; where another kind has one, it is NaN."""
-    if isinstance(plan, CaseList):
-        cases = (plan.case(number) for number in range(plan.count))
-        kinds = [{path: kind for path, kind in case.items() if is_kind(path)} for case in cases]
-    else:
-        kinds = list(kind_choices(plan))
-    systems = [varied(system, dict(each)) for each in dict.fromkeys(tuple(each.items()) for each in kinds)]
-    reasons = [unavailable(resolved(measures, each)[1], each) for each in systems]
+    reasons = []
+    for case in _first_runs(plan):
+        found = varied(system, case)
+        reasons.append(unavailable(resolved(measures, found)[1], found))
     names = [each if isinstance(each, str) else each.name for each in measures]
     return [Complaint("measures", reasons[0][name]) for name in names if all(name in each for each in reasons)]
+
+
+def _first_runs(plan: Runs) -> list[dict[str, Any]]:
+    """The values of the first run with each combination of kinds."""
+    if isinstance(plan, CaseList):
+        runs = [plan.case(number) for number in range(plan.count)]
+    else:
+        first = {path: found[0] for path, found in plan.values((slice(0, 1),) * len(plan.shape)).items()}
+        runs = [first | kinds for kinds in kind_choices(plan)]
+    return [*{tuple(x for path, x in run.items() if is_kind(path)): run for run in reversed(runs)}.values()]
 
 
 def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
