@@ -83,7 +83,9 @@ def stage(folder: Path) -> None:
         text = PRINTED[place]() if place in PRINTED else page.read_text(encoding="utf-8")
         copy.write_text(relinked(text, page, place, known), encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "images", folder / "images", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
-    shutil.copytree(ROOT / "examples" / "exchange", folder / "examples" / "exchange")
+    for name in ("exchange", "own_parts"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / "examples" / name, folder / "examples" / name, ignore=ignored)
     for name in ("LICENSE", "CITATION.cff", "examples/three_users.py"):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
