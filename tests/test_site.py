@@ -86,10 +86,10 @@ def test_cards_and_contents_name_pages(staged):
     [
         ("[a](../../README.md#start)", "docs/tutorials/README.md", "[a](../readme.md#start)"),
         ("[a](docs/sweeps.md)", "README.md", "[a](sweeps.md)"),
-        ("[a](../examples/bench-in-si.toml)", "docs/gpu.md", "[a](gallery/bench-in-si.md)"),
+        ("[a](../examples/bench-in-si.toml)", "docs/tables.md", "[a](gallery/bench-in-si.md)"),
         ("![a](../docs/images/b.png)", "examples/README.md", "![a](../images/b.png)"),
-        ("[a](sweeps.md) [b](#x) [c](https://d.e/f.md)", "docs/gpu.md", "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)"),
-        ("```python\nx[0](../README.md)\n```", "docs/gpu.md", "```python\nx[0](../README.md)\n```"),
+        ("[a](sweeps.md) [b](#x) [c](https://d.e/f.md)", "docs/tables.md", "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)"),
+        ("```python\nx[0](../README.md)\n```", "docs/tables.md", "```python\nx[0](../README.md)\n```"),
     ],
 )
 def test_links_follow_their_pages(text, page, shown):
