@@ -90,7 +90,7 @@ def ensemble(
         where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/gpu.md)
+    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/sweeps.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 

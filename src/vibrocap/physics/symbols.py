@@ -1,7 +1,7 @@
-"""The page docs/symbols.md: how the symbols of the literature, the names in code and their meanings belong together.
+"""The page of symbols: how the symbols of the literature, the names in code and their meanings belong together.
 
-`python -m vibrocap.physics.symbols > docs/symbols.md` writes it; a test keeps it complete. Parameters come from the
-parts themselves, so a new law, machine, drive or controller brings its own rows.
+`python -m vibrocap.physics.symbols` prints it, and the site holds it; a test keeps it complete. Parameters come from
+the parts themselves, so a new law, machine, drive or controller brings its own rows.
 """
 
 import contextlib
@@ -162,8 +162,6 @@ def page() -> str:
     """The whole page, in Markdown."""
     lines = [
         "# Symbols",
-        "",
-        "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
         "",
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
         "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit. Laws of",
