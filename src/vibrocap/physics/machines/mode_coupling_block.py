@@ -4,13 +4,12 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
 
 @parameters
-class ModeCouplingBlock(Described):
+class ModeCouplingBlock(Machine):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
     The smallest model in which friction makes vibrations though its coefficient is constant (Hoffmann, Fischer,

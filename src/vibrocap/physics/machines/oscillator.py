@@ -4,13 +4,21 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Machine,
+    NonNegative,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 
 
 @parameters
-class Oscillator(Described):
+class Oscillator(Machine):
     """Block of mass m on a spring k and a damper c, on a belt of the speed v_b, moved by the force of the drive.
 
     The oldest machine of dry friction (Den Hartog 1931), and with a running belt the standard test of stick-slip. The

@@ -14,6 +14,7 @@ push of the actuator. The row of time is the power that supports put in, for tim
 """
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -70,6 +71,18 @@ class Derivation(Motion):
             bent = m.along.slope(i) * m.along.curvature + m.height.slope(i) * m.height.curvature
             force = force - as_sum(m.mass) * bent - as_sum(m.inertia) * (m.turn.slope(i) * m.turn.curvature)
         return force
+
+    def mass_matrix(self) -> tuple:
+        """M, written."""
+        return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
+
+    def numbers(self) -> tuple:
+        """(what, number, most) of what may not be negative, nor more than that."""
+        found = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
+        found += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
+        found += [("the damping of a Damper", as_sum(each.damping), math.inf) for each in self.dampers]
+        found += [("the restitution of a Stop", as_sum(each.restitution), 1.0) for each in self.stops if each.rigid]
+        return tuple((what, written(number), most) for what, number, most in found)
 
     # --- accelerations -----------------------------------------------------------------------------------------------
 
@@ -307,9 +320,9 @@ class Derivation(Motion):
             else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
         )
 
-    def weighing(self) -> tuple:
-        """Of each contact's speed the mass whose weight along a slope pulls there."""
-        return tuple(written(total(as_sum(m.mass) * m.along.slope(i) for m in self.masses)) for i in self.rubbing)
+    def weight_along(self) -> tuple:
+        """What the weight of all pulls along the speed of each contact."""
+        return tuple(written(self.weight(i)) for i in self.rubbing)
 
     def outer_force(self) -> Any:
         """The force along the same, but for friction and rigid stops."""
