@@ -29,11 +29,6 @@ class BlocksAndWall(BLOCKS):
 
     name: ClassVar[str] = "blocks-and-wall"
 
-    @property
-    def symmetric(self) -> bool:
-        """Never: there is one wall."""
-        return False
-
     def scales(self, time=1.0):
         """Those of the blocks."""
         return *super().scales(time), 1.0

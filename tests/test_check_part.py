@@ -64,11 +64,6 @@ FAULTS = {
     "words": (of(LAW, creeps="no"), "creeps: should be True or False, got 'no'"),
     "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
-    "signs": (of(CAPSULE, symmetry=(1, -1)), "symmetry: should be +1 or -1 for each of"),
-    "mirror": (
-        of(OSCILLATOR, symmetric=False),
-        "symmetric: is False, but that its equations are their mirror image is",
-    ),
     "effort": (of(CAPSULE, effort="torqe"), "effort: should be one of force, torque, displacement, number, got"),
     "period": (of(HARMONIC, period=1.0), "value: is "),
     "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),

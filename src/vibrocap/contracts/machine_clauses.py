@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize
 
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
-from vibrocap.physics.machines.machine import IMPOSED, mirrored
+from vibrocap.physics.machines.machine import IMPOSED
 from vibrocap.physics.mechanics.parts import Placed
 from vibrocap.physics.parameters import dimension_of_unit
 
@@ -32,11 +32,9 @@ def _moving(machine: Any, count: int = SAMPLES) -> Iterator[tuple]:
 
 def declarations(machine: Any) -> str | None:
     """What it declares fits together."""
-    states, names = machine.states, ("force", "torque", *IMPOSED)
+    names = ("force", "torque", *IMPOSED)
     if machine.effort not in names:
         return f"effort: should be one of {', '.join(names)}, got {machine.effort!r}"
-    if len(machine.symmetry) != len(states) or set(machine.symmetry) - {1, -1}:
-        return f"symmetry: should be +1 or -1 for each of {', '.join(states)}, got {machine.symmetry!r}"
     for name, turn in machine.turns.items():
         if not (isinstance(turn, (int, float)) and 0.0 < turn < math.inf):
             return f"repeats: the period of {name} should be a positive number, got {turn!r}"
@@ -123,12 +121,6 @@ def sizes(machine: Any) -> str | None:
     return None
 
 
-def symmetric(given: Any) -> str | None:
-    """A condition of its own on which it is its mirror image holds where its equations are."""
-    said, is_so = given.symmetric, mirrored(given)
-    return None if said == is_so else f"symmetric: is {said}, but that its equations are their mirror image is {is_so}"
-
-
 def turns(given: Any) -> str | None:
     """Everything depends on the coordinates that repeat with their period, to rounding."""
     for name, period in given.turns.items():
@@ -156,4 +148,4 @@ def _place(machine: Any, y: tuple) -> str:
     )
 
 
-MACHINE_CLAUSES = (declarations, units, numbers, sizes, accelerated, symmetric, turns)
+MACHINE_CLAUSES = (declarations, units, numbers, sizes, accelerated, turns)

@@ -57,7 +57,6 @@ class LinkageCrawler(Machine):
     source: ClassVar[str] = "vibrocap"
     displacement = coordinate("z", "opening of the bodies", "m")
     position = coordinate("X", "place of body 1", "m")
-    symmetry: ClassVar = (1, -1, -1, -1)
     normal_load: ClassVar = "dynamic"
 
     def parts(self, q):

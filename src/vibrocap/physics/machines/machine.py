@@ -4,7 +4,6 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-import functools
 from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
@@ -33,7 +32,6 @@ __all__ = [
 ]
 
 IMPOSED = ("displacement", "number")  # efforts that are motions
-SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # states at which a machine is compared with its mirror image
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,9 +105,8 @@ class Machine(Part):
     the load besides a force
     gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
     but for None: the units of the machine say nothing of it, and only the environment does
-    symmetry: sign of each state under the half-period symmetry, where it is not -1 for all
 
-    It may define `symmetric`, `scales`, `effort_scale`, `check_scales` and `scene`. What follows, of the class:
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
@@ -121,6 +118,7 @@ class Machine(Part):
     where a guard of `switches` falls to zero; a run starts with all of them at 0 and the branch that its other states
     ask for. switch_events: what happens at each guard. strikes_ground: those of them at which the ground takes an
     impulse, so that `momentum` may change
+    symmetry: sign of each state under the half-period symmetry
     channels: of energy, as in `powers`: drive, damper, the belts and what else moves in time, impacts
 
     Frictions are one tuple, of all contacts.
@@ -247,15 +245,6 @@ class Machine(Part):
 
     # --- what a class may say itself ---------------------------------------------------------------------------------
 
-    @property
-    def symmetric(self) -> bool:
-        """Whether its equations are their own mirror image; of numbers that are written down, those of the defaults.
-
-        A class in which it depends on its numbers, and that is to be shown in a page, declares the condition itself.
-        """
-        plain = all(isinstance(value, (int, float, str, tuple, type(None))) for value in vars(self).values())
-        return mirrored(self if plain else type(self)())
-
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
@@ -279,6 +268,11 @@ class Machine(Part):
     def follows_load(self) -> bool:
         """Whether the load on each contact is its `reaction`, which the motion makes, and no constant."""
         return self.derived.moving_loads
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether its equations are their own mirror image, with these numbers."""
+        return all(condition == 0.0 for condition in self.evaluated("mirror"))
 
     @property
     def imposes_distances(self) -> bool:
@@ -357,31 +351,12 @@ class Machine(Part):
         return None if bodies is None else filled(bodies, results)
 
 
-OWN = {"gravity", "symmetry", "symmetric", "scales", "effort_scale", "check_scales", "scene", "parts"}
+OWN = {"gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
 FOLLOWS = {
     name
     for name, value in vars(Machine).items()
     if name[0] != "_" and name not in OWN and isinstance(value, (Derived, property, FunctionType))
 }
-
-
-class Sample:
-    """A motion that a drive may impose, or its mirror image."""
-
-    def __init__(self, sign: float):
-        self.sign = sign
-
-    def value(self, t):
-        """z."""
-        return self.sign * 0.31
-
-    def slope(self, t):
-        """z'."""
-        return self.sign * 0.23
-
-    def curvature(self, t):
-        """z''."""
-        return self.sign * -0.17
 
 
 def _cyclic(kind: type[Machine]) -> str | None:
@@ -390,28 +365,3 @@ def _cyclic(kind: type[Machine]) -> str | None:
     at = 4 + len(form.inputs.parameters) + form.states.index(place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     return None if any(at in form.program(name).inputs for name in names) else place
-
-
-@functools.lru_cache(maxsize=256)
-def mirrored(machine: Machine) -> bool:
-    """Whether the equations of a machine are their own mirror image, by what they are at two states."""
-    sample = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
-    try:
-        return all(_alike(machine, sample, touching) for touching in ((0.0, 1.0) if machine.switched else (0.0,)))
-    except (ValueError, ZeroDivisionError):  # the mirror image is beyond what the machine can reach
-        return False
-
-
-def _alike(given: Machine, sample: list[float], touching: float) -> bool:
-    """Whether rates, loads, energy and guards are the mirror image of one another at a state."""
-    y = tuple(touching if name in given.switched else x for name, x in zip(given.states, sample, strict=True))
-    frictions, found = tuple(0.3 - 0.2 * i for i in range(len(given.contact_states))), []
-    for sign in (1.0, -1.0):
-        machine = given.driven_by(Sample(sign))
-        image = tuple(sign * x if s < 0 else x for s, x in zip(given.symmetry, y, strict=True))
-        at = 0.7, image, sign * 0.4, tuple(sign * each for each in frictions)
-        loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
-        pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
-        rates = [sign * x if s < 0 else x for s, x in zip(given.symmetry, machine.rates(*at), strict=True)]
-        found.append([*rates, *pressed, machine.energy(*at[:2]), *sorted(machine.switches(*at))])
-    return all(abs(a - b) <= 1e-13 * (1.0 + abs(a)) for a, b in zip(*found, strict=True))

@@ -45,11 +45,6 @@ class ModeCouplingBlock(Machine):
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest, and with a load that does not follow the motion."""
-        return self.belt_speed == 0.0 and self.contact_stiffness == 0.0
-
     def parts(self, q):
         """The block on its springs, pressed on the belt."""
         belt, block = Support("belt", x=self.belt_speed * q.time), Mass("block", self.mass, x=q.position, z=-q.approach)

@@ -48,11 +48,6 @@ class Oscillator(Machine):
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest."""
-        return self.belt_speed == 0.0
-
     @classmethod
     def pulled(cls, speed: float, **given: float) -> "Oscillator":
         """The block that is pulled at a speed through its spring over fixed ground; `given`: the other parameters.

@@ -172,9 +172,10 @@ class Derivation(Motion):
 
     def loads(self) -> tuple:
         """Constant loads, or those at rest."""
-        return tuple(written(self._load_at_rest(each)) for each in self.contacts)
+        return tuple(written(self.load_at_rest(each)) for each in self.contacts)
 
-    def _load_at_rest(self, contact: Contact) -> Sum:
+    def load_at_rest(self, contact: Contact) -> Sum:
+        """A load that is constant or given, or the dynamic one at rest."""
         if not is_word(contact.load):
             return Quantity.of(contact.load).value
         normal = 1.0 if self.gravity is None else self.normal
@@ -212,7 +213,7 @@ class Derivation(Motion):
         """The reaction of a load that is a function of place or time, among loads that follow the motion."""
         if not self.moving_loads or (is_word(contact.load) and contact.load == "dynamic"):
             return None
-        return (1.0, written(self._load_at_rest(contact)), *(0.0 for _ in self.contacts))
+        return (1.0, written(self.load_at_rest(contact)), *(0.0 for _ in self.contacts))
 
     def _borne(self, contact: Contact) -> bool:
         """Whether the load that the motion makes is said: where it is the load, or else differs from the weight."""

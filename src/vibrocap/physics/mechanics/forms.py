@@ -7,6 +7,7 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
+from vibrocap.physics.mechanics.mirror import conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import mechanism_of, mechanism_results, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
@@ -116,6 +117,7 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "actuator": lambda form: form.derived.actuators(),
     "loads": lambda form: form.derived.loads(),
     "ground_speeds": lambda form: form.derived.ground_speeds(),
+    "mirror": lambda form: conditions(form.derived),
     "inertia": lambda form: form.derived.mass_matrix(),
     "numbers": lambda form: form.derived.numbers(),
     "weight_along": lambda form: form.derived.weight_along(),
@@ -145,5 +147,5 @@ class Kind:
         self.place = whole.place
         self.rates = dict(whole.rates)
         dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
-        rises = any(m.height.slopes.keys() - {m.lift} for m in whole.masses)
+        rises = any(i in whole.names or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
         self.gravity = (1.0, 0.0) if rises or dynamic else None

@@ -99,10 +99,10 @@ class Motion:
         if states is not None:
             self._move(states)
 
-    def at(self, states: Mapping[str, Any]) -> Any:
-        """The same at other states."""
-        given = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts, self.touching
-        return type(self)(*given)
+    def at(self, states: Mapping[str, Any], touching: Mapping[int, Any] | None = None) -> Any:
+        """The same at other states; touching: stops besides, by their number."""
+        given = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts
+        return type(self)(*given, self.touching if touching is None else touching)
 
     @property
     def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
