@@ -106,7 +106,8 @@ class Machine(Part):
     gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
     but for None: the units of the machine say nothing of it, and only the environment does
 
-    It may define `scales`, `effort_scale`, `check_scales` and `scene`. What follows, of the class:
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic` is
+    None where travel means nothing. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
@@ -351,7 +352,7 @@ class Machine(Part):
         return None if bodies is None else filled(bodies, results)
 
 
-OWN = {"gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
+OWN = {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
 FOLLOWS = {
     name
     for name, value in vars(Machine).items()
