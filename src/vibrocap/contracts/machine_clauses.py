@@ -154,7 +154,7 @@ def momentum(given: Any) -> str | None:
 
 
 def symmetric(given: Any) -> str | None:
-    """Its signs of `symmetry` turn a motion into a motion, exactly, unless `symmetric` says that they do not."""
+    """Its signs of `symmetry` turn a motion into a later motion, exactly, unless `symmetric` says that they do not."""
     different = 0
     for machine, t, y, drive, frictions in _moving(given):
         mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
@@ -162,10 +162,11 @@ def symmetric(given: Any) -> str | None:
         expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
         back = machine.driven_by(ImposedSample(-1.0))
         opposite = tuple(-force for force in frictions)
-        found = back.rates(t, mirror, -drive, opposite)
-        guards, mirrored = sorted(machine.switches(t, y, drive, frictions)), back.switches(t, mirror, -drive, opposite)
-        loads = _loads(back, t, mirror, -drive, opposite), _loads(machine, t, y, drive, frictions)
-        motions = _motion_of(back, t, mirror, -drive), _motion_of(machine, t, y, drive)
+        then = t + 0.37, mirror, -drive  # half a period later
+        found, mirrored = back.rates(*then, opposite), back.switches(*then, opposite)
+        guards = sorted(machine.switches(t, y, drive, frictions))
+        loads = _loads(back, *then, opposite), _loads(machine, t, y, drive, frictions)
+        motions = _motion_of(back, *then), _motion_of(machine, t, y, drive)
         if not machine.symmetric:
             pairs = [
                 *zip(found, expected, strict=True),
@@ -188,7 +189,7 @@ def symmetric(given: Any) -> str | None:
         if motions[0] != tuple(-value for value in motions[1]):
             told = "velocity and holding_force (or acceleration) should change their signs in the mirrored state"
             return f"contacts: {told}, with the drive reversed"
-        if back.energy(t, mirror) != machine.energy(t, y):
+        if back.energy(*then[:2]) != machine.energy(t, y):
             return "energy: should be the same in the mirrored state"
     return None if given.symmetric or different else "symmetric: is False, but the equations are their mirror image"
 

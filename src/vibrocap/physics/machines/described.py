@@ -270,7 +270,7 @@ def _cyclic(kind: type[Described]) -> str | None:
 
 @functools.lru_cache(maxsize=256)
 def _symmetric(machine: Described) -> bool:
-    """Whether the equations of a machine are their own mirror image, by what they are at two states."""
+    """Whether the equations of a machine are their own mirror image, by what they are at two states and times."""
     sample = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
     try:
         return all(_mirrored(machine, sample, touching) for touching in ((0.0, 1.0) if machine.switched else (0.0,)))
@@ -284,7 +284,7 @@ def _mirrored(given: Described, sample: list[float], touching: float) -> bool:
     for sign in (1.0, -1.0):
         machine = given.driven_by(Sample(sign))
         mirrored = tuple(sign * x if s < 0 else x for s, x in zip(given.symmetry, y, strict=True))
-        at = 0.7, mirrored, sign * 0.4, tuple(sign * each for each in frictions)
+        at = 0.7 + 0.4 * sign, mirrored, sign * 0.4, tuple(sign * each for each in frictions)
         loads = [each.reaction for each in machine.contacts(*at[:3]) if each.reaction is not None]
         pressed = [(n + sum(s * r for s, r in zip(more, at[3], strict=True))) / b for b, n, *more in loads]
         rates = [sign * x if s < 0 else x for s, x in zip(given.symmetry, machine.rates(*at), strict=True)]
