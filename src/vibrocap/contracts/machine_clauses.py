@@ -160,9 +160,8 @@ def symmetric(given: Any) -> str | None:
         mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
         rates = machine.rates(t, y, drive, frictions)
         expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
-        back = machine.driven_by(ImposedSample(-1.0))
-        opposite = tuple(-force for force in frictions)
-        then = t + 0.37, mirror, -drive  # half a period later
+        back, opposite = machine.driven_by(ImposedSample(-1.0)), tuple(-force for force in frictions)
+        then = t if machine.imposes_motion else t + 0.37, mirror, -drive  # half a period later
         found, mirrored = back.rates(*then, opposite), back.switches(*then, opposite)
         guards = sorted(machine.switches(t, y, drive, frictions))
         loads = _loads(back, *then, opposite), _loads(machine, t, y, drive, frictions)

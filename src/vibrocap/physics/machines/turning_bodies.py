@@ -49,12 +49,12 @@ class DrillString(TurningBodies):
     R is a torque, its load N too. Any consistent units may be used, SI as well as none.
     """
 
-    disc_inertia: Positive = parameter(2.0, "J_1", "inertia of the disc", unit="kg m^2")
-    bit_inertia: Positive = parameter(0.5, "J_2", "inertia of the bit", unit="kg m^2")
+    disc_inertia: Positive = parameter(2.0, "J_1", "inertia of the disc", "inertia")
+    bit_inertia: Positive = parameter(0.5, "J_2", "inertia of the bit", "inertia")
     stiffness: Positive = parameter(1.0, "k", "torsional stiffness of each string", "torsional stiffness")
     damping: NonNegative = parameter(0.05, "c", "torsional damper of each string", "torsional damping")
     table_speed: Number = parameter(0.3, "Omega", "angular speed of the table", "frequency")
-    normal_load: Positive = parameter(1.0, "N", "load on the bit, as a torque", unit="N m")
+    normal_load: Positive = parameter(1.0, "N", "load on the bit, as a torque", "torque")
     name: ClassVar[str] = "drill-string"
     source: ClassVar[str] = "leine1998"
     twist = coordinate("phi", "twist of each string", "rad", count=2)
@@ -88,11 +88,11 @@ class Clutch(TurningBodies):
     load repeats in it. Any consistent units may be used, SI as well as none.
     """
 
-    engine_inertia: Positive = parameter(1.0, "J_1", "inertia of the engine", unit="kg m^2")
-    vehicle_inertia: Positive = parameter(3.0, "J_2", "inertia of the vehicle", unit="kg m^2")
+    engine_inertia: Positive = parameter(1.0, "J_1", "inertia of the engine", "inertia")
+    vehicle_inertia: Positive = parameter(3.0, "J_2", "inertia of the vehicle", "inertia")
     stiffness: NonNegative = parameter(4.0, "k", "torsional stiffness of the shaft", "torsional stiffness")
     damping: NonNegative = parameter(0.2, "c", "torsional damper of the vehicle", "torsional damping")
-    normal_load: Positive = parameter(1.0, "N_0", "mean load, as a torque", unit="N m")
+    normal_load: Positive = parameter(1.0, "N_0", "mean load, as a torque", "torque")
     load_swing: Fraction = parameter(0.3, "a", "amplitude of the load over its mean, 0 to 1", "fraction")
     load_frequency: Positive = parameter(2.0, "omega", "angular frequency of the load", "frequency")
     name: ClassVar[str] = "clutch"

@@ -72,7 +72,7 @@ class BristleRobot(Described):
     """
 
     mass: Positive = parameter(4.0, "m", "mass of the body", "mass")
-    inertia: Positive = parameter(0.4, "J", "inertia of the body", unit="kg m^2")
+    inertia: Positive = parameter(0.4, "J", "inertia of the body", "inertia")
     foot_mass: Positive = parameter(0.2, "m_f", "mass of each foot", "mass")
     stiffness: Positive = parameter(40.0, "k", "stiffness of a leg along it", "stiffness")
     bending_stiffness: Positive = parameter(10.0, "k_b", "stiffness of a leg across", "stiffness")
