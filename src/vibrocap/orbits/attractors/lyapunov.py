@@ -166,7 +166,7 @@ def _averaged(
     map_: StroboscopicMap, growth: np.ndarray, period: float, finished: bool, doubt: float
 ) -> LyapunovExponents:
     """Means of the logarithms of growth [periods, directions] per time, and their errors, at least `doubt`."""
-    least = FORGOTTEN if map_.equations.hold is not None else 0.0
+    least = FORGOTTEN if map_.resting else 0.0
     used = growth[round(ALIGNING * len(growth)) :]
     lost = np.any(used <= least, axis=0)
     rates = np.log(np.where(used <= least, 1.0, used)) / period

@@ -155,10 +155,9 @@ def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, A
     middle = 0.5 * (begin + (marks[0] if marks else end))
     state = motion.states([middle])[:, 0]
     sides = tuple(float(side) for side in motion.piece_sides[motion.piece_at(np.array([middle]))[0]])
-    contacts = (motion.state_names.index(motion.system.machine.contact_states[0]), *equations(motion.system).resting)
-    for place, side in zip(contacts, sides, strict=False):
-        if side == 0.0:
-            state[place] = 0.0
+    for contact, side in zip(equations(motion.system).contacts, sides, strict=True):
+        if side == 0.0 and contact.is_state:
+            state[contact.state] = 0.0
     return state, sides[0] if len(sides) == 1 else sides, end - begin
 
 
