@@ -76,7 +76,7 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
-    result = []
+    result: list[tuple] = [("cyclic", system.cyclic)]
     for part, record in system.parts.items():
         fixed = tuple(
             (info.name, getattr(record, info.name))

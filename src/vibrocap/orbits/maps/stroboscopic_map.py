@@ -69,7 +69,9 @@ class StroboscopicMap:
         return type(self), (self.system, self.tolerance, self.threads, self.plain)  # the equations are recorded anew
 
     def of(self, system: System) -> "StroboscopicMap":
-        """The same map of another system of this form."""
+        """The same map of another system, of this form but for what its numbers free."""
+        if system.cyclic != self.system.cyclic:
+            return type(self)(system, self.tolerance, self.threads, self.plain)
         other = object.__new__(type(self))
         vars(other).update(vars(self), system=system)
         return other

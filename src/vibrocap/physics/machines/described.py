@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
@@ -276,6 +277,27 @@ def _symmetric(machine: Described) -> bool:
         return all(_mirrored(machine, sample, touching) for touching in ((0.0, 1.0) if machine.switched else (0.0,)))
     except (ValueError, ZeroDivisionError):  # the mirror image is beyond what the machine can reach
         return False
+
+
+@functools.lru_cache(maxsize=256)
+def free_place(machine: Machine) -> str | None:
+    """The place of a machine where nothing depends on it at its numbers, as with a spring of no stiffness; else None."""
+    if machine.place is None:
+        return None
+    at, found = machine.states.index(machine.place), []
+    frictions = tuple(0.3 - 0.2 * i for i in range(len(machine.contact_states)))
+    machine = machine.driven_by(Sample(1.0))
+    try:
+        for touching, moved in itertools.product((0.0, 1.0), (0.0, 0.41, -0.37)):
+            y = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
+            y = [touching if name in machine.switched else x for name, x in zip(machine.states, y, strict=True)]
+            y[at] += moved
+            given, state = (0.7, y, 0.4), (0.7, y)
+            known = (machine.rates(*given, frictions), machine.energy(*state), machine.contacts(*given))
+            found.append((*known, machine.switches(*given, frictions), machine.bounds(*state)))
+    except (ValueError, ZeroDivisionError):  # beyond what the machine can reach
+        return None
+    return machine.place if found[0] == found[1] == found[2] and found[3] == found[4] == found[5] else None
 
 
 def _mirrored(given: Described, sample: list[float], touching: float) -> bool:
