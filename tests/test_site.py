@@ -88,7 +88,11 @@ def test_cards_and_contents_name_pages(staged):
         ("[a](docs/sweeps.md)", "README.md", "[a](sweeps.md)"),
         ("[a](../examples/bench-in-si.toml)", "docs/tables.md", "[a](gallery/bench-in-si.md)"),
         ("![a](../docs/images/b.png)", "examples/README.md", "![a](../images/b.png)"),
-        ("[a](sweeps.md) [b](#x) [c](https://d.e/f.md)", "docs/tables.md", "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)"),
+        (
+            "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)",
+            "docs/tables.md",
+            "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)",
+        ),
         ("```python\nx[0](../README.md)\n```", "docs/tables.md", "```python\nx[0](../README.md)\n```"),
     ],
 )
