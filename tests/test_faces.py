@@ -17,7 +17,7 @@ from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
-ROWS, KINDS = 79, 21
+FEW, ROWS, KINDS = 22, 79, 21
 # what exports refuse of a case
 REFUSED = re.compile(r"CASE: .*MuJoCo|--to: rates for another integrator take|--to: .*export it as a stepper, --to c")
 
@@ -99,9 +99,12 @@ def test_a_case_is_exported(shown, tmp_path, number):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(ROWS))
-def test_a_case_is_shown(shown, tmp_path, number):
-    row = case_matrix.rows()[number]
+@pytest.mark.parametrize(
+    ("rows", "number"),
+    exhaustive_but(range(FEW), [*(("few_rows", i) for i in range(FEW)), *(("rows", i) for i in range(ROWS))]),
+)
+def test_a_case_is_shown(shown, tmp_path, rows, number):
+    row = getattr(case_matrix, rows)()[number]
     written(row, tmp_path)
     json_ = ["--json"] if row["printed"] == "json" else []
     picture, out = row["picture"], row["out"]
@@ -131,4 +134,4 @@ def test_the_steady_motion_of_a_case_is_shown(shown, tmp_path, number):
 
 @pytest.mark.slow
 def test_all_rows_are_run():
-    assert (len(case_matrix.rows()), len(case_matrix.every_kind())) == (ROWS, KINDS)
+    assert [len(made()) for made in (case_matrix.few_rows, case_matrix.rows, case_matrix.every_kind)] == [FEW, ROWS, KINDS]
