@@ -134,4 +134,5 @@ def test_the_steady_motion_of_a_case_is_shown(shown, tmp_path, number):
 
 @pytest.mark.slow
 def test_all_rows_are_run():
-    assert [len(made()) for made in (case_matrix.few_rows, case_matrix.rows, case_matrix.every_kind)] == [FEW, ROWS, KINDS]
+    matrices = case_matrix.few_rows, case_matrix.rows, case_matrix.every_kind
+    assert [len(made()) for made in matrices] == [FEW, ROWS, KINDS]
