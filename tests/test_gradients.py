@@ -306,6 +306,7 @@ def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
     assert said in err
 
 
+@pytest.mark.slow
 def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
     """The pulses of a period are whole: their height, frequency and modulation have slopes, as differences do."""
     drive = vc.PulseWidth(amplitude=1.2, frequency=0.8, pulses=4)
@@ -320,6 +321,7 @@ def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
         vc.orbit(system).gradients(["drive.pulses"])
 
 
+@pytest.mark.slow
 def test_an_event_on_a_corner_of_the_drive_is_named():
     drive = vc.OnOff(1.2, -0.20338534, 0.99187412, 0.21071708)
     system = vc.System(vc.TwoMassCapsule(damping=0.24770982), vc.Coulomb(0.2, 0.25), drive)

@@ -240,7 +240,7 @@ def drive_of(kind):
 @pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
 def test_described_machines_obey_lagrange(kind):
     machine, draw, worst = kind(), random.Random(1), 0.0
-    for _ in range(50):
+    for _ in range(20):
         y = [draw.uniform(-0.3, 0.3) if name not in kind.switched else 0.0 for name in kind.states]
         t, force = draw.uniform(0.0, 6.0), draw.uniform(-1.0, 1.0)
         frictions = tuple(draw.uniform(-0.5, 0.5) for _ in kind.contact_states)
