@@ -177,17 +177,8 @@ MACHINES = {
 AT_ONCE = (35, 48, 74, 101)  # seeds of worms whose two contacts rest at once, which the yardstick does not know
 
 
-SOME = [
-    5,
-    7,
-    9,
-    34,
-    39,
-    55,
-    73,
-    84,
-    94,
-]  # every machine, the least and largest exponents at either contact, smooth laws
+# Every machine, the least and largest exponents at either contact, smooth laws.
+SOME = [5, 7, 9, 34, 39, 55, 73, 84, 94]
 
 
 def droop(exponent: float) -> vc.Stribeck:
