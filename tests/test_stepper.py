@@ -76,10 +76,14 @@ HELD = {
     "actuator": vc.System(CAPSULE, vc.Exponential(), SQUARE, actuator=vc.Actuator(time_constant=0.3)),
 }
 FAST = ("readme", "several")
+SLOW = ("lugre", "maxwell-slip", "cubic", "dynamic-load", "stops", "imposed", "imposed-curved", "actuator")
 
 
 def cases(table):
-    return [pytest.param(each, id=name, marks=[] if name in FAST else pytest.mark.slow) for name, each in table.items()]
+    named = [
+        pytest.param(each, id=name, marks=[] if name in FAST else pytest.mark.slow) for name, each in table.items()
+    ]
+    return exhaustive_but([i for i, name in enumerate(table) if name in (*FAST, *SLOW)], named)
 
 
 def literal(system, initial, periods, tolerance):
