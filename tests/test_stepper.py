@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import exhaustive_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.stepped_case import SteppedCase
@@ -80,10 +80,9 @@ SLOW = ("lugre", "maxwell-slip", "cubic", "dynamic-load", "stops", "imposed", "i
 
 
 def cases(table):
-    named = [
-        pytest.param(each, id=name, marks=[] if name in FAST else pytest.mark.slow) for name, each in table.items()
-    ]
-    return exhaustive_but([i for i, name in enumerate(table) if name in (*FAST, *SLOW)], named)
+    named = [pytest.param(each, id=name) for name, each in table.items()]
+    fast, kept = ([i for i, name in enumerate(table) if name in names] for names in (FAST, (*FAST, *SLOW)))
+    return slow_but(fast, exhaustive_but(kept, named))
 
 
 def literal(system, initial, periods, tolerance):
