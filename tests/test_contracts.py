@@ -86,7 +86,7 @@ MOVING_SYSTEMS = [
     *(vc.System(machine(), vc.Exponential(), vc.Biharmonic()) for machine in machines().values()),
     *(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive()) for drive in drives().values()),
 ]
-QUICK = sorted({*range(0, len(SYSTEMS), 4), *range(0, len(SYSTEMS), 11)})  # of systems: every law, machine and drive
+QUICK = sorted({*range(0, len(SYSTEMS), 7), *range(0, len(SYSTEMS), 11)})  # of systems: every law, machine and drive
 KEPT = (0, 3, 4, 7, 8, 11, 16, 19, 22, 27)  # a machine of each kind, drives without and with corners
 each_system = pytest.mark.parametrize(
     "system",

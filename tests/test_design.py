@@ -210,8 +210,8 @@ def test_slopes_where_a_reversal_falls_on_the_switch_of_the_drive():
 
 
 def test_a_machine_that_cannot_travel_has_no_best_design():
-    system = vc.System(vc.TwoMassCapsule(), vc.Coulomb(0.2, 0.3), vc.Harmonic(1.5, 0.8))
-    over = {"drive.frequency": (0.6, 1.2), "machine.damping": (0.1, 0.5)}
+    system = vc.System(vc.PendulumCapsule(mass_ratio=4.0, stiffness=4.0), vc.Exponential(), vc.Harmonic(0.6, 1.0))
+    over = {"drive.frequency": (0.9, 1.2), "machine.damping": (0.8, 1.2)}
     found = vc.optimise(system, over, evaluations=60, refinement=0, spread_starts=0)
     assert found.status is vc.OptimumStatus.NO_TRAVEL
     assert (found.design, found.value, found.slopes, found.nearest) == (None, None, {}, None)
