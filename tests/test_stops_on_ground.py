@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.physics.parameters import parameters
+from planted import planted
 
 COULOMB = vc.Coulomb(0.3, 0.4)
 BETWEEN = vc.OscillatorWithStops(damping=0.05, gap=0.8, back_gap=0.8, restitution=0.7)
@@ -96,16 +96,16 @@ def test_impacts_give_their_impulse_to_the_ground(stuck):
     assert ("stop_opened" in motion.event_kinds) == stuck
 
 
-@parameters
-class Silent(vc.OscillatorWithStops):
+@planted(vc.OscillatorWithStops)
+class Silent:
     """Its impacts on the ground are not told."""
 
     name = "silent"
     strikes_ground = ()
 
 
-@parameters
-class Weightless(vc.OscillatorWithStops):
+@planted(vc.OscillatorWithStops)
+class Weightless:
     """The force of its walls is not told."""
 
     name = "weightless"

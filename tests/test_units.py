@@ -101,6 +101,7 @@ SCALES = {  # of one size for each kind
     vc.PendulumScales: vc.PendulumScales(0.2, 0.25),
     vc.InnerMassScales: vc.InnerMassScales(0.2, 0.25, 0.16),
     vc.FreeScales: vc.FreeScales(0.2, 0.25, 0.16),
+    vc.WeightScales: vc.WeightScales(0.2, 0.25),
     SIScales: None,  # these machines count in any units
 }
 

@@ -3,13 +3,12 @@
 from typing import ClassVar
 
 from vibrocap.physics.elementary import cos, sin
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Stop, coordinate
 
 
 @parameters
-class SprungMass(Described):
+class SprungMass(Machine):
     """Inner mass m on a spring and a damper in a capsule M; the drive pushes them apart along a track in it.
 
     The track rises forward by the angle beta and ends at soft stops. Units are m, a length l of the user's choice and

@@ -2,13 +2,12 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Drive, Mass, Spring, Support, coordinate
 
 
 @parameters
-class Tandem(Described):
+class Tandem(Machine):
     """A spring joins block 1 to a wall, another one block 2 of mass mu to block 1; a belt runs under both.
 
     The drive acts on block 1. Each block has its own contact with the belt. Units are the mass, spring and load of

@@ -347,8 +347,8 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith(("drive.", "environment."))]
     for part, record in system.parts.items():
-        contract = next((each for each in (Law, Machine) if isinstance(record, each)), None)
-        if contract is not None and type(record).symmetric is not contract.symmetric:
+        of_law = isinstance(record, Law) and type(record).symmetric is not Law.symmetric
+        if of_law or (isinstance(record, Machine) and record.evaluated("mirror")):
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)

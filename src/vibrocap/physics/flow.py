@@ -139,7 +139,6 @@ def flow_of(system: Any, t, y, side) -> Flow:
         outer_force = outer_force - each
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
-        rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
         outer_force = outer_force + outside.total
     energy = machine.energy(t, mechanical)
     if not machine.follows_load:

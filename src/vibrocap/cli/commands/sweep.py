@@ -45,7 +45,6 @@ def sweep(
     tolerance: float | None = None,
     threads: int | None = None,
     workers: int | None = None,
-    scheduler: str | None = None,
     device: str = "cpu",
     tile_runs: int | None = None,
     yes: bool = False,
@@ -102,8 +101,6 @@ def sweep(
         number of threads [default: one for each core]
     workers
         number of processes on this machine, each of one thread
-    scheduler
-        address of a Dask scheduler, whose workers see the folder --out too
     device
         cpu, or cuda: an NVIDIA GPU
     tile_runs
