@@ -63,12 +63,12 @@ def system_of(row: Row) -> vc.System | None:
     return system(*(row[name] for name in (*PARTS, "units", "optional")))
 
 
-def covering(faces: dict[str, tuple]) -> tuple[Row, ...]:
+def covering(faces: dict[str, tuple], apart: tuple[tuple[str, str], ...] = ()) -> tuple[Row, ...]:
     """Rows in which every kind of part meets every way to write it and every face, and these meet each other.
 
-    Two kinds of parts need not meet: that is the matter of tests of motions.
+    Two kinds of parts need not meet: that is the matter of tests of motions; nor two factors of `apart`.
     """
-    apart = tuple(itertools.combinations(PARTS, 2))
+    apart = (*itertools.combinations(PARTS, 2), *apart)
     found, never = covering_array(PARTS | faces, lambda row: system_of(row) is not None, apart)
     assert not never
     return tuple(found)
@@ -78,6 +78,12 @@ def covering(faces: dict[str, tuple]) -> tuple[Row, ...]:
 def rows() -> tuple[Row, ...]:
     """The rows of the matrix."""
     return covering(FACES)
+
+
+@functools.cache
+def few_rows() -> tuple[Row, ...]:
+    """Rows in which each kind of part stands, and faces meet each other, but not every kind every face."""
+    return covering(FACES | {"shown": (True,)}, tuple(itertools.product(PARTS, FACES)))
 
 
 @functools.cache

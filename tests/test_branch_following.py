@@ -34,6 +34,7 @@ def pieces(u, p):
     return "FB" if u[0] < 0.0 else "FSB"
 
 
+@pytest.mark.slow
 def test_a_stick_of_a_further_contact_that_ends_nearby_makes_no_special_points():
     """Contact 2 no longer sticks above 0.8652191: until there the branch is smooth, whatever a nudge beyond it does."""
     system = vc.System(

@@ -147,7 +147,7 @@ def growth(row, run):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1, 2, 3], list(range(24))))
+@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(24))))
 def test_the_mirror_image_of_a_row_moves_as_its_mirror_image(seed):
     """Bodies in reverse order, velocities and directions exchanged: of crawlers and worms under four kinds of laws."""
     for kind, laws in (("crawler", ("coulomb", "uneven")), ("worm", ("coulomb", "uneven")), ("worm", ("stribeck",))):
@@ -170,7 +170,7 @@ def velocity_names(bodies):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1, 2, 3], list(range(24))))
+@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(24))))
 def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed):
     """Nor from joint rest, from which several of them may break loose at one instant."""
     for laws in (("coulomb",), ("coulomb", "uneven", "stribeck")):
@@ -185,7 +185,7 @@ def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(12))))
+@pytest.mark.parametrize("seed", exhaustive_but([1], list(range(12))))
 def test_the_mirror_image_of_a_linkage_moves_as_its_mirror_image(seed):
     """Feet exchanged."""
     draw = np.random.default_rng(seed)
@@ -215,7 +215,7 @@ UNEVEN = vc.anisotropic(vc.Stribeck)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 1], list(range(12))))
+@pytest.mark.parametrize("seed", exhaustive_but([1], list(range(12))))
 def test_blocks_on_a_belt_may_be_counted_from_either_end_and_seen_from_either_side(seed):
     """Every block with its law, wall spring and joints; walls and belt mirror too. Half start from joint rest."""
     draw = np.random.default_rng(seed)

@@ -22,6 +22,8 @@ from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.flow import CONTACT_CHANNELS
+from vibrocap.physics.names import name_and_number, numbered
 from vibrocap.physics.parameters import ParameterError
 
 ROUNDING = 1e-13
@@ -306,11 +308,16 @@ def balance_of_energy_and_momentum(system):
     """Asserts that energy and momentum change by what the channels and forces say, at states drawn at random."""
     recording, values = equations(system), parameter_values(system)
     energy, momentum = (recording.observables[name] for name in ("energy", "momentum"))
-    friction = recording.observables["friction"] * recording.observables["contact_velocity"]
+    count = len(system.machine.contact_states)
+    friction, velocity = (
+        [recording.observables[numbered(name, i)] for i in range(1, 1 + count)]
+        for name in ("friction", "contact_velocity")
+    )
+    friction = sum(force * speed for force, speed in zip(friction, velocity, strict=True))
     outer = recording.observables["outer_force"] - recording.observables["friction"]
-    names = system.channels[: -3 if system.stores_under_load else -2]
-    powers = recording.integrals[: len(names)]
-    assert set(names) >= {"drag", "outer_force"}
+    powers = dict(zip(system.channels, recording.integrals, strict=False))
+    powers = {name: power for name, power in powers.items() if name_and_number(name)[0] not in CONTACT_CHANNELS}
+    assert set(powers) >= {"drag", "outer_force"}
 
     def along(quantity):
         found = derivative(quantity, -1)
@@ -318,7 +325,7 @@ def balance_of_energy_and_momentum(system):
             found = found + derivative(quantity, i) * rate
         return found
 
-    asked = [*recording.rates, *powers, friction, outer, along(energy), along(momentum)]
+    asked = [*recording.rates, *powers.values(), friction, outer, along(energy), along(momentum)]
     for draw in draws(10):
         t, y, side = sample(system, draw)
         *rates, gained, pushed = (float(each) for each in evaluate(asked, t, y, float(side), values))

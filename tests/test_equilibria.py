@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli import main as cli
 from vibrocap.orbits.equilibria import bifurcations
@@ -53,7 +54,7 @@ def crust(draw=None):
     return system, place, speed, (b - a) * load / length * (1.0 + mass * speed**2 / (a * load * length))
 
 
-@pytest.mark.parametrize("seed", [None, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(24))])
+@pytest.mark.parametrize("seed", slow_but([0], exhaustive_but(range(7), [None, *range(24)])))
 def test_equilibria_of_sizes_that_differ_by_ten_decades(seed):
     """One state of steady sliding, unstable below (b - a)(N/D_c)(1 + m v^2/(a N D_c)) (Rice and Ruina 1983)."""
     system, place, speed, critical = crust(None if seed is None else np.random.default_rng(seed))
@@ -223,7 +224,7 @@ def special_at(made, seed):
     return special, kind, place
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12))])
+@pytest.mark.parametrize("seed", slow_but([0], exhaustive_but(range(4), range(12))))
 @pytest.mark.parametrize("made", KINDS, ids=lambda made: made.__name__)
 def test_error_bars_of_special_points_hold_the_exact_place(made, seed):
     """60 points whose places are known to 30 digits; the bars are of use, too."""

@@ -12,12 +12,12 @@ import pytest
 
 import case_matrix
 from covering_array import covering_array
-from thinned import exhaustive_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
-ROWS, KINDS = 90, 24
+FEW, ROWS, KINDS = 25, 90, 24
 # what exports refuse of a case
 REFUSED = re.compile("CASE: .*MuJoCo")
 
@@ -88,7 +88,7 @@ def test_every_kind_of_part_is_put_into_words():
             assert "None" not in words
 
 
-@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize("number", slow_but(range(0, 12, 2), range(12)))
 def test_a_case_is_exported(shown, tmp_path, number):
     """What needs no motion: every kind of part in SI, with the least that a case has to say."""
     row = case_matrix.every_kind()[number]
@@ -99,9 +99,12 @@ def test_a_case_is_exported(shown, tmp_path, number):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(ROWS))
-def test_a_case_is_shown(shown, tmp_path, number):
-    row = case_matrix.rows()[number]
+@pytest.mark.parametrize(
+    ("rows", "number"),
+    exhaustive_but(range(FEW), [*(("few_rows", i) for i in range(FEW)), *(("rows", i) for i in range(ROWS))]),
+)
+def test_a_case_is_shown(shown, tmp_path, rows, number):
+    row = getattr(case_matrix, rows)()[number]
     written(row, tmp_path)
     json_ = ["--json"] if row["printed"] == "json" else []
     picture, out = row["picture"], row["out"]
@@ -131,4 +134,5 @@ def test_the_steady_motion_of_a_case_is_shown(shown, tmp_path, number):
 
 @pytest.mark.slow
 def test_all_rows_are_run():
-    assert (len(case_matrix.rows()), len(case_matrix.every_kind())) == (ROWS, KINDS)
+    matrices = case_matrix.few_rows, case_matrix.rows, case_matrix.every_kind
+    assert [len(made()) for made in matrices] == [FEW, ROWS, KINDS]

@@ -146,7 +146,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", exhaustive_but([0, 1, 4, 6], [*SYSTEMS]))
 def test_slopes_are_those_of_tight_differences(name):
     """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
     orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)
@@ -155,7 +155,7 @@ def test_slopes_are_those_of_tight_differences(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 2, 3, 5], CASES))
+@pytest.mark.parametrize("name", exhaustive_but([0, 5], CASES))
 def test_slopes_of_the_gallery_are_those_of_tight_differences(name):
     """Impacts, imposed motions, several contacts, a rotor."""
     given = read_case(EXAMPLES / f"{name}.toml")
@@ -196,7 +196,7 @@ def random_system(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([0, 3, 5, 9], range(20)))
+@pytest.mark.parametrize("seed", exhaustive_but([3, 5], range(20)))
 def test_slopes_of_random_systems_are_those_of_tight_differences(seed):
     """Where the mode sequence of all neighbours is that of the orbit, to 1e-8; the others are left out, and are few."""
     orbit = random_system(seed)
@@ -306,6 +306,7 @@ def test_systems_without_gradients_are_refused_by_name(name, said, capsys):
     assert said in err
 
 
+@pytest.mark.slow
 def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
     """The pulses of a period are whole: their height, frequency and modulation have slopes, as differences do."""
     drive = vc.PulseWidth(amplitude=1.2, frequency=0.8, pulses=4)
@@ -320,6 +321,7 @@ def test_a_count_of_the_drive_has_no_slope_and_stands_in_the_way_of_none():
         vc.orbit(system).gradients(["drive.pulses"])
 
 
+@pytest.mark.slow
 def test_an_event_on_a_corner_of_the_drive_is_named():
     drive = vc.OnOff(1.2, -0.20338534, 0.99187412, 0.21071708)
     system = vc.System(vc.TwoMassCapsule(damping=0.24770982), vc.Coulomb(0.2, 0.25), drive)

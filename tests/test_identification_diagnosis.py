@@ -116,7 +116,7 @@ def test_a_delay_has_its_sign(kind, sign):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", FITTED)
 def test_the_fault_is_named_after_a_fit_that_it_bends(kind):
-    for seed in seeds(kind, 3):
+    for seed in seeds(kind, 1):
         assert named(kind, seed, "fit", largest=10_000) == expected(kind), seed
 
 

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from mechanisms import MECHANISMS as OWN
+from thinned import exhaustive_but, slow_but
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -260,7 +261,7 @@ def drive_of(kind):
 @pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
 def test_described_machines_obey_lagrange(kind):
     machine, draw, worst = kind(), random.Random(1), 0.0
-    for _ in range(50):
+    for _ in range(20):
         y = [draw.uniform(-0.3, 0.3) if name not in kind.switched else 0.0 for name in kind.states]
         t, force = draw.uniform(0.0, 6.0), draw.uniform(-1.0, 1.0)
         frictions = tuple(draw.uniform(-0.5, 0.5) for _ in kind.contact_states)
@@ -368,8 +369,12 @@ STARTS = {"two-pendulum-capsule": {"angle": 0.6, "angle_2": -0.4}, "double-pendu
 PERIODS = 4
 
 
+SOLVED = [kind for kind in MECHANISMS if not kind.switched]
+CLOSED = ["two-pendulum-capsule", "clutch", "stacked-plates", "drill-string", "elastic-skin"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [kind for kind in MECHANISMS if not kind.switched], ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(SOLVED), 3), SOLVED), ids=lambda kind: kind.name)
 def test_their_motions_are_those_of_an_independent_solver(kind):
     amplitude = {"rod-robot": 0.5, "feeder": 0.5, "bristle-robot": 1.8}.get(kind.name, 1.2)
     drive = vc.Harmonic(amplitude, 3.0 if kind.name == "bristle-robot" else drive_of(kind).frequency)
@@ -385,14 +390,14 @@ def test_their_motions_are_those_of_an_independent_solver(kind):
     assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
 
 
-@pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", slow_but(range(0, len(MECHANISMS), 2), MECHANISMS), ids=lambda kind: kind.name)
 def test_they_keep_the_contract_of_machines(kind):
     report = vc.check_part(kind, motion=False)
     assert report.ok, str(report)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["two-pendulum-capsule", "clutch", "stacked-plates", "drill-string", "elastic-skin"])
+@pytest.mark.parametrize("name", exhaustive_but([0, 2], CLOSED))
 def test_they_close_in_orbits_and_run_in_lanes(name):
     kind = next(kind for kind in MECHANISMS if kind.name == name)
     system = vc.System(kind(), LAW, drive_of(kind))

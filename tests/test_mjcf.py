@@ -193,7 +193,7 @@ def test_friction_of_a_joint_comes_near_as_the_step_gets_short():
     ("position", vc.TwoBlockRow(stiffness_2=0.5)),
     ("position", vc.Oscillator()),
 ], ids=lambda value: getattr(value, "name", ""))  # fmt: skip
-@pytest.mark.parametrize("units", [False, True])
+@pytest.mark.parametrize("units", exhaustive_but([1], [False, True]))
 def test_every_kind_of_machine_comes_near(name, machine, units):
     pytest.importorskip("mujoco", reason=needs_mujoco)
     scales = None

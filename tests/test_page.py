@@ -126,7 +126,7 @@ def test_every_kind_of_picture_fits_a_column_and_a_page(kind):
     if kind == "front":
         pytest.importorskip("pymoo")
     result = RESULTS[kind]()
-    for (width, size), header in itertools.product(WIDTHS.items(), (True, False)):
+    for (width, size), header in zip(WIDTHS.items(), (True, False), strict=True):
         figure = vc.figure(result, width=width, header=header)
         assert figure.get_figwidth() == size
         assert crowded(figure) == [], (width, header)

@@ -5,6 +5,7 @@ import pytest
 
 import vibrocap as vc
 from independent_contacts import motion as independent_motion
+from thinned import exhaustive_but
 
 TOLERANCE, PERIODS = 1e-11, 3
 EXACT = (1e-13, 1e-14)  # of the solver, whose slow turns are less sharp
@@ -90,7 +91,7 @@ def changes(events, end):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", exhaustive_but(range(0, len(SYSTEMS), 2), [*SYSTEMS]))
 def test_against_an_independent_solver(name):
     """Its end to ten tolerances times what a shift of the start grows to, the same events at the same instants."""
     machine, law, drive, start, given = SYSTEMS[name]

@@ -140,9 +140,9 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
 
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        sharp = system_sharpness(recorded).nodes
+        sharp = system_sharpness(recorded)[0].nodes
         powers = sorted(power for _, power in gaps(recorded, sharp).values())
-        return powers, no_series_at_rest(recorded.contact_velocity, recorded.rates)
+        return powers, no_series_at_rest(recorded.contacts[0].velocity, recorded.rates)
 
     def stribeck(exponent):
         return vc.Stribeck(stribeck_exponent=exponent, viscous_damping=0.0)
@@ -177,6 +177,10 @@ MACHINES = {
 AT_ONCE = (35, 48, 74, 101)  # seeds of worms whose two contacts rest at once, which the yardstick does not know
 
 
+# Every machine, the least and largest exponents at either contact, smooth laws.
+SOME = [5, 7, 9, 34, 39, 55, 73, 84, 94]
+
+
 def droop(exponent: float) -> vc.Stribeck:
     return vc.Stribeck(0.15, 0.45, 0.1, exponent)
 
@@ -193,8 +197,8 @@ def run(machine, laws, drive, tolerance, periods=5):
 PLACES = [(name, contact) for name, (one, _) in MACHINES.items() for contact in range(min(2, len(one.contact_states)))]
 
 
-@pytest.mark.parametrize(("name", "first"), slow_but([1, 4], PLACES))
-@pytest.mark.parametrize("exponent", slow_but([1], [1.1, 1.5, 2.9]))
+@pytest.mark.parametrize(("name", "first"), slow_but([1], exhaustive_but([1, 4, 9, 12], PLACES)))
+@pytest.mark.parametrize("exponent", slow_but([1], exhaustive_but([0, 1], [1.1, 1.5, 2.9])))
 def test_a_power_costs_little_more_than_a_square_at_any_contact(name, first, exponent):
     """Before, it did not finish at a second contact in sweeps, and took 3 to 10 times the steps elsewhere."""
     machine, drive = MACHINES[name]
@@ -216,6 +220,7 @@ def test_answers_of_two_tolerances_agree_to_what_they_promise():
         assert abs(found.sections[-1, 2] - right) <= found.certificate.estimated_error + 3e-9
 
 
+@pytest.mark.slow
 def test_a_smooth_law_is_split_where_its_power_has_no_series():
     """(v tanh(v/eps)/v_s)^alpha is |v|^(2 alpha) at rest: before, certified ends were off by 89 tolerances at 1e-8."""
     machine, drive = vc.PendulumCapsule(normal_load="dynamic"), vc.OnOff(2.0, -0.5, 1.0, 0.5)
@@ -228,7 +233,9 @@ def test_a_smooth_law_is_split_where_its_power_has_no_series():
     assert not whole.events
 
 
-@pytest.mark.parametrize("seeds", slow_but([0], [[5, 13, 24], *(list(range(i, 104, 8)) for i in range(8))]))
+@pytest.mark.parametrize(
+    "seeds", slow_but([0], exhaustive_but([0, 1], [[13], SOME, *(list(range(i, 104, 8)) for i in range(8))]))
+)
 def test_random_systems_against_an_independent_solver(seeds):
     """Exponents from 1.1 to 2.9 at any contact of five machines, in laws that stick and smooth ones: ends, events."""
     for seed in sorted({*seeds}.difference(AT_ONCE)):
@@ -260,7 +267,8 @@ LAWS = {
 PAIRS = [(name, law) for name in list(MACHINES)[:5] for law in LAWS if (name, law) != ("linkage", "age")]
 
 
-@pytest.mark.parametrize(("name", "laws"), slow_but([0, 5, 10, 19], PAIRS))
+# Kept: every law at least once, every machine.
+@pytest.mark.parametrize(("name", "laws"), slow_but([0, 19], exhaustive_but({19, *range(0, len(PAIRS), 5)}, PAIRS)))
 def test_bodies_may_be_numbered_either_way(name, laws):
     """The same ends, events and steps, whichever contact is the first. The linkage on age is certified neither way."""
     machine, drive = MACHINES[name]

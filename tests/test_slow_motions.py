@@ -94,7 +94,7 @@ def implicit(monkeypatch):
     return made
 
 
-@pytest.mark.parametrize("seed", exhaustive_but([1, 5, 6, 12, 13, 18, 23, 37], range(40)))
+@pytest.mark.parametrize("seed", exhaustive_but([1, 12, 23, 37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_where_implicit_steps_do(seed, implicit):
     """Ends within tolerances, the same events; their times within ten tolerances, or where implicit steps have them."""
@@ -113,7 +113,7 @@ def test_random_systems_end_where_implicit_steps_do(seed, implicit):
         assert len(found.piece_start) <= 1.01 * len(other.piece_start)
 
 
-@pytest.mark.parametrize("seed", exhaustive_but([1, 8, 12, 18, 37], range(40)))
+@pytest.mark.parametrize("seed", exhaustive_but([12, 37], range(40)))
 @pytest.mark.slow
 def test_random_systems_end_in_lanes_as_alone(seed):
     """Within tolerances of motions at 1e-12, at two amplitudes; so do the same runs among others that are not stiff."""

@@ -321,7 +321,7 @@ def plot(
     border
         draw lines where this changes on a map, such as mode_sequence or travel; may be repeated
     dead_band
-        smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
+        smaller velocities count as no travel [default: the residue of runs that settled, or 1e-6]
     """
     needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.studies.view import first_measure, study_view

@@ -4,6 +4,8 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
+import functools
+import itertools
 from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
@@ -106,8 +108,8 @@ class Machine(Part):
     gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
     but for None: the units of the machine say nothing of it, and only the environment does
 
-    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic` is
-    None where travel means nothing. What follows, of the class:
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic`
+    is None where travel means nothing. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
@@ -366,3 +368,26 @@ def _cyclic(kind: type[Machine]) -> str | None:
     at = 4 + len(form.inputs.parameters) + form.states.index(place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     return None if any(at in form.program(name).inputs for name in names) else place
+
+
+SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # of states, at which it is seen whether anything depends on one
+
+
+@functools.lru_cache(maxsize=256)
+def free_place(machine: Machine) -> str | None:
+    """The place of a machine where nothing depends on it at its numbers, as without a spring; else None."""
+    if machine.place is None or machine.imposes_motion:
+        return None
+    at, found = machine.states.index(machine.place), []
+    frictions = tuple(0.3 - 0.2 * i for i in range(len(machine.contact_states)))
+    try:
+        for touching, moved in itertools.product((0.0, 1.0), (0.0, 0.41, -0.37)):
+            y = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
+            y = [touching if name in machine.switched else x for name, x in zip(machine.states, y, strict=True)]
+            y[at] += moved
+            given, state = (0.7, y, 0.4), (0.7, y)
+            known = (machine.rates(*given, frictions), machine.energy(*state), machine.contacts(*given))
+            found.append((*known, machine.switches(*given, frictions), machine.bounds(*state)))
+    except (ValueError, ZeroDivisionError):  # beyond what the machine can reach
+        return None
+    return machine.place if found[0] == found[1] == found[2] and found[3] == found[4] == found[5] else None

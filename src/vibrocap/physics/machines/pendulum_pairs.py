@@ -4,8 +4,7 @@ from typing import Any, ClassVar
 
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 
 
@@ -20,7 +19,7 @@ ROD = parameter(0.6, "l_2", "length of the second rod over that of the first", "
 DAMPER = parameter(0.5, "nu", "viscous damper of each joint", "torsional damping")
 
 
-class PendulumPair(Described):
+class PendulumPair(Machine):
     """What both have in common: units of the first pendulum, angles from upright, a load that follows the motion."""
 
     mass_ratio: Any

@@ -6,14 +6,13 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from vibrocap.physics.elementary import cos, sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
 
 Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 
 
-class TurningBodies(Described):
+class TurningBodies(Machine):
     """What both have in common: a torque as drive, any consistent units, natural sizes from load and inertia."""
 
     stiffness: Any
@@ -58,11 +57,6 @@ class DrillString(TurningBodies):
     name: ClassVar[str] = "drill-string"
     source: ClassVar[str] = "leine1998"
     twist = coordinate("phi", "twist of each string", "rad", count=2)
-
-    @property
-    def symmetric(self) -> bool:
-        """Only below a table at rest."""
-        return self.table_speed == 0.0
 
     def _inertia(self):
         return self.disc_inertia + self.bit_inertia

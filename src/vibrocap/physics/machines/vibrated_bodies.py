@@ -5,8 +5,7 @@ from typing import ClassVar
 
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.elementary import sin, sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, Scales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
 
 
@@ -25,7 +24,7 @@ class WeightScales(Scales):
 
 
 @parameters
-class Feeder(Described):
+class Feeder(Machine):
     """Part on a plate that vibrates along and across, as vibratory feeders do (Sloot and Kruyt 1996).
 
     The load rises and falls with the plate, so that friction holds on one way and lets go on the other. With x and z of
@@ -56,7 +55,7 @@ class Feeder(Described):
 
 
 @parameters
-class BristleRobot(Described):
+class BristleRobot(Machine):
     """Bristle robot: a body on two leaning legs; the drive pushes it up and down, the legs turn this into travel.
 
     After Cicconofri and DeSimone (2015), with springs along and across each leg, and loads that differ as it pitches.

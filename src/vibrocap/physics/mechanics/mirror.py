@@ -1,7 +1,8 @@
 """On which numbers the equations of a machine are their own mirror image.
 
 The half-period symmetry reverses all states, the drive and friction. Rates and forces along a speed are odd under it,
-masses and loads are even. Terms of the other parity must vanish at all states: their factors are conditions.
+masses and loads are even. Terms of the other parity must vanish at all states: their factors are conditions. What
+depends on time explicitly is neither, as half a period later it is another.
 """
 
 import math
@@ -20,7 +21,7 @@ def conditions(motion: Any) -> tuple:
     """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
     turned = {motion.inputs.drive.operands[0], *(each.operands[0] for each in motion.inputs.states)}
     turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
-    parts, found = Parts(turned, motion.inputs.changing), []
+    parts, found = Parts(turned, motion.inputs.changing, motion.inputs.t.operands[0]), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
         found += parts.other(Sum.of(quantity), parity)
     for each in motion.stops:
@@ -68,8 +69,8 @@ def _stop_conditions(stop: Stop) -> list[Sum]:
 class Parts:
     """The parities of formulas, by inputs that change their sign, among those that change at all."""
 
-    def __init__(self, turned: set[int], changing: set[int]):
-        self.turned, self.changing = turned, changing | turned
+    def __init__(self, turned: set[int], changing: set[int], time: int):
+        self.turned, self.changing, self.time = turned, changing | turned, time
         self._known: dict[Any, tuple[float, bool]] = {}
 
     def other(self, whole: Sum, parity: int) -> list[Sum]:
@@ -93,6 +94,8 @@ class Parts:
     def _of(self, x: Formula) -> tuple[float, bool]:
         if x.op == "input":
             (number,) = x.operands
+            if number == self.time:
+                return NEITHER, True
             return ODD if number in self.turned else EVEN, number in self.changing
         own = [self.of(each) for each in x.operands]
         moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
