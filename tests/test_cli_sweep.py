@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import cheap_ensemble
 import interrupts
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError, read_case
@@ -52,13 +51,6 @@ def case(tmp_path, monkeypatch):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return path
-
-
-@pytest.fixture
-def cheap(monkeypatch):
-    """A cheap ensemble in place of the engine: numbers of no meaning, some failed, some unsettled."""
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 
 def command(*arguments) -> int:
