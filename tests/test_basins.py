@@ -184,10 +184,8 @@ def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
 
 
 def test_dataset_says_what_it_holds():
-    from vibrocap.studies.orbit_datasets import basin_dataset
-
     given = drawn()
-    found = basin_dataset(given)
+    found = vc.to_xarray(given)
     assert found["direction"].dims == ("initial.angle", "initial.angle_rate")
     assert np.array_equal(found["label"].values, given.label)
     assert list(found["attractor_drift"].values) == [0.16, -0.16, 0.05]
@@ -200,8 +198,6 @@ def test_dataset_says_what_it_holds():
 
 
 def test_dataset_of_a_diagram_says_what_it_holds():
-    from vibrocap.studies.orbit_datasets import bifurcation_dataset
-
     values, shape = np.array([1.0, 1.5, 2.0]), (1, 2, 3)
     states = np.arange(2.0 * 3 * 16 * 4).reshape(*shape, 16, 4)
     given = vc.BifurcationDiagram(
@@ -214,7 +210,7 @@ def test_dataset_of_a_diagram_says_what_it_holds():
         drift=np.ones(shape),
         state_names=("angle", "angle_rate", "position", "velocity"),
     )
-    found = bifurcation_dataset(given)
+    found = vc.to_xarray(given)
     assert found["velocity"].dims == ("direction", "start", "drive.amplitude", "mark")
     assert np.array_equal(found["velocity"].values, states[..., 3])
     assert found["response_period"].sel({"drive.amplitude": 1.5}).values.tolist() == [[0, -1]]

@@ -439,12 +439,6 @@ def test_measures_of_a_case_in_si_have_their_units_and_mean_something(capsys):
     assert not any(f" {name} " in listed for name in ("drift", "mean_velocity", "cost_of_transport"))
 
 
-@pytest.mark.parametrize("name", ["sweep", "plot", "measures"])
-def test_help_shows_an_example(name, capsys):
-    assert command(name, "--help") == OK
-    assert f"  vibrocap {name}" in capsys.readouterr().out
-
-
 def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
     assert command("sweep", case, "--over", MASS, "--over", TORQUE, "--out", "map") == OK
     capsys.readouterr()
