@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from systems import capsule
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
@@ -16,10 +17,6 @@ from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
-
-
-def capsule(law=None, **parameters):
-    return vc.System(vc.PendulumCapsule(), law or vc.Exponential(), vc.Harmonic()).with_parameters(parameters)
 
 
 def drawn(count=12):
