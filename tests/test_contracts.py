@@ -182,6 +182,23 @@ def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
             assert abs(rate) <= 64 * EPSILON * size
 
 
+@pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
+def test_a_machine_says_whether_it_is_its_own_mirror_image(machine):
+    """The conditions on its numbers hold where rates, loads and guards of the mirrored state are the mirror image."""
+    found = []
+    for draw in draws(SAMPLES // 2):
+        t, y, drive, frictions = machine_draw(machine.driven_by(ImposedSample()), draw)
+        y = tuple(0.1 * x if name not in machine.switched else x for name, x in zip(machine.states, y, strict=True))
+        for sign in (1.0, -1.0):
+            made, later = machine.driven_by(ImposedSample(sign)), 0.0 if machine.imposes_motion else 0.2 * sign
+            at = t + later, tuple(sign * x for x in y), sign * drive, tuple(sign * each for each in frictions)
+            loads = loads_of(made, *at) if machine.follows_load else []
+            found.append([*(sign * rate for rate in made.rates(*at)), *loads, *sorted(made.switches(*at))])
+    pairs = [pair for i in range(0, len(found), 2) for pair in zip(*found[i : i + 2], strict=True)]
+    same = all(abs(a - b) <= 1e3 * EPSILON * (1.0 + abs(a)) for a, b in pairs)
+    assert machine.symmetric == same
+
+
 @each_drive
 def test_drive_keeps_its_contract(drive):
     assert complaints(drive, *DRIVE_CLAUSES, recorded) == {}

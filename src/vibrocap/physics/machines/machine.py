@@ -106,8 +106,8 @@ class Machine(Part):
     gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
     but for None: the units of the machine say nothing of it, and only the environment does
 
-    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic` is
-    None where travel means nothing. What follows, of the class:
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`, give other names to `channels`, and let `cyclic`
+    be None where travel means nothing. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the

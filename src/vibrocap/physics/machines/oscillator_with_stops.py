@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.machines.oscillator import Oscillator
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop
 
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 
@@ -75,7 +75,3 @@ class OscillatorWithStops(Oscillator):
     def scales(self, time=1.0):
         """As of the oscillator; which stop is touched is a number."""
         return *super().scales(time), 1.0
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the stops: the nearest sides of the block touch them where it has gone its way."""
-        return *super().scene(t, y), *stop_shapes(0.0, self.gap, self.back_gap, 0.5)

@@ -4,7 +4,6 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.elementary import atan, cos, sin, sqrt
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
 from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
@@ -65,11 +64,3 @@ class PendulumCrawler(Machine):
         bob = Mass("bob", 1.0, on=capsule, x=-sin(angle), z=cos(angle))
         joint = Spring(self.stiffness, angle), Damper(self.damping, angle)
         return [capsule, bob, *joint, Contact(capsule, load=self.normal_load)]
-
-    def scene(self, t, y):
-        """The capsule and its pendulum, where the drive is known that moves it."""
-        return (
-            super().scene(t, y)
-            if self.imposed is None
-            else capsule_with_pendulum(y[0], self._angle(self.imposed.value(t)))
-        )

@@ -4,8 +4,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.machines.machine import NonNegative, Shape, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, stop_shapes
+from vibrocap.physics.machines.machine import NonNegative, parameter, parameters
+from vibrocap.physics.machines.stops import BackGap
 from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 from vibrocap.physics.mechanics.parts import Stop
 
@@ -41,7 +41,3 @@ class RigidStopCapsule(TwoMassCapsule):
         """With the stops."""
         stop = Stop(q.displacement, self.gap, self.back_gap, restitution=self.restitution)
         return [*super().parts(q), stop]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the walls: the nearest sides of the mass touch them where it has gone its way."""
-        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

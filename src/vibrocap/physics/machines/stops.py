@@ -1,10 +1,9 @@
-"""What machines with stops share: their optional parameters, pictures."""
+"""What machines with stops share: their optional parameters."""
 
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.bodies import Shape
 from vibrocap.physics.mechanics.parts import Stop
 
 
@@ -40,13 +39,3 @@ def elastic_stop(machine: Any, stretch: Any, **more: Any) -> Stop:
         back_damping=machine.back_stop_damping,
         **more,
     )
-
-
-def stop_shapes(x, gap, back_gap, half=0.15) -> tuple[Shape, ...]:
-    """The stops about a place x; a mass of this half width touches them where it has gone its way."""
-    behind = () if back_gap is None else (_stop("stop behind", x - back_gap - half),)
-    return _stop("stop in front", x + gap + half), *behind
-
-
-def _stop(name, x):
-    return Shape("rod", name, ((x, 0.2), (x, 0.6)))

@@ -4,9 +4,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
 
 ACTUATIONS = ("internal", "external")
@@ -69,8 +68,3 @@ class TwoMassCapsule(WithInnerMass):
         joint = Spring(self.stiffness, q.displacement), Damper(self.damping, q.displacement)
         drive = Drive(inner.along if self.actuation == "external" else q.displacement)
         return [capsule, inner, *joint, drive, Contact(capsule, load=self.normal_load)]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """The capsule, and in it the mass on its spring."""
-        spring = Shape("spring", "spring", ((y[2] - 0.9, 0.4), (y[2] + y[0] - 0.15, 0.4)))
-        return *capsule_with_mass(y[2], y[2] + y[0]), spring

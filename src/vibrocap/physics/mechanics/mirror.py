@@ -20,9 +20,9 @@ def conditions(motion: Any) -> tuple:
     """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
     turned = {motion.inputs.drive.operands[0], *(each.operands[0] for each in motion.inputs.states)}
     turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
-    parts, found = Parts(turned, motion.inputs.changing), []
+    parities, found = Parities(turned, motion.inputs.changing), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
-        found += parts.other(Sum.of(quantity), parity)
+        found += parities.other(Sum.of(quantity), parity)
     for each in motion.stops:
         found += _stop_conditions(each)
     found = sorted((each for each in found if each), key=lambda each: len(str(each.terms)))
@@ -65,8 +65,8 @@ def _stop_conditions(stop: Stop) -> list[Sum]:
     return [as_sum(front) - as_sum(back) for front, back in pairs]
 
 
-class Parts:
-    """The parities of formulas, by inputs that change their sign, among those that change at all."""
+class Parities:
+    """Of formulas, by the inputs that change their sign; the others that change, time and signals, are neither."""
 
     def __init__(self, turned: set[int], changing: set[int]):
         self.turned, self.changing = turned, changing | turned
@@ -93,7 +93,8 @@ class Parts:
     def _of(self, x: Formula) -> tuple[float, bool]:
         if x.op == "input":
             (number,) = x.operands
-            return ODD if number in self.turned else EVEN, number in self.changing
+            moves = number in self.changing
+            return ODD if number in self.turned else NEITHER if moves else EVEN, moves
         own = [self.of(each) for each in x.operands]
         moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
         if x.op in ("mul", "div"):
