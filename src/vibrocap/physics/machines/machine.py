@@ -107,7 +107,8 @@ class Machine(Part):
     but for None: the units of the machine say nothing of it, and only the environment does
 
     It may define `scales`, `effort_scale`, `check_scales` and `scene`, give other names to `channels`, and let `cyclic`
-    be None where travel means nothing. What follows, of the class:
+    be None where travel means nothing. One with `switched` states of its own has them as `q.NAME`, and defines
+    `switch_events`, `switches` and `after_switch`. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
@@ -131,7 +132,7 @@ class Machine(Part):
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
     gravity: ClassVar[Any] = Derived()
-    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(kind.states))
+    symmetry: ClassVar[Any] = Derived()
     declared: ClassVar[Mapping[str, Any]] = {}
     imposes_motion: ClassVar[bool] = False
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
@@ -352,7 +353,8 @@ class Machine(Part):
         return None if bodies is None else filled(bodies, results)
 
 
-OWN = {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
+SWITCHED = {"switched", "switch_events", "strikes_ground", "switches", "after_switch"}
+OWN = SWITCHED | {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
 FOLLOWS = {
     name
     for name, value in vars(Machine).items()

@@ -18,7 +18,8 @@ ODD_FUNCTIONS = ("sin", "tanh", "atan", "neg")
 
 def conditions(motion: Any) -> tuple:
     """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
-    turned = {motion.inputs.drive.operands[0], *(each.operands[0] for each in motion.inputs.states)}
+    own = [motion.states[name] for name in motion.own]
+    turned = {motion.inputs.drive.operands[0], *(x.operands[0] for x in motion.inputs.states if x not in own)}
     turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
     parities, found = Parities(turned, motion.inputs.changing), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
