@@ -101,7 +101,7 @@ class Derivation(Motion):
         free = Sum.of(1.0)
         for _, stop, touching in self.switching:
             if stop.rigid and stopped(self, stop) == name:
-                free = free - Sum.of(touching * touching)
+                free = free - Sum.of(mul(touching, touching))
         return free
 
     @functools.cached_property
@@ -269,7 +269,7 @@ class Derivation(Motion):
                 force = -written(self.push(name))
                 for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
                     force = add(friction, force) if speed == self.rates[name] else force
-                found = add(found, mul(touching * touching, force))
+                found = add(found, mul(mul(touching, touching), force))
         return found
 
     def energy(self) -> Any:
