@@ -1,24 +1,15 @@
 """The pendulum crawler: a pendulum capsule whose pendulum moves as it is told, whatever torque that takes."""
 
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
+from typing import Annotated, ClassVar
 
 from vibrocap.physics.elementary import atan, cos, sin, sqrt
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
 from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Spring, coordinate
+from vibrocap.physics.parameters import allowed
 
-MOTIONS = ("angle", "displacement")
-
-
-def _checked_motion(given: Any) -> Any:
-    if isinstance(given, str) and given in MOTIONS:
-        return given
-    raise ValueError('should be "angle" (the drive is theta) or "displacement" (it is sin(theta))')
-
-
-Motion = Annotated[str, BeforeValidator(_checked_motion)]
+MOTIONS = '"angle" (the drive is theta) or "displacement" (it is sin(theta))'
+Motion = Annotated[str, allowed(MOTIONS, ("angle", "displacement"))]
 
 
 @parameters

@@ -2,28 +2,14 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
-
 from vibrocap.physics.mechanics.parts import Stop
+from vibrocap.physics.parameters import MOST, allowed
 
-
-def _optional(wanted: str, high: float) -> BeforeValidator:
-    """The check of a number from 0 to `high`, or None where it is left out; wanted: what is said of another value."""
-
-    def checked(given: Any) -> Any:
-        if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given <= high):
-            return None if given is None else float(given)
-        raise ValueError(f"should be {wanted}")
-
-    return BeforeValidator(checked)
-
-
-MOST = 1e300  # of a number that is finite
-BackGap = Annotated[Any, _optional("a number >= 0, or be left out where there is no stop behind", MOST)]
-StopStiffness = Annotated[Any, _optional("a number >= 0, or be left out", MOST)]
-StopDamping = Annotated[Any, _optional("a number >= 0, or be left out where the stop has no damper", MOST)]
+BackGap = Annotated[Any, allowed("a number >= 0, or be left out where there is no stop behind", (None,), MOST)]
+StopStiffness = Annotated[Any, allowed("a number >= 0, or be left out", (None,), MOST)]
+StopDamping = Annotated[Any, allowed("a number >= 0, or be left out where the stop has no damper", (None,), MOST)]
 EndOrRestitution = Annotated[
-    Any, _optional("a number from 0 to 1, or be left out where a run is to end at the stop", 1.0)
+    Any, allowed("a number from 0 to 1, or be left out where a run is to end at the stop", (None,), 1.0)
 ]
 
 

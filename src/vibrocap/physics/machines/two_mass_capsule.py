@@ -1,23 +1,14 @@
 """The two-mass capsule: a mass on a spring and a damper inside a capsule, driven along the line of sliding."""
 
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
+from typing import Annotated, ClassVar
 
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
 from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
+from vibrocap.physics.parameters import allowed
 
-ACTUATIONS = ("internal", "external")
-
-
-def _checked_actuation(given: Any) -> Any:
-    if isinstance(given, str) and given in ACTUATIONS:
-        return given
-    raise ValueError('should be "internal" (the drive acts between the masses) or "external" (on the mass alone)')
-
-
-Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
+ACTUATIONS = '"internal" (the drive acts between the masses) or "external" (on the mass alone)'
+Actuation = Annotated[str, allowed(ACTUATIONS, ("internal", "external"))]
 
 
 @parameters
