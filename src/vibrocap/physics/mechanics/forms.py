@@ -10,7 +10,7 @@ from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
 from vibrocap.physics.mechanics.mirror import conditions
 from vibrocap.physics.mechanics.parts import is_word
-from vibrocap.physics.mechanics.pictures import mechanism_of, mechanism_results, scene_of
+from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import IMPACT, ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
@@ -101,26 +101,19 @@ class Form:
             found.append(tuple(after.values()))
         return tuple(found)
 
-    def scene(self) -> tuple:
-        self.shapes = scene_of(self.derived)
-        return tuple(each.points for each in self.shapes)
-
-    def mechanism(self) -> Any:
-        self.bodies = mechanism_of(self.derived)
-        return mechanism_results(self.bodies)
-
 
 RESULTS: dict[str, Callable[[Form], Any]] = {
     "rates": Form.rates,
     "powers": Form.powers,
     "after_switch": Form.outcomes,
-    "scene": Form.scene,
-    "mechanism": Form.mechanism,
+    "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
+    "mechanism": lambda form: mechanism_of(form.derived),
     "contacts": lambda form: form.derived.contact_results(),
     "energy": lambda form: form.derived.energy(),
     "momentum": lambda form: form.derived.common_momentum(),
     "line_momentum": lambda form: form.derived.line_momentum(),
     "vertical_momentum": lambda form: form.derived.vertical_momentum(),
+    "swing": lambda form: form.derived.swing(),
     "outer_force": lambda form: form.derived.outer_force(),
     "wall_force": lambda form: form.derived.wall_force(),
     "actuator": lambda form: form.derived.actuators(),

@@ -4,16 +4,14 @@ import dataclasses
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
+from vibrocap.physics.bodies import Body, Link, Shape
 from vibrocap.physics.mechanics.parts import Mass, Point, Support, as_sum
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, total, written
 
-SIZES = ("mass", "place", "rate", "stiffness", "damping", "actuation")
 
-
-def mechanism_of(motion: Any) -> Mechanism | None:
-    """Bodies on slides and on hinges of the length 1; None where a part is neither at a joint nor between bodies."""
+def mechanism_of(motion: Any) -> tuple | None:
+    """Fields of bodies and links, on slides and on hinges of the length 1; None where a part has no place there."""
     if motion.imposes or motion.stops or motion.own or any(isinstance(each, Point) for each in motion.bodies):
         return None
     used: set[int] = set()
@@ -50,7 +48,8 @@ def mechanism_of(motion: Any) -> Mechanism | None:
             between = () if a.on or b.on else own_parts(b.along - a.along)
             links += [Link(a.name, b.name, *between)] if any(each != 0.0 for each in between) else []
     parts = (*motion.springs, *motion.dampers, *motion.drives, *motion.potentials)
-    return Mechanism(tuple(bodies), tuple(links)) if all(id(each) in used for each in parts) else None
+    found = tuple(map(fields_of, bodies)), tuple(map(fields_of, links))
+    return found if all(id(each) in used for each in parts) else None
 
 
 def _joint(motion: Any, m: Any) -> tuple[Any, Quantity] | None:
@@ -71,27 +70,9 @@ def _same(a: Quantity, b: Quantity) -> bool:
     return a.value == b.value and all(a.slope(i) == b.slope(i) for i in {**a.slopes, **b.slopes})
 
 
-def mechanism_results(mechanism: Mechanism | None) -> Any:
-    """The formulas of a mechanism, in tuples."""
-    if mechanism is None:
-        return None
-    bodies = tuple(tuple(getattr(each, name) for name in SIZES) for each in mechanism.bodies)
-    return bodies, tuple((each.stiffness, each.damping, each.actuation) for each in mechanism.links)
-
-
-def filled(mechanism: Mechanism, results: tuple) -> Mechanism:
-    """The mechanism with values in place of formulas."""
-    bodies, links = results
-    return Mechanism(
-        tuple(
-            dataclasses.replace(each, **dict(zip(SIZES, values, strict=True)))
-            for each, values in zip(mechanism.bodies, bodies, strict=True)
-        ),
-        tuple(
-            dataclasses.replace(each, stiffness=k, damping=c, actuation=a)
-            for each, (k, c, a) in zip(mechanism.links, links, strict=True)
-        ),
-    )
+def fields_of(record: Any) -> tuple:
+    """The values of a record's fields."""
+    return tuple(getattr(record, each.name) for each in dataclasses.fields(record))
 
 
 def scene_of(motion: Any) -> tuple[Shape, ...]:
