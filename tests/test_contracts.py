@@ -182,6 +182,39 @@ def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
             assert abs(rate) <= 64 * EPSILON * size
 
 
+def account_of(parts, normal, drive):
+    """(energy, momentum, power without friction) of the bodies and links of a mechanism."""
+    places, velocities = {"": 0.0}, {"": 0.0}
+    energy = momentum = power = 0.0
+    for each in parts.bodies:
+        turns, sine, cosine = each.joint == "hinge", math.sin(each.place), math.cos(each.place)
+        velocity = velocities[each.carrier] + (-cosine * each.rate if turns else each.rate)
+        places[each.name], velocities[each.name] = each.place, velocity
+        rise = -sine * each.rate if turns else 0.0
+        energy += 0.5 * each.mass * (velocity * velocity + rise * rise) + 0.5 * each.stiffness * each.place**2
+        energy += each.mass * normal * cosine if turns else 0.0
+        momentum += each.mass * velocity
+        power += (each.actuation * drive - each.damping * each.rate) * each.rate
+    for link in parts.links:
+        opening, rate = (found[link.ahead] - found[link.behind] for found in (places, velocities))
+        energy += 0.5 * link.stiffness * opening * opening
+        power += (link.actuation * drive - link.damping * rate) * rate
+    return energy, momentum, power
+
+
+@pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
+def test_a_mechanism_has_the_energy_the_momentum_and_the_powers_of_the_machine(machine):
+    for draw in draws(SAMPLES // 2):
+        t, y, drive, frictions = machine_draw(machine, draw)
+        if (parts := machine.mechanism(t, y)) is None:
+            return
+        normal = 0.0 if machine.gravity is None else machine.gravity[0]
+        power = sum(machine.powers(t, y, drive, (0.0,) * len(frictions)))
+        wanted = machine.energy(t, y), machine.line_momentum(t, y), power
+        size = (1.0 + max(map(abs, (*y, drive, *wanted)))) ** 2
+        assert account_of(parts, normal, drive) == pytest.approx(wanted, rel=0.0, abs=64 * EPSILON * size)
+
+
 @pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
 def test_a_machine_says_whether_it_is_its_own_mirror_image(machine):
     """The conditions on its numbers hold where rates, loads and guards of the mirrored state are the mirror image."""
