@@ -5,7 +5,6 @@ the parameters of the system: (period of the drive, start of the segment, coeffi
 these are, at any time and for any parameters, the recorded corners tell.
 """
 
-import copy
 import functools
 from collections.abc import Sequence
 from typing import Any
@@ -19,9 +18,8 @@ from vibrocap.numerics.expressions.equations import (
     DecisionRows,
     Equations,
     NormalBalance,
-    rate_of,
 )
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
@@ -161,6 +159,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     )
     reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
     observables |= {name: reaction for name, reaction in reactions if reaction is not None}
+    swing = placed.swing(graph.node("time"), y[: len(system.machine.states)])
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside or others:
         observables["outer_force"] = flow.outer_force
@@ -203,8 +202,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
         normal_height=None
-        if flow.loads or "reaction" not in expressed
-        else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
+        if flow.loads or "reaction" not in expressed or swing is None
+        else (expression(swing[0]), swing[1]),
     )
 
 
@@ -267,44 +266,6 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
     return NormalBalance(
         momentum=graph.expression(momentum), mean=graph.expression(machine.loads()[0]), moving=moving, at_rest=at_rest
     )
-
-
-def _normal_height(
-    system: System, machine: Machine, y: tuple, flow: Flow, reaction: Expression, parameters: int
-) -> tuple[Expression, float] | None:
-    """(h, sign): the true load is a constant and sign h'', h the cosine of an angle of the machine's that swings a bob.
-
-    Its momentum normal to the ground, -sin(a) a', is then a product; None where it is written otherwise, or where the
-    load does not follow from it. That is compared with no switched state on, as a mass that touches a stop has none.
-    """
-    own = copy.deepcopy(y[0].graph)
-    states = [Expression(own, state.index) for state in y]
-    momentum = machine.vertical_momentum(own.node("time"), tuple(states[: len(machine.states)]))
-    if momentum is None:
-        return None
-    momentum = own.expression(momentum)
-    mean = Expression(own, reaction.index) - rate_of(momentum, list(map(own.expression, flow.rates)))
-    draw = np.random.default_rng(0)
-    at = [np.zeros(5) if name in system.switched else draw.uniform(0.1, 0.9, 5) for name in system.state_names]
-    with np.errstate(all="ignore"):
-        (means,) = evaluate([mean], draw.uniform(0.1, 0.9, 5), at, 1.0, draw.uniform(0.5, 1.5, parameters))
-    if np.ptp(means) > 1e-9 * np.max(np.abs(means)):
-        return None
-    found = _swinging(momentum, [own.expression(rate).index for rate in flow.rates])
-    return None if found is None else (y[0].graph.node("cos", found[0]), found[1])
-
-
-def _swinging(momentum: Expression, rates: Sequence[int], sign: float = -1.0) -> tuple[int, float] | None:
-    """(node of a, sign) of a momentum that is written as sign times the rate -sin(a) a' of cos(a), a a state."""
-    nodes = momentum.graph.nodes
-    op, *operands = nodes[momentum.index]
-    if op == "neg":
-        return _swinging(Expression(momentum.graph, operands[0]), rates, -sign)
-    for function, rate in (operands, operands[::-1]) if op == "mul" else ():
-        name, *inner = nodes[function]
-        if name == "sin" and nodes[inner[0]][0] == "state" and rates[nodes[inner[0]][1]] == rate:
-            return inner[0], sign
-    return None
 
 
 def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
