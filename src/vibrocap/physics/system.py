@@ -192,7 +192,7 @@ class System:
 
     @property
     def cyclic(self) -> str | None:
-        """The state on which nothing depends: that of the machine, or one that its numbers free, unless it is measured."""
+        """The state on which nothing depends, at these numbers of the machine; one that is measured is none."""
         found = self.machine.cyclic or free_place(self.machine)
         return None if self.controller is not None and found in self.placed.measured_states else found
 

@@ -281,7 +281,7 @@ def _symmetric(machine: Described) -> bool:
 
 @functools.lru_cache(maxsize=256)
 def free_place(machine: Machine) -> str | None:
-    """The place of a machine where nothing depends on it at its numbers, as with a spring of no stiffness; else None."""
+    """The place of a machine on which nothing depends at its numbers, as with a spring of no stiffness; else None."""
     if machine.place is None:
         return None
     at, found = machine.states.index(machine.place), []
