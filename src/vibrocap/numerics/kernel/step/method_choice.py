@@ -175,13 +175,14 @@ def polished_step(floats, ints, lane, h, longest):
 
 
 def repeated_step(floats, ints, lane, event, h):
-    """Repeat an implicit step up to an event within it, whose length is returned.
+    """(event, length) of an implicit step that ends with an event within it, or with none.
 
     The dense output is less exact than the end of a step. So the length is that at which the guard vanishes at the very
-    end, by Newton's method: what is met there is not to be met again at once.
+    end, by Newton's method: what is met there is not to be met again at once. Where the guard is still positive there,
+    only the dense output saw an event.
     """
     if ints[STIFF + lane] == 0:
-        return h
+        return event, h
     which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
     for repeat in range(REPEATS):
         implicit_stages(floats, ints, lane, h)
@@ -195,7 +196,7 @@ def repeated_step(floats, ints, lane, event, h):
             break
         before = left
         h -= floats[out + which] / slope
-    return h
+    return 0 if which >= 0 and floats[out + which] > SLIGHT else event, h
 
 
 def length_to_rest(floats, ints, lane, h, longest):
