@@ -300,7 +300,7 @@ def test_a_motion_that_did_not_finish_is_never_certified():
 
 
 def test_creep_far_below_the_natural_speed_is_no_rest():
-    """At 1.4e-11 m/s, beside a natural speed of 2,236, all of friction acts; a series of its decay leaves all numbers."""
+    """At 1.4e-11 m/s, beside a natural speed of 2,236, all of friction acts; a series leaves all numbers."""
     start = {"position": -60.8450348, "sliding_velocity": 1.4109896e-11, "log_age": 8.79899302}
     motion = vc.simulate(crustal(4.5e6, 1e7), periods=1, initial=start)
     assert motion.certificate.ok

@@ -236,7 +236,7 @@ def test_travel_of_a_machine_in_its_place_is_refused(pulled):
 
 
 def test_a_mass_without_a_spring_travels():
-    """Nothing depends on its place: an orbit closes but for travel, which runs, ensembles and Newton's laws agree on."""
+    """Nothing depends on its place: an orbit closes but for travel, on which runs and ensembles agree."""
     drive = vc.Biharmonic(1.2, 1.0, 0.5)
     system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(0.1, 0.2), drive)
     assert (system.cyclic, vc.System(vc.Oscillator(), vc.Coulomb(), drive).cyclic) == ("position", None)

@@ -279,7 +279,7 @@ def test_bodies_may_be_numbered_either_way(name, laws):
 
 
 def test_what_a_law_stores_and_forgets_is_known_of_any_contact():
-    """A branch that begins unloaded loses what the contact stored, whichever contact it is; before, of the first only."""
+    """A branch that begins unloaded loses what the contact stored, at whichever contact; before, at the first only."""
     law = vc.backlash(vc.Dahl)()
     for laws in ([law, vc.Coulomb()], [vc.Coulomb(), law]):
         recording = equations(vc.System(vc.TwoBlockRow(), laws, vc.Harmonic()))
