@@ -341,11 +341,8 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, contacts, bounds = flow.rows, [each.contact for each in flow.contacts], []
+    given, contacts = flow.rows, [each.contact for each in flow.contacts]
     assert given is not None
-    for each in contacts:
-        both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
-        bounds.append(None if both is None else tuples(both))
     return DecisionRows(
         b=tuples(given.b),
         response=tuple(map(tuples, given.A)),
@@ -353,7 +350,7 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
         load_response=tuple(map(tuples, given.C)),
         forces=tuples(each.force for each in contacts),
         pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
-        bounds=tuple(bounds),
+        bounds=tuple(tuples(each.reach) if each.sticks else None for each in contacts),
     )
 
 
