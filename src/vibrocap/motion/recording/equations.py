@@ -27,7 +27,7 @@ from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
-from vibrocap.physics.names import between_states, numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
@@ -179,7 +179,6 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         scales=tuple(expression(scale) for scale in scales),
         contacts=contact_equations(system, flow, expression),
         rows=None if flow.rows is None else decision_rows(flow, expression),
-        internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
         cyclic_state=-1 if system.cyclic is None else system.state_names.index(system.cyclic),
         turns=turning_states(system),
@@ -303,11 +302,8 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, contacts, bounds = flow.rows, [each.contact for each in flow.contacts], []
+    given, contacts = flow.rows, [each.contact for each in flow.contacts]
     assert given is not None
-    for each in contacts:
-        both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
-        bounds.append(None if both is None else tuples(both))
     return DecisionRows(
         b=tuples(given.b),
         response=tuple(map(tuples, given.A)),
@@ -315,20 +311,13 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
         load_response=tuple(map(tuples, given.C)),
         forces=tuples(each.force for each in contacts),
         pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
-        bounds=tuple(bounds),
+        bounds=tuple(tuples(each.reach) if each.sticks else None for each in contacts),
     )
 
 
 def turning_states(system: System) -> tuple[tuple[int, float], ...]:
     """(place in the state vector, period) of each coordinate that turns."""
     return tuple((system.state_names.index(name), period) for name, period in system.turns.items())
-
-
-def states_at_contacts(system: System) -> tuple[int, ...]:
-    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*list(dict.fromkeys(system.machine.contact_states))[1:], *system.state_names[len(system.machine.states) :])
-    aside = (*system.switched, *between_states(system.parts))
-    return tuple(system.state_names.index(name) for name in own if name not in aside)
 
 
 def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
