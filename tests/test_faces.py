@@ -17,7 +17,7 @@ from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
-ROWS, KINDS = 90, 24
+ROWS, KINDS = 88, 24
 # what exports refuse of a case
 REFUSED = re.compile(r"CASE: .*MuJoCo|--to: rates for another integrator take|--to: .*export it as a stepper, --to c")
 

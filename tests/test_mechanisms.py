@@ -188,15 +188,8 @@ MODELS = {
     vc.BristleRobot: bristle_robot,
 }
 OTHERS = (
-    elastic_skin,
-    cubic_pendulum,
-    own_clutch,
-    stacked_plates,
-    feeder,
-    bowed_string,
-    rod_robot,
-    tube_capsule,
-    belt_row,
+    *(elastic_skin, cubic_pendulum, own_clutch, stacked_plates, feeder),
+    *(bowed_string, rod_robot, tube_capsule, belt_row),
 )
 MODELS |= zip(OWN, OTHERS, strict=True)
 MECHANISMS = tuple(MODELS)
