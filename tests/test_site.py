@@ -163,7 +163,8 @@ def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):
 
 def test_every_machine_shows_its_description_beside_its_equations(tmp_path):
     stage_equations(tmp_path)
-    page = (tmp_path / "equations.md").read_text(encoding="utf-8")
+    (made,) = tmp_path.glob("*.md")
+    page = made.read_text(encoding="utf-8")
     assert re.findall(r"^## (.+)$", page, re.MULTILINE) == list(machines())
     own = page.partition("## feeder\n")[2].partition("\n## ")[0]
     assert 'Support("plate", x=moved * cos(angle)' in own

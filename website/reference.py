@@ -59,9 +59,9 @@ def stage_commands(folder: Path) -> None:
 def stage_equations(folder: Path) -> None:
     """Write equations.md: the description of every machine beside the equations of motion that follow from it."""
     text = (
-        "# Equations of motion\n\nEach machine says what it is made of; the equations beside follow from that, derived when "
-        "this page is made. A prime is a rate, R friction, N a load, H the energy, d a motion that the drive imposes, s a "
-        "stop that is touched. `vibrocap machines NAME` prints them, see [machines](machines.md).\n"
+        "# Equations of motion\n\nEach machine says what it is made of; the equations beside follow from that, derived "
+        "when this page is made. A prime is a rate, R friction, N a load, H the energy, d a motion that the drive "
+        "imposes, s a stop that is touched. `vibrocap machines NAME` prints them, see [machines](machines.md).\n"
     )
     described = {name: kind for name, kind in machines().items() if issubclass(kind, Described)}
     for name, kind in described.items():
