@@ -412,7 +412,7 @@ def test_a_part_on_a_feeder_obeys_its_equations():
         assert power == pytest.approx(-friction * drive.slope(t) * math.cos(0.6), abs=1e-14)
 
 
-@pytest.mark.parametrize("kind", MECHANISMS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", OWN, ids=lambda kind: kind.name)  # those of the package: test_contracts.py
 def test_they_keep_the_contract_of_machines(kind):
     report = vc.check_part(kind, motion=False)
     assert report.ok, str(report)

@@ -4,12 +4,10 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-
 from vibrocap.arguments import suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli.options import Refusal
-from vibrocap.cli.terminal import OK, Page
+from vibrocap.cli.terminal import OK, Page, parameters_in_words
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 
@@ -32,48 +30,26 @@ def machines(name: str | None = None, /, *, latex: bool = False, json: bool = Fa
     from vibrocap.physics import catalogue
     from vibrocap.physics.equations import equations_of
     from vibrocap.physics.machines.described import Described
-    from vibrocap.physics.parameters import parameter_table
-    from vibrocap.physics.symbols import printed
 
-    page = Page()
+    page, known = Page(), catalogue.machines()
     if name is None:
-        known = {each: _first_line(kind) for each, kind in catalogue.machines().items()}
-        if json:
-            page.say(json_text({"machines": known}))
-            return OK
-        width = max(map(len, known)) + 2
-        for each, words in known.items():
-            page.say(f"{each:<{width}}{words}")
-        page.say("\nNext: vibrocap machines pendulum-capsule")
+        words = {each: inspect.cleandoc(kind.__doc__ or "").partition("\n")[0] for each, kind in known.items()}
+        lines = [f"{each:<{max(map(len, words)) + 2}}{said}" for each, said in words.items()]
+        told = [*lines, "\nNext: vibrocap machines pendulum-capsule"]
+        page.say(json_text({"machines": words}) if json else "\n".join(told))
         return OK
-    machine = _machine(name, catalogue.machines())
-    equations = equations_of(machine, "latex" if latex else "text") if isinstance(machine, Described) else None
-    lines = [] if equations is None else [*equations.lines]
-    if json:
-        page.say(json_text({"machine": machine.name, "equations": lines}))
+    machine = _machine(name, known)
+    own = equations_of(machine, "latex" if latex else "text").lines if isinstance(machine, Described) else ()
+    if json or latex:
+        print(json_text({"machine": machine.name, "equations": list(own)}) if json else "\n".join(own))
         return OK
-    if latex:
-        print("\n".join(lines))
-        return OK
-    page.say(inspect.cleandoc(type(machine).__doc__ or machine.name))
-    table = Table(box=None, pad_edge=False)
-    for title in ("parameter", "symbol", "value", "meaning"):
-        table.add_column(title, justify="right" if title == "value" else "left")
-    for info in parameter_table(machine):
-        value = getattr(machine, info.name)
-        shown = f"{value:g}" if isinstance(value, float) else "none" if value is None else str(value)
-        table.add_row(info.name, printed(info.symbol), shown, info.meaning)
-    page.print()
-    page.print(table)
+    page.say(inspect.cleandoc(type(machine).__doc__ or machine.name) + "\n")
+    page.print(parameters_in_words(machine))
     page.say("\nEquations of motion, derived from its description:\n")
-    page.say("\n".join(f"    {line}" for line in lines or ["none: it is not described by its parts"]))
+    page.say("\n".join(f"    {line}" for line in own or ["none: it is not described by its parts"]))
     said = [each.text for each in references(type(machine).source, machine.name)] or ["not recorded"]
     page.say("\nsource     " + "\n           ".join(said))
     return OK
-
-
-def _first_line(kind: type) -> str:
-    return inspect.cleandoc(kind.__doc__ or "").partition("\n")[0]
 
 
 def _machine(name: str, known: Any) -> Any:
