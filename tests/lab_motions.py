@@ -20,7 +20,7 @@ STORE = Path(__file__).with_name("lab_motions.json")
 # The kernels of machines of one row have the same statements besides the equations of each.
 KINDS = {
     "one contact": (
-        *("clutch", "double-pendulum-capsule", "drill-string", "feeder", "mode-coupling-block", "oscillator"),
+        *("clutch", "double-pendulum-capsule", "drill-string", "mode-coupling-block", "oscillator"),
         *("pendulum-capsule", "rotor-capsule", "two-mass-capsule", "two-pendulum-capsule"),
     ),
     "stops": ("oscillator-with-stops", "pendulum-capsule-with-stops", "rigid-stop-capsule", "vibro-impact-capsule"),
@@ -32,7 +32,7 @@ KINDS = {
         "two-block-row",
         "two-body-crawler",
     ),
-    "imposed motion": ("pendulum-crawler", "three-body-worm", "two-body-worm", "two-mass-crawler"),
+    "imposed motion": ("feeder", "pendulum-crawler", "three-body-worm", "two-body-worm", "two-mass-crawler"),
 }
 
 

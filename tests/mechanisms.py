@@ -12,6 +12,7 @@ from vibrocap.mechanics import (
     Contact,
     Damper,
     Drive,
+    Inertia,
     Machine,
     Mass,
     NonNegative,
@@ -79,6 +80,29 @@ class CubicPendulum(Machine):
 
 
 @parameters
+class Clutch(Machine):
+    """Two inertias that rub; the clamping load is an input of its own."""
+
+    engine: Positive = parameter(1.0, "J_1", "inertia of the engine", unit="kg m^2")
+    vehicle: Positive = parameter(3.0, "J_2", "inertia of the vehicle", unit="kg m^2")
+    shaft: NonNegative = parameter(4.0, "k", "shaft of the vehicle", "torsional stiffness")
+    damping: NonNegative = parameter(0.2, "c", "drag of the vehicle", "torsional damping")
+    preload: Positive = parameter(1.0, "N_0", "mean of the load, as a torque", unit="N m")
+    clamp = signal("N", "change of the clamping load, as a torque", "N m", default=vc.Harmonic(0.3, 2.0))
+    slip = coordinate("s", "engine from vehicle", "rad")
+    angle = coordinate("phi", "angle of the vehicle", "rad")
+    name: ClassVar = "own-clutch"
+    effort: ClassVar = "torque"
+
+    def parts(self, q):
+        """Engine and vehicle."""
+        vehicle = Inertia("vehicle", self.vehicle, q.angle)
+        engine = Inertia("engine", self.engine, q.slip, on=vehicle)
+        drag = Spring(self.shaft, q.angle), Damper(self.damping, q.angle)
+        return vehicle, engine, drag, Drive(engine.turn), Contact(engine, on=vehicle, load=self.preload + q.clamp)
+
+
+@parameters
 class StackedPlates(Machine):
     """The drive shakes the upper plate, a spring holds it; friction carries the lower one along."""
 
@@ -97,6 +121,25 @@ class StackedPlates(Machine):
         )
         rubs = Contact(lower, load=self.lower_mass + self.upper_mass), Contact(upper, on=lower, load=self.upper_mass)
         return lower, upper, Spring(self.stiffness, q.upper), Drive(q.upper), rubs
+
+
+@parameters
+class Feeder(Machine):
+    """A part on a plate that vibrates along and across, as vibratory feeders do."""
+
+    stroke: Number = parameter(0.4, "a", "stroke along", "distance")
+    lift: Number = parameter(0.3, "b", "stroke across", "distance")
+    rate: Positive = parameter(1.0, "Omega", "angular frequency of the plate", "frequency")
+    phase: Number = parameter(0.9, "psi", "phase of the stroke across", "phase")
+    position = coordinate("s", "place of the part on the plate", "m")
+    name: ClassVar = "own-feeder"
+
+    def parts(self, q):
+        """The part on its plate."""
+        turn = self.rate * q.time
+        plate = Support("plate", x=self.stroke * sin(turn), z=self.lift * sin(turn + self.phase))
+        part = Mass("part", 1.0, on=plate, x=q.position)
+        return plate, part, Contact(part, on=plate), Drive(q.position)
 
 
 @parameters
@@ -189,4 +232,6 @@ class BeltRow(Machine):
         return belt, row, springs, Drive(first), [Contact(block, on=belt, load=1.0) for block in row]
 
 
-MECHANISMS = (ElasticSkin, CubicPendulum, StackedPlates, BowedString, RodRobot, TubeCapsule, BeltRow)
+MECHANISMS = (
+    *(ElasticSkin, CubicPendulum, Clutch, StackedPlates, Feeder, BowedString, RodRobot, TubeCapsule, BeltRow),
+)

@@ -374,7 +374,8 @@ def test_the_acceleration_comes_from_the_balance_of_momentum(system):
         return
     assert recording.balance is not None
     written = JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance
-    assert written is not None or not system.machine.over_ground  # between two bodies it is one acceleration of two
+    unknown = ("clutch", "two-pendulum-capsule", "double-pendulum-capsule")  # another body moves besides: long series
+    assert (written is None) == (system.machine.name in unknown)
 
 
 @pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above

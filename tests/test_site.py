@@ -9,16 +9,18 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
+from vibrocap.physics.catalogue import machines
 from website.docstrings import as_rst, members
 from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
 from website.links import dead_elsewhere, dead_links, overwritten
-from website.reference import rooms, stage_commands, stage_names
+from website.reference import rooms, stage_commands, stage_equations, stage_names
 from website.staging import (
     INDEX,
     LINK,
@@ -179,6 +181,18 @@ def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):
     assert "report/report.html" in stage_report(extra, out / "report.html")
     copied = {path.relative_to(extra).as_posix() for path in extra.rglob("*.*")}
     assert copied == {"report/report.html", "report/figures/fig05.csv"}
+
+
+def test_every_machine_shows_its_description_beside_its_equations(tmp_path):
+    stage_equations(tmp_path)
+    (made,) = tmp_path.glob("*.md")
+    page = made.read_text(encoding="utf-8")
+    assert re.findall(r"^## (.+)$", page, re.MULTILINE) == list(machines())
+    own = page.partition("## feeder\n")[2].partition("\n## ")[0]
+    assert 'Support("plate", x=moved * cos(angle)' in own
+    assert "<mi>m</mi><mspace width='0.17em'/><msup><mi>p</mi><mo>\N{PRIME}</mo></msup><mo>=</mo>" in own
+    for line in re.findall(r"^<math .*$", page, re.MULTILINE):
+        ElementTree.fromstring(line)
 
 
 # --- what Sphinx makes of it -----------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -433,3 +434,30 @@ def test_a_system_is_changed_in_si():
         system.with_parameters({path: 1.0, "drive.frequency": 1.0})
     with pytest.raises(ArgumentError, match="the case does not say what its units are; give drive"):
         dataclasses.replace(system, units=None).with_parameters({path: 1.0})
+
+
+def test_friction_between_bodies_that_turn_is_a_torque():
+    """In the units of a case, of results and of laws, and in their sizes where length is counted in 3 m."""
+    scales = vc.FreeScales(mass_unit_kg=2.0, length_unit_m=3.0, time_unit_s=0.5)
+    own = read_case("examples/clutch-slips-twice.toml", {"friction.law": "lugre"}, periods=2).system.machine
+    system = vc.System(own, vc.LuGre(viscous_damping=0.1), vc.Harmonic(1.2), units=scales)
+    text = case_text(vc.Case(system), "SI")
+    torque = 2.0 * 3.0**2 / 0.5**2
+    for key, value in (
+        *(("bristle_stiffness_N_m_per_rad", 100.0 * torque), ("viscous_damping_N_m_s_per_rad", 0.1 * torque * 0.5)),
+        *(("stribeck_velocity_rad_per_s", 0.1 / 0.5), ("preload_N_m", torque), ("amplitude_N_m", 1.2 * torque)),
+    ):
+        assert float(re.search(rf"^{key} = (.+)$", text, re.MULTILINE)[1]) == pytest.approx(value, rel=1e-12), key
+    assert case_from_text(text).system == system
+    motion = vc.simulate(system, periods=2)
+    units = ("friction", "reaction", "bristle", "contact_velocity", "slip_rate", "energy")
+    assert [motion.unit_of(name) for name in units] == ["N m", "N m", "rad", "rad/s", "rad/s", "J"]
+    plain = motion.dimensionless
+    assert motion["friction"] == pytest.approx(torque * plain["friction"], rel=1e-14)
+    assert motion["bristle"] == pytest.approx(plain["bristle"], rel=1e-14)
+    line = vc.System(vc.TwoBodyCrawler(), vc.LuGre(), vc.Harmonic(), units=SIScales())
+    assert [line.si.unit(name) for name in ("friction", "friction_2", "bristle_2")] == ["N", "N", "m"]
+    drill = vc.System(vc.DrillString(), vc.LuGre(), vc.Harmonic(0.3, 0.5), units=SIScales())
+    assert drill.with_parameters({"friction.stribeck_velocity_rad_per_s": 0.2}).friction.stribeck_velocity == 0.2
+    fed = vc.System(vc.Clutch(), vc.Exponential(), vc.Harmonic(), units=SIScales())
+    assert vc.mean_velocity(vc.simulate(fed, periods=60)).unit_of("value") == "rad/s"

@@ -20,13 +20,14 @@ from website.embeds import (
 )
 from website.gallery import stage_gallery
 from website.links import dead_elsewhere, dead_links, overwritten
-from website.reference import stage_commands, stage_names
+from website.reference import stage_commands, stage_equations, stage_names
 from website.staging import Card, stage, stage_first_page, stage_sections
 
 MADE: dict[str, list[Card]] = {
     "Reference": [
         ("Commands", "commands", "every command with its options and examples"),
         ("Python", "api/index", "every public name, by what it is about"),
+        ("Equations of motion", "equations", "every machine: its description beside the equations derived from it"),
     ]
 }
 HERE = Path(__file__).resolve().parent
@@ -55,6 +56,7 @@ def main(words: list[str] | None = None) -> int:
     stage(sources)
     stage_gallery(sources, lab, not options.no_pictures)
     stage_commands(sources)
+    stage_equations(sources)
     stage_names(sources)
     stage_lab_frames(sources, lab)
     head = "\n".join((HEAD, lab_frame(lab[FIRST]) if FIRST in lab else PICTURE, stage_report(extra)))

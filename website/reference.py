@@ -3,12 +3,17 @@
 import importlib
 import inspect
 import re
+import textwrap
 from pathlib import Path
+
+from vibrocap.physics.machines.described import Described
 
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
 from vibrocap.cli.main import app
-from website.staging import toctree
+from vibrocap.physics.catalogue import machines
+from vibrocap.physics.equations import equations_of
+from website.staging import WIDE, toctree
 
 # Rooms with public names, as a reader calls them. A room that is not named here stands under its own name.
 TITLES = {
@@ -50,6 +55,23 @@ def stage_commands(folder: Path) -> None:
             parts.append(f"{level} {title}\n{body.rstrip()}\n{fence}")
     text = re.sub(r"(?m)^( *)\* ", r"\1- ", "\n".join(parts))
     (folder / "commands.md").write_text(text, encoding="utf-8")
+
+
+def stage_equations(folder: Path) -> None:
+    """Write equations.md: the description of every machine beside the equations of motion that follow from it."""
+    text = (
+        "# Equations of motion\n\nEach machine says what it is made of; the equations beside follow from that, derived "
+        "when this page is made. A prime is a rate, R friction, N a load, H the energy, d a motion that the drive "
+        "imposes, s a stop that is touched. `vibrocap machines NAME` prints them, see [machines](machines.md).\n"
+    )
+    described = {name: kind for name, kind in machines().items() if issubclass(kind, Described)}
+    for name, kind in described.items():
+        source = textwrap.dedent(inspect.getsource(kind.parts))
+        lines = "".join(f"<math display='block'>{line}</math>\n" for line in equations_of(kind(), "mathml").lines)
+        cards = f":::{{grid-item}}\n```python\n{source}```\n:::\n:::{{grid-item}}\n```{{raw}} html\n{lines}```\n:::\n"
+        first = inspect.cleandoc(kind.__doc__ or "").partition("\n")[0]
+        text += f"\n## {name}\n\n{first}\n\n::::{{grid}} 1 1 2 2\n{cards}::::\n"
+    (folder / "equations.md").write_text(WIDE + text, encoding="utf-8")
 
 
 def rooms() -> dict[str, list[str]]:

@@ -82,6 +82,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap friction show dahl --set bristle_stiffness=1e3",
     ),
     "friction test": ("vibrocap friction test coulomb --plot tests.png",),
+    "machines": (
+        "vibrocap machines",
+        "vibrocap machines pendulum-capsule",
+        "vibrocap machines drill-string --latex",
+    ),
     "check": ("vibrocap check lugre --quick", "vibrocap check --parts mylaws.py"),
     "fit": (
         "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",

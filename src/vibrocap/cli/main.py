@@ -22,7 +22,7 @@ from vibrocap import files, inputs
 from vibrocap.arguments import SettingError
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
-from vibrocap.cli.completers import completing, example_names, measure_names, part_names, script
+from vibrocap.cli.completers import completing, example_names, machine_names, measure_names, part_names, script
 from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
@@ -152,6 +152,7 @@ COMMANDS = {
     "lab": "commands.lab",
     "export": "commands.export",
     "friction": "commands.friction",
+    "machines": "commands.machines",
     "fit": "commands.fit",
     "check": "parts",
     "stick-slip": "commands.records",
@@ -165,6 +166,7 @@ WITHOUT_PARTS = ("examples", "completion", "reproduce", "verify", "plot", "frict
 OWN_OFFERS = {
     "examples": {"names": example_names},
     "check": {"names": part_names},
+    "machines": {"name": machine_names},
     "optimise": {"against": measure_names},
 }
 

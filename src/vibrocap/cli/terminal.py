@@ -69,6 +69,21 @@ def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     return made
 
 
+def parameters_in_words(part: Any) -> Table:
+    """The parameters of a part with their symbols, values and meanings."""
+    from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.symbols import printed
+
+    made = Table(box=None, pad_edge=False)
+    for title in ("parameter", "symbol", "value", "meaning"):
+        made.add_column(title, justify="right" if title == "value" else "left")
+    for info in parameter_table(part):
+        value = getattr(part, info.name)
+        shown = f"{value:g}" if isinstance(value, (int, float)) else "none" if value is None else str(value)
+        made.add_row(info.name, printed(info.symbol), shown, info.meaning)
+    return made
+
+
 @contextlib.contextmanager
 def notes() -> Iterator[None]:
     """Warnings within this context are lines on stderr, each of them once."""

@@ -52,7 +52,10 @@ def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None
 def unit_in(unit: str, si_unit: str, system: Any) -> tuple[str, float | None]:
     """The same of a measure that has these units, without scales and in SI."""
     context = system.si_context()
-    return (unit, None) if context is None or si_unit == "1" else (si_unit, context.units.factor_of(si_unit))
+    if context is None or si_unit == "1":
+        return unit, None
+    own = context.units.of_contact(si_unit)
+    return own, context.units.factor_of(own)
 
 
 def _unit(measure: str | Measure, context: Context) -> str:

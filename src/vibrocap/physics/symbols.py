@@ -68,7 +68,7 @@ MECHANICAL = {
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
     **{f"velocity_{i}": (f"v_{i}", f"velocity of body or foot {i} (crawlers, linkage, bristle robot)") for i in (2, 3)},
-    "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
+    "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass, or of a part (feeder)"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
     **{
         f"{name}_{i}": (f"{symbol}_{i}", f"{meaning} of block {i} (rows of blocks)")

@@ -73,12 +73,12 @@ class Declared:
 
 @dataclasses.dataclass(frozen=True)
 class In(Declared):
-    """A quantity that is always in the same unit, such as "N s/m"."""
+    """A quantity that is always in the same unit, such as "N s/m"; "N m s/rad" where the contact turns."""
 
     name: str
 
     def unit(self, context: Context) -> str:
-        return self.name
+        return context.units.of_contact(self.name)
 
 
 @dataclasses.dataclass(frozen=True)

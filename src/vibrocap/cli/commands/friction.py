@@ -16,7 +16,7 @@ from vibrocap.cli.completers import completing, law_names, law_parameters
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
-from vibrocap.cli.terminal import OK, Page, progress, said, table
+from vibrocap.cli.terminal import OK, Page, parameters_in_words, progress, said, table
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
@@ -72,26 +72,16 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     plot
         draw steady curve and presliding loops: FILE.png, .svg or .pdf
     """
-    from rich.table import Table
-
     from vibrocap.laboratory.passivity import passivity
     from vibrocap.laboratory.stiffness import stiffness_report
-    from vibrocap.physics.parameters import parameter_table
-    from vibrocap.physics.symbols import printed
 
     law = _law(name, set_)
     writable_picture("--plot", plot)
     page = Page()
     page.say(f"{name}: {KINDS[law.kind]}", style="bold")
     page.say("\n" + inspect.cleandoc(type(law).__doc__ or ""))
-    table = Table(box=None, pad_edge=False)
-    for title in ("parameter", "symbol", "value", "meaning"):
-        table.add_column(title, justify="right" if title == "value" else "left")
-    for info in parameter_table(law):
-        value = getattr(law, info.name)
-        table.add_row(info.name, printed(info.symbol), "none" if value is None else f"{value:g}", info.meaning)
     page.print()
-    page.print(table)
+    page.print(parameters_in_words(law))
     with progress(f"Looking for cycles of {name} that create energy"):
         passive = passivity(law)
         scales = stiffness_report(law)

@@ -191,8 +191,8 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
         "state": {name: motion.unit_of(name) for name in motion.state},
         "time": motion.unit_of("end"),
         "drift": motion.unit_of("displacement"),
-        "cost_of_transport": "J/m",
-        "least_reaction": "N",
+        "cost_of_transport": motion.system.si.of_contact("J/m"),
+        "least_reaction": motion.system.si.unit("reaction"),
         "mean_velocity": {} if velocity is None else units_of(velocity),
         "energy": {} if balance is None else _units_of_works(balance, works),
     }
@@ -369,7 +369,7 @@ def in_words(part: Any, system: System, digits: int = 6) -> str:
 
 
 def _units(part: Any, system: System) -> Units:
-    return system.si.of_part("drive" if part is system.drive else "")
+    return system.si.of_part(next(name for name, each in system.parts.items() if each is part))
 
 
 def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:

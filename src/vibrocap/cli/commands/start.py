@@ -18,6 +18,7 @@ from vibrocap.files import made_folder, write_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import UNDECLARED, one_way, parameter_keys, state_keys, undeclared, units_of
+from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.symbols import STATES
 
@@ -185,7 +186,8 @@ class _InSI(_Plain):
 
     def lines(self, part: Any, info: ParameterInfo) -> list[str]:
         """A parameter with its default in SI."""
-        key = one_way(parameter_keys(part, self.units.effort), info.name)
+        units = self.units.of_part("friction" if Law in part.__mro__ else "")
+        key = one_way(parameter_keys(part, units.effort), info.name)
         name = info.name if key is None else key.key
         if info.default is None:
             return [f"# {name}: {info.in_si}"]
@@ -193,9 +195,9 @@ class _InSI(_Plain):
         if info.name == "normal_load" and part.si_load.startswith('"weight"'):
             return [_line("normal_load", "weight", info.in_si)]
         if key is not None and key.has_unit and is_number(value):
-            value = float(f"{value * self.units.per_key(key):.3g}")
+            value = float(f"{value * units.per_key(key):.3g}")
         elif key is not None and key.has_unit and isinstance(value, (tuple, list)):
-            value = [float(f"{each * self.units.per_key(key):.3g}") for each in value]
+            value = [float(f"{each * units.per_key(key):.3g}") for each in value]
         return [_line(name, value, info.in_si)]
 
     def state(self, name: str) -> str:

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
+from vibrocap.physics.dimensions.units import turned
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
 from vibrocap.results import Result
@@ -38,9 +38,7 @@ class MeasuredUnits:
 
     def of_parameter(self, unit: str) -> str:
         """The unit of a parameter of which `unit` is that in N, m and s: N s/m is N m s/rad where the contact turns."""
-        if self is SLIDING:
-            return unit
-        return re.sub(r"kg|N|m", lambda found: {"kg": "kg m^2", "N": "N m", "m": "rad"}[found[0]], unit)
+        return unit if self is SLIDING else turned(unit)
 
 
 SLIDING = MeasuredUnits("force", "N", "displacement", "m", "velocity", "m/s", "N")

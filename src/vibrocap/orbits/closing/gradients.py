@@ -360,7 +360,8 @@ def _slope(system: System, measure: str, plain: str, value: float, slope: float)
     known, place, size, unit = known_measure(measure, system), quantity_in_si(plain, system), 1.0, "1"
     assert known is not None
     if system.units is not None:
-        size, unit = system.si.factor_of(known.si_unit), known.si_unit
+        unit = system.si.of_contact(known.si_unit)
+        size = system.si.factor_of(unit)
     at = float(system.parameter(plain))
     elasticity = slope * at / value if value and at else float("nan")
     over = (

@@ -12,6 +12,7 @@ from vibrocap.physics.parameters import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Di
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
+TURNING = "turning"  # in place of an effort: of a law at a contact that turns, where forces are torques and ways angles
 
 
 def _within_numbers(scale: float) -> float:
@@ -22,6 +23,12 @@ def _within_numbers(scale: float) -> float:
 
 
 Scale = Annotated[Positive, AfterValidator(_within_numbers)]
+
+
+def resolved(dimension: Dimension, effort: str) -> Dimension:
+    """A dimension in force, length and time, of what the drive exerts, or of a contact that turns."""
+    own = dimension.resolved(EFFORTS.get(effort, TORQUE))
+    return Dimension(force=own.force, length=own.force, time=own.time) if effort == TURNING else own
 
 
 class Scales:
@@ -53,9 +60,9 @@ class Scales:
     def of(self, dimension: Dimension, effort: str = "force") -> float:
         """What one dimensionless unit of a quantity is in SI: m^a l^b t^c for its exponents of mass, length and time.
 
-        effort: what the drive exerts, "force" or "torque"
+        effort: what the drive exerts, "force" or "torque"; `TURNING` of a law at a contact that turns
         """
-        own = dimension.resolved(EFFORTS[effort])
+        own = resolved(dimension, effort)
         exponents = own.force, own.length + own.force, own.time - 2 * own.force
         above = below = 1.0
         for scale, exponent in zip(self.units, exponents, strict=True):

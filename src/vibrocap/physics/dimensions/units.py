@@ -7,14 +7,15 @@ such as "bristle_stiffness_N_per_m". What a motion can be asked for has its unit
 import dataclasses
 import functools
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
-from vibrocap.physics.dimensions.scales import EFFORTS, Scales
-from vibrocap.physics.names import OUTPUT, laws_of, state_names
+from vibrocap.physics.dimensions.scales import TURNING, Scales, resolved
+from vibrocap.physics.names import OUTPUT, laws_by_state, laws_of, name_and_number, number_in, numbered, state_names
 from vibrocap.physics.parameters import (
     LENGTH,
     MASS,
@@ -67,6 +68,7 @@ QUANTITIES = {
     "actuator_torque": "N m",
     "impulse": "N s",
 }
+TURNED = {"kg": "kg m^2", "N": "N m", "m": "rad"}
 UNDECLARED = (
     'declares neither a role nor a unit, so cannot stand in SI; declare a pure number by parameter(..., unit="1")'
 )
@@ -116,8 +118,15 @@ def undeclared(part: Any) -> list[str]:
 
 def unit_name(dimension: Dimension, effort: str = "force") -> str:
     """The SI unit of a dimension, "kg" of a mass, "kg m^2" of what turns, "N s/m" of a damper."""
-    own = dimension.resolved(EFFORTS[effort])
+    if effort == TURNING:
+        return turned(unit_name(dimension))
+    own = resolved(dimension, effort)
     return {MASS: "kg", MASS * LENGTH**2: "kg m^2"}.get(own) or own.unit()
+
+
+def turned(unit: str) -> str:
+    """The unit where a contact turns: N s/m is N m s/rad there."""
+    return unit if "N m" in unit else re.sub(r"kg|N|m", lambda found: TURNED[found[0]], unit)
 
 
 def parameter_units(info: ParameterInfo, effort: str) -> dict[str, float]:
@@ -187,19 +196,25 @@ class Units:
 
     scales: what one unit of mass, length and time is. effort: what the drive exerts. states: units of the states.
     reference: what kind of quantity the drive is where a controller compares it; "": there is no controller.
+    turning: numbers of the contacts whose sliding velocity is that of an angle, so that friction and load are torques.
     """
 
     scales: Scales
     effort: str
     states: Mapping[str, str]
     reference: str = ""
+    turning: frozenset[int] = frozenset()
+
+    def of_contact(self, unit: str) -> str:
+        """A unit, as it is where the first contact turns."""
+        return turned(unit) if 1 in self.turning else unit
 
     def unit(self, name: str) -> str:
         """SI unit of a quantity of a motion, "1" where it has none."""
         if name in self.states:
             return self.states[name]
         if (known := quantity_unit(name)) is not None:
-            return known
+            return turned(known) if name_and_number(name)[1] in self.turning else known
         if name in ("drive", "command"):
             return DRIVE_UNITS[self.effort]
         if name == "reference" and self.reference:
@@ -236,6 +251,8 @@ class Units:
 
     def of_part(self, section: str) -> "Units":
         """The same for the parameters of a part: those of a drive that is a reference count in what it is."""
+        if number_in(section, "friction") in self.turning:
+            return dataclasses.replace(self, effort=TURNING)
         return dataclasses.replace(self, effort=self.reference) if section == "drive" and self.reference else self
 
     def per_key(self, key: Key) -> float:
@@ -247,6 +264,10 @@ class NoUnits:
     """The units of results that have none."""
 
     states: ClassVar[Mapping[str, str]] = {}
+
+    def of_contact(self, unit: str) -> str:
+        """A unit as it is declared."""
+        return unit
 
     def unit(self, name: str) -> str:
         """None, of any quantity."""
@@ -265,8 +286,11 @@ def over_seconds(unit: str) -> str:
 
 def effort_of(section: str, parts: Mapping[str, Any]) -> str:
     """What the parameters of a part mean by an effort: what the drive exerts on the machine; of a drive that is the
-    reference of a controller, what that measures. parts: of a system by name, or their classes
+    reference of a controller, what that measures; `TURNING` of a law at a contact that turns. parts: of a system by
+    name, or their classes
     """
+    if number_in(section, "friction") in turning(parts["machine"]):
+        return TURNING
     controller = parts.get("controller")
     return parts["machine"].effort if controller is None or section != "drive" else controller.reference
 
@@ -275,7 +299,13 @@ def units_of(parts: Mapping[str, Any], scales: Scales) -> Units:
     """Factor and unit of every quantity of the parts of a system by name, or of their classes."""
     controller = parts.get("controller")
     reference = "" if controller is None else controller.reference
-    return Units(scales, parts["machine"].effort, state_units(parts), reference)
+    return Units(scales, parts["machine"].effort, state_units(parts), reference, turning(parts["machine"]))
+
+
+def turning(machine: Any) -> frozenset[int]:
+    """Numbers of the contacts of a machine, or of its class, that turn."""
+    states, units = machine.contact_states, machine.state_units
+    return frozenset(i for i, name in enumerate(states, start=1) if units.get(name) == "rad/s")
 
 
 def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
@@ -285,7 +315,10 @@ def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
         own |= dict.fromkeys(controller.effort_states, DRIVE_UNITS[parts["machine"].effort])
     for part in (*laws_of(parts)[1:], parts["friction"], parts["machine"]):
         own |= part.state_units
-    return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
+    units = {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
+    turns = turning(parts["machine"])
+    angles = (numbered(name, i) for i, law in laws_by_state(parts) if i in turns for name in law.internal)
+    return units | {name: turned(units[name]) for name in angles}
 
 
 def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:

@@ -1,15 +1,11 @@
 """Bodies that only turn, so that friction and its load are torques: a drill string, and a clutch."""
 
 import math
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-from pydantic import Field
-
-from vibrocap.physics.elementary import cos, sqrt
+from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Inertia, Spring, Support, coordinate
-
-Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 
 
 class TurningBodies(Machine):
@@ -72,35 +68,42 @@ class DrillString(TurningBodies):
 
 @parameters
 class Clutch(TurningBodies):
-    """Clutch: two inertias that rub on each other under a load that rises and falls; the drive turns the engine.
+    """Clutch: two inertias that rub on each other under a load that is a function of time: the drive changes it.
 
-    With the angle phi of the vehicle, on its shaft, and the slip s of the engine from it,
+    A motor, whose torque falls with its speed, turns the engine. With the angle phi of the vehicle, on its shaft, and
+    the slip s of the engine from it,
 
-        J_1 (phi'' + s'') = drive - R,     J_2 phi'' = R - k phi - c phi',     N = N_0 [1 + a cos(omega t)]
+        J_1 (phi'' + s'') = c_m (Omega - phi' - s') - R,     J_2 phi'' = R - k phi - c phi',     N = N_0 + a drive
 
-    (Pfeiffer and Glocker 1996). R is a torque, its load N too. A run has the period of its drive: choose it so that the
-    load repeats in it. Any consistent units may be used, SI as well as none.
+    (after Pfeiffer and Glocker 1996). R, N and the drive are torques. Any consistent units may be used.
     """
 
     engine_inertia: Positive = parameter(1.0, "J_1", "inertia of the engine", "inertia")
     vehicle_inertia: Positive = parameter(3.0, "J_2", "inertia of the vehicle", "inertia")
     stiffness: NonNegative = parameter(4.0, "k", "torsional stiffness of the shaft", "torsional stiffness")
     damping: NonNegative = parameter(0.2, "c", "torsional damper of the vehicle", "torsional damping")
+    motor_speed: Number = parameter(1.0, "Omega", "angular speed at which the motor has no torque", "frequency")
+    motor_damping: NonNegative = parameter(0.3, "c_m", "drop of its torque over its speed", "torsional damping")
     normal_load: Positive = parameter(1.0, "N_0", "mean load, as a torque", "torque")
-    load_swing: Fraction = parameter(0.3, "a", "amplitude of the load over its mean, 0 to 1", "fraction")
-    load_frequency: Positive = parameter(2.0, "omega", "angular frequency of the load", "frequency")
+    share: Number = parameter(0.4, "a", "change of the load over the drive", "share")
     name: ClassVar[str] = "clutch"
     source: ClassVar[str] = "pfeiffer1996"
     slip = coordinate("s", "angle of the engine from the vehicle", "rad")
     angle = coordinate("phi", "angle of the vehicle", "rad")
 
+    @property
+    def symmetric(self) -> bool:
+        """Only with a motor at rest and a load that does not change."""
+        return self.motor_speed == 0.0 and self.share == 0.0
+
     def _inertia(self):
         return self.engine_inertia + self.vehicle_inertia
 
     def parts(self, q):
-        """Engine and vehicle."""
+        """Motor, engine and vehicle."""
+        motor = Support("motor", angle=self.motor_speed * q.time)
         vehicle = Inertia("vehicle", self.vehicle_inertia, q.angle)
         engine = Inertia("engine", self.engine_inertia, q.slip, on=vehicle)
-        load = self.normal_load * (1.0 + self.load_swing * cos(self.load_frequency * q.time))
         shaft = Spring(self.stiffness, q.angle), Damper(self.damping, q.angle)
-        return [vehicle, engine, *shaft, Drive(engine.turn), Contact(engine, on=vehicle, load=load)]
+        rubs = Contact(engine, on=vehicle, load=self.normal_load + self.share * q.drive)
+        return [motor, vehicle, engine, shaft, Damper(self.motor_damping, engine.turn - motor.turn), rubs]

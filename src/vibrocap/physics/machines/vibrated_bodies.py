@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
-from vibrocap.physics.elementary import sin, sqrt
+from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, Scales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
 
@@ -25,33 +25,30 @@ class WeightScales(Scales):
 
 @parameters
 class Feeder(Machine):
-    """Part on a plate that vibrates along and across, as vibratory feeders do (Sloot and Kruyt 1996).
+    """Part on a plate that vibrates along a line at an angle to it, as vibratory feeders do (Sloot and Kruyt 1996).
 
-    The load rises and falls with the plate, so that friction holds on one way and lets go on the other. With x and z of
-    the plate, and the place s of the part on it,
+    The load rises and falls with the plate, so that friction holds on one way and lets go on the other. The drive is
+    the displacement d of the plate, and s the place of the part on it,
 
-        m (s'' + x'') = drive - R,     N = m (1 + z''),     x = a sin(Omega t),     z = b sin(Omega t + psi)
+        s' = p - d' cos(beta),     m p' = -R,     N = m (1 + d'' sin(beta))
 
-    The run ends where the part leaves the plate, at N = 0. A run has the period of its drive: choose it so that the
-    plate repeats in it. Time is in units of sqrt(l/g) for a length l of one's choice.
+    The run ends where the part leaves the plate, at N = 0. Time is in units of sqrt(l/g), for any length l.
     """
 
     mass: Positive = parameter(1.0, "m", "mass of the part", "mass")
-    stroke: Number = parameter(0.4, "a", "amplitude of the plate along", "distance")
-    lift: Number = parameter(0.3, "b", "amplitude of the plate across", "distance")
-    rate: Positive = parameter(1.0, "Omega", "angular frequency of the plate", "frequency")
-    phase: Number = parameter(0.9, "psi", "phase of the motion across", "phase")
+    vibration_angle: Number = parameter(0.3, "beta", "angle between the plate and the line of its motion", "phase")
     name: ClassVar[str] = "feeder"
     source: ClassVar[str] = "sloot1996"
+    effort: ClassVar = "displacement"
     si_scales: ClassVar = WeightScales
-    position = coordinate("s", "place of the part on the plate", "m")
+    position = coordinate("s", "place of the part on the plate", "m", rate="centre_velocity")
 
     def parts(self, q):
         """The part on its plate."""
-        turn = self.rate * q.time
-        plate = Support("plate", x=self.stroke * sin(turn), z=self.lift * sin(turn + self.phase))
+        moved, angle = q.imposed(q.drive), self.vibration_angle
+        plate = Support("plate", x=moved * cos(angle), z=moved * sin(angle))
         part = Mass("part", self.mass, on=plate, x=q.position)
-        return [plate, part, Contact(part, on=plate), Drive(q.position)]
+        return [plate, part, Contact(part, on=plate)]
 
 
 @parameters

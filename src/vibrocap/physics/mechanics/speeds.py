@@ -34,7 +34,7 @@ from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, solved, total, written
 from vibrocap.physics.names import numbered
 
-TIME = "time"
+TIME, DRIVE = "time", "drive"
 WORDS = ("dynamic", "weight")  # for loads
 PARTS = (Placed, Spring, Damper, Drive, Potential, Stop, Contact)
 
@@ -55,7 +55,8 @@ class Inputs:
         (self.t, self.drive), self.gravity = block(2), block(2)
         self.parameters, self.states, self.frictions = block(parameters), block(states), block(contacts)
         self.signals = {name: block(3) for name in signals}
-        self.changing = {each.operands[0] for each in (self.t, *self.states, *itertools.chain(*self.signals.values()))}
+        moving = self.t, self.drive, *self.states, *itertools.chain(*self.signals.values())
+        self.changing = {each.operands[0] for each in moving}
         self.count = 4 + states + contacts + parameters + 3 * len(signals)
 
 
@@ -63,6 +64,7 @@ class Space:
     """What `parts` is given: coordinates and other quantities by name."""
 
     time: Quantity
+    drive: Quantity
     imposed: Callable[[Any], Quantity]
 
     def __getattr__(self, name: str) -> Any:
@@ -114,6 +116,7 @@ class Motion:
         """What `parts` is given."""
         q, self.imposed = Space(), []
         q.time = Quantity(self.inputs.t, {TIME: Sum.of(1.0)}, 1.0)
+        q.drive = Quantity(self.inputs.drive, {DRIVE: Sum.of(1.0)})  # for loads; no motion, unless it is imposed
         for name, (value, slope, bend) in self.inputs.signals.items():
             setattr(q, name, Quantity(value, {TIME: Sum.of(slope)}, slope, bend))
         found = {name: Quantity(places[name], slopes[name], rates[name], curvatures[name]) for name in self.names}
@@ -232,6 +235,9 @@ class Motion:
             borne = carried or not as_sum(m.mass) or any(map(m.height.slope, self.names))
             dynamic = any(is_word(each.load) and each.load == "dynamic" for each in self.contacts)
             rules.append((dynamic and not borne, f"nothing carries {m.name!r}: say on which body it stands, on=..."))
+        placed = [x for each in self.bodies for x in (each.along, each.height, each.turn)]
+        moved = any(x.slope(DRIVE) for x in (*placed, *self.stretches.values()))
+        rules.append((moved, "a place follows q.drive, a force here: let the effort be a motion, or write a signal"))
         for each in (*self.springs, *self.dampers, *self.drives):
             path = Quantity.of(getattr(each, "stretch", None) or getattr(each, "path", 0.0))
             rules.append((not path.moves, f"a {type(each).__name__} acts along what never moves"))
