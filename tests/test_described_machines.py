@@ -19,7 +19,6 @@ from hand_machines.rotor_capsule import RotorCapsule
 from hand_machines.two_mass_capsule import TwoMassCapsule
 from hand_machines.two_mass_crawler import TwoMassCrawler
 from hand_machines.vibro_impact_capsule import VibroImpactCapsule
-from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.parameters import parameter_table
 
@@ -133,7 +132,7 @@ def at_stop(machine, y, side):
     return [rest.get(name, value) for name, value in zip(machine.states, y, strict=True)]
 
 
-@pytest.mark.parametrize("draws", exhaustive_but([0], [FEW, MANY]))
+@pytest.mark.parametrize("draws", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("by_hand", "given"), CASES, ids=lambda x: getattr(x, "name", None) or ",".join(x))
 def test_described_machines_agree_with_those_derived_by_hand(by_hand, given, draws):
     draw, worst = random.Random(1), {}

@@ -17,7 +17,7 @@ from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
-FEW, ROWS, KINDS = 22, 79, 21
+ROWS, KINDS = 79, 21
 # what exports refuse of a case
 REFUSED = re.compile(r"CASE: .*MuJoCo|--to: rates for another integrator take|--to: .*export it as a stepper, --to c")
 
@@ -96,6 +96,9 @@ def test_a_case_is_exported(shown, tmp_path, number):
     exported(shown, row, "c", "rates", "fmu", "mjcf")
     for command in ("measures", "limits", "cite"):
         shown(command, refused=re.compile("law"))
+
+
+FEW = 22  # rows in which each kind stands
 
 
 @pytest.mark.slow

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+import thinned
 import vibrocap as vc
 from mechanisms import MECHANISMS
-from thinned import exhaustive_but, slow_but
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -354,7 +354,7 @@ CLOSED = ["twin-pendulum", "clutch", "stacked-plates", "drill-string", "elastic-
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(SOLVED), 3), SOLVED), ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", thinned.exhaustive_but(range(0, len(SOLVED), 3), SOLVED), ids=lambda kind: kind.name)
 def test_their_motions_are_those_of_an_independent_solver(kind):
     weak = vc.Harmonic(0.5, drive_of(kind).frequency)
     drive = weak if kind.name in ("double-pendulum", "bristle-robot", "feeder") else drive_of(kind)
@@ -370,14 +370,14 @@ def test_their_motions_are_those_of_an_independent_solver(kind):
     assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
 
 
-@pytest.mark.parametrize("kind", slow_but(range(0, len(MECHANISMS), 2), MECHANISMS), ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", thinned.slow_but(range(0, len(MECHANISMS), 2), MECHANISMS), ids=lambda kind: kind.name)
 def test_they_keep_the_contract_of_machines(kind):
     report = vc.check_part(kind, motion=False)
     assert report.ok, str(report)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 2], CLOSED))
+@pytest.mark.parametrize("name", thinned.exhaustive_but([0, 2], CLOSED))
 def test_they_close_in_orbits_and_run_in_lanes(name):
     kind = next(kind for kind in MECHANISMS if kind.name == name)
     system = vc.System(kind(), LAW, drive_of(kind))
