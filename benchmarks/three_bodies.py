@@ -1,7 +1,6 @@
 """Three blocks in a row and a wall: how long a run of a sweep takes where contacts and a stop end its steps.
 
-The machine is written here, as none of the catalogue has three bodies and a stop. The same module runs with any version
-of the package that knows rows of blocks (PYTHONPATH=.../src), so versions can be compared.
+The machine is described here, as none of the catalogue has three bodies and a stop.
 
 `python -m benchmarks three` prints medians of runs on one thread.
 """
@@ -13,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
+from vibrocap.mechanics import NonNegative, Positive, Stop, parameter, parameters
 
 BLOCKS = vc.ThreeBlockRow
 RUNS, PERIODS, ROUNDS = 512, 40, 5
@@ -29,47 +28,14 @@ class BlocksAndWall(BLOCKS):
     wall_stiffness: Positive = parameter(15.0, "kappa_w", "spring of the wall", "stiffness")
 
     name: ClassVar[str] = "blocks-and-wall"
-    states: ClassVar = (*BLOCKS.states, "touching")
-    switched: ClassVar = ("touching",)
-    switch_events: ClassVar = ("impact", "stop_opened")
-    symmetry: ClassVar = (-1,) * 7
-
-    mechanism = Machine.mechanism  # a wall has no part there
-
-    @property
-    def symmetric(self) -> bool:
-        """Never: there is one wall."""
-        return False
 
     def scales(self, time=1.0):
         """Those of the blocks."""
         return *super().scales(time), 1.0
 
-    def _gaps(self, y) -> tuple:
-        return super()._gaps(y[:6])
-
-    def _from_outside(self, y, drive) -> list:
+    def parts(self, q):
         """With the wall, on the last block."""
-        found = super()._from_outside(y[:6], drive)
-        return [*found[:2], found[2] - y[6] * self.wall_stiffness * (y[4] - self.gap)]
-
-    def rates(self, t, y, drive, frictions):
-        """Those of the blocks; the branch stays."""
-        return *super().rates(t, y, drive, frictions), 0.0
-
-    def switches(self, t, y, drive, frictions):
-        """Positive while the branch lasts: the wall is reached, it is left."""
-        ahead = (self.gap - y[4]) / (1.0 + self.gap)
-        return y[6] + (1.0 - y[6]) * ahead, 1.0 - y[6] - y[6] * ahead
-
-    def after_switch(self, which, t, y, drive, frictions):
-        """The wall is touched, or not; nothing jumps."""
-        return *y[:6], (1.0, 0.0)[which]
-
-    def energy(self, t, y):
-        """With that of the wall's spring."""
-        pressed = y[6] * (y[4] - self.gap)
-        return super().energy(t, y[:6]) + 0.5 * self.wall_stiffness * pressed * pressed
+        return [*super().parts(q), Stop(q.position[-1], self.gap, stiffness=self.wall_stiffness)]
 
 
 def blocks() -> vc.System:

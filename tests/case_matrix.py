@@ -25,7 +25,7 @@ FACES = {
     "printed": ("table", "json"),
     "picture": (".png", ".svg", ".pdf"),
     "out": ((".nc", ".csv"), (".xlsx", ".mat")),
-    "exported": (("c", "rates"), ("fmu", "mjcf")),
+    "exported": (("c",), ("fmu", "mjcf")),
     "further": ("film", "sweep", "lab"),
 }
 # what a parameter that may be left out is where it is given; others are 0.5

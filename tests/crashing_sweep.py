@@ -35,7 +35,6 @@ for imported_by_a_sweep in (
         "dask.array",
         "h5netcdf",
         "psutil",
-        "pint",
         "vibrocap.numerics.compiler",
     ),
     "vibrocap.studies.store.zarr_files",

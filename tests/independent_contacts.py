@@ -253,8 +253,6 @@ class Mechanics:
         found = [self.around.drag(each, side) for each, side in zip(v, sides, strict=True)]
         ground = self.machine.ground_speed()
         found[0] = self.around.drag(v[0] + ground, sides[0]) - self.around.force
-        if self.around.has_weight(self.machine) and not self.machine.weighs:  # else its rates hold all of its weight
-            found[0] = found[0] + dict(self.machine.masses())[self.machine.contact_states[0]] * self.machine.gravity[1]
         return found
 
     def law_load(self, i) -> float:

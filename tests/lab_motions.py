@@ -19,9 +19,13 @@ from vibrocap.physics.catalogue import laws, machines
 STORE = Path(__file__).with_name("lab_motions.json")
 # The kernels of machines of one row have the same statements besides the equations of each.
 KINDS = {
-    "one contact": ("mode-coupling-block", "oscillator", "pendulum-capsule", "rotor-capsule", "two-mass-capsule"),
+    "one contact": (
+        *("clutch", "double-pendulum-capsule", "drill-string", "feeder", "mode-coupling-block", "oscillator"),
+        *("pendulum-capsule", "rotor-capsule", "two-mass-capsule", "two-pendulum-capsule"),
+    ),
     "stops": ("oscillator-with-stops", "pendulum-capsule-with-stops", "rigid-stop-capsule", "vibro-impact-capsule"),
     "several contacts": (
+        "bristle-robot",
         "linkage-crawler",
         "three-block-row",
         "three-body-crawler",

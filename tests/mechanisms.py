@@ -12,7 +12,6 @@ from vibrocap.mechanics import (
     Contact,
     Damper,
     Drive,
-    Inertia,
     Machine,
     Mass,
     NonNegative,
@@ -32,53 +31,6 @@ from vibrocap.mechanics import (
     signal,
     sin,
 )
-
-
-@parameters
-class TwinPendulum(Machine):
-    """Two pendulums of unequal springs in one capsule; the drive turns the second with a share of its torque."""
-
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over bob mass", "mass")
-    stiffness: NonNegative = parameter(2.0, "rho", "spring of the first", "torsional stiffness")
-    stiffness_2: NonNegative = parameter(3.0, "rho_2", "spring of the second", "torsional stiffness")
-    damping: NonNegative = parameter(0.5, "nu", "damper of each", "torsional damping")
-    share: Number = parameter(0.6, "a", "torque on the second over that on the first", "share")
-    angle = coordinate("theta", "angle of each pendulum", "rad", count=2)
-    position = coordinate("X", "place of the capsule", "m")
-    name: ClassVar = "twin-pendulum"
-    effort: ClassVar = "torque"
-
-    def parts(self, q):
-        """A capsule and its pendulums."""
-        capsule = Mass("capsule", self.mass_ratio, x=q.position)
-        found, own = [capsule, Contact(capsule)], ((self.stiffness, self.stiffness_2), (1.0, self.share))
-        for i, (a, k, share) in enumerate(zip(q.angle, *own, strict=True), 1):
-            found += [Mass(f"bob {i}", 1.0, on=capsule, x=-sin(a), z=cos(a))]
-            found += [Spring(k, a), Damper(self.damping, a), Drive(a, share)]
-        return found
-
-
-@parameters
-class DoublePendulum(Machine):
-    """A second bob hangs on the first."""
-
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over bob mass", "mass")
-    length: Positive = parameter(0.5, "l_2", "second rod over the first", "distance")
-    stiffness: NonNegative = parameter(3.0, "rho", "spring of each joint", "torsional stiffness")
-    damping: NonNegative = parameter(0.5, "nu", "damper of each joint", "torsional damping")
-    angle = coordinate("theta", "angle of each rod from upright", "rad", count=2)
-    position = coordinate("X", "place of the capsule", "m")
-    name: ClassVar = "double-pendulum"
-    effort: ClassVar = "torque"
-
-    def parts(self, q):
-        """A capsule with one bob on another."""
-        first, second = q.angle
-        capsule = Mass("capsule", self.mass_ratio, x=q.position)
-        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
-        bob_2 = Mass("bob 2", 0.5, on=bob, x=-self.length * sin(second), z=self.length * cos(second))
-        joints = [(Spring(self.stiffness, a), Damper(self.damping, a)) for a in (first, second - first)]
-        return capsule, bob, bob_2, joints, Drive(first), Contact(capsule)
 
 
 @parameters
@@ -127,50 +79,6 @@ class CubicPendulum(Machine):
 
 
 @parameters
-class DrillString(Machine):
-    """A table that turns steadily drives a disc and the bit; coordinates are counted from the table."""
-
-    disc: Positive = parameter(2.0, "J_1", "inertia of the disc", unit="kg m^2")
-    bit: Positive = parameter(0.5, "J_2", "inertia of the bit", unit="kg m^2")
-    stiffness: Positive = parameter(1.0, "k", "each string", "torsional stiffness")
-    damping: NonNegative = parameter(0.05, "c", "each string", "torsional damping")
-    speed: Number = parameter(0.3, "Omega", "speed of the table", unit="1/s")
-    twist = coordinate("phi", "disc and bit from the table", "rad", count=2)
-    name: ClassVar = "drill-string"
-    effort: ClassVar = "torque"
-
-    def parts(self, q):
-        """Two discs on strings below the table; the bit rubs on the rock, which stands."""
-        table = Support("table", angle=self.speed * q.time)
-        disc, bit = Inertia("disc", self.disc, q.twist[0], on=table), Inertia("bit", self.bit, q.twist[1], on=table)
-        strings = [(Spring(self.stiffness, s), Damper(self.damping, s)) for s in (q.twist[0], q.twist[1] - q.twist[0])]
-        return table, disc, bit, strings, Drive(q.twist[0]), Contact(bit, load=1.0)
-
-
-@parameters
-class Clutch(Machine):
-    """Two inertias that rub; the clamping load is an input of its own."""
-
-    engine: Positive = parameter(1.0, "J_1", "inertia of the engine", unit="kg m^2")
-    vehicle: Positive = parameter(3.0, "J_2", "inertia of the vehicle", unit="kg m^2")
-    shaft: NonNegative = parameter(4.0, "k", "shaft of the vehicle", "torsional stiffness")
-    damping: NonNegative = parameter(0.2, "c", "drag of the vehicle", "torsional damping")
-    preload: Positive = parameter(1.0, "N_0", "mean of the load, as a torque", unit="N m")
-    clamp = signal("N", "change of the clamping load, as a torque", "N m", default=vc.Harmonic(0.3, 2.0))
-    slip = coordinate("s", "engine from vehicle", "rad")
-    angle = coordinate("phi", "angle of the vehicle", "rad")
-    name: ClassVar = "clutch"
-    effort: ClassVar = "torque"
-
-    def parts(self, q):
-        """Engine and vehicle."""
-        vehicle = Inertia("vehicle", self.vehicle, q.angle)
-        engine = Inertia("engine", self.engine, q.slip, on=vehicle)
-        drag = Spring(self.shaft, q.angle), Damper(self.damping, q.angle)
-        return vehicle, engine, drag, Drive(engine.turn), Contact(engine, on=vehicle, load=self.preload + q.clamp)
-
-
-@parameters
 class StackedPlates(Machine):
     """The drive shakes the upper plate, a spring holds it; friction carries the lower one along."""
 
@@ -189,25 +97,6 @@ class StackedPlates(Machine):
         )
         rubs = Contact(lower, load=self.lower_mass + self.upper_mass), Contact(upper, on=lower, load=self.upper_mass)
         return lower, upper, Spring(self.stiffness, q.upper), Drive(q.upper), rubs
-
-
-@parameters
-class Feeder(Machine):
-    """A part on a plate that vibrates along and across, as vibratory feeders do."""
-
-    stroke: Number = parameter(0.4, "a", "stroke along", "distance")
-    lift: Number = parameter(0.3, "b", "stroke across", "distance")
-    rate: Positive = parameter(1.0, "Omega", "angular frequency of the plate", "frequency")
-    phase: Number = parameter(0.9, "psi", "phase of the stroke across", "phase")
-    position = coordinate("s", "place of the part on the plate", "m")
-    name: ClassVar = "feeder"
-
-    def parts(self, q):
-        """The part on its plate."""
-        turn = self.rate * q.time
-        plate = Support("plate", x=self.stroke * sin(turn), z=self.lift * sin(turn + self.phase))
-        part = Mass("part", 1.0, on=plate, x=q.position)
-        return plate, part, Contact(part, on=plate), Drive(q.position)
 
 
 @parameters
@@ -233,8 +122,8 @@ class BowedString(Machine):
 
 
 @parameters
-class BristleRobot(Machine):
-    """A body on two leaning legs; the drive pushes it down, the legs turn this into travel."""
+class RodRobot(Machine):
+    """A body on two leaning legs that stretch as rods do; the drive pushes it down, the legs turn this into travel."""
 
     mass: Positive = parameter(1.0, "m", "body", "mass")
     foot: Positive = parameter(0.05, "m_f", "each foot", "mass")
@@ -247,7 +136,7 @@ class BristleRobot(Machine):
     shift = coordinate("u", "body from where it stands over its first foot", "m")
     stretch = coordinate("w", "second foot from the first, less the distance of hips", "m")
     position = coordinate("X", "place of the first foot", "m")
-    name: ClassVar = "bristle-robot"
+    name: ClassVar = "rod-robot"
 
     def parts(self, q):
         """Feet, body and legs."""
@@ -300,7 +189,4 @@ class BeltRow(Machine):
         return belt, row, springs, Drive(first), [Contact(block, on=belt, load=1.0) for block in row]
 
 
-MECHANISMS = (
-    *(TwinPendulum, DoublePendulum, ElasticSkin, CubicPendulum, DrillString, Clutch, StackedPlates, Feeder),
-    *(BowedString, BristleRobot, TubeCapsule, BeltRow),
-)
+MECHANISMS = (ElasticSkin, CubicPendulum, StackedPlates, BowedString, RodRobot, TubeCapsule, BeltRow)

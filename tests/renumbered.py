@@ -3,28 +3,20 @@
 import dataclasses
 import functools
 
-from vibrocap.physics.machines.machine import Machine, parameters
-
-FRICTIONS = ("rates", "powers", "actuator", "switches", "after_switch", "wall_force")
+from vibrocap.mechanics import Contact, Machine, parameters
 
 
 @functools.cache
 def _class(kind: type[Machine]) -> type[Machine]:
-    def turned(name):
-        return lambda self, *rest: getattr(kind, name)(self, *rest[:-1], tuple(rest[-1])[::-1])
-
-    def contacts(self, t, y, drive):
+    def parts(self, q):
         found = []
-        for each in kind.contacts(self, t, y, drive)[::-1]:
-            reaction = None if each.reaction is None else (*each.reaction[:2], *each.reaction[2:][::-1])
-            found.append(dataclasses.replace(each, response=each.response[::-1], reaction=reaction))
-        return tuple(found)
+        for each in kind.parts(self, q):
+            found += each if isinstance(each, (list, tuple)) else [each]
+        rubbing = [each for each in found if isinstance(each, Contact)]
+        return [*(each for each in found if not isinstance(each, Contact)), *reversed(rubbing)]
 
-    own = {name: turned(name) for name in FRICTIONS} | {
-        "contacts": contacts,
-        "contact_states": kind.contact_states[::-1],
-        "loads": lambda self: kind.loads(self)[::-1],
-        "masses": lambda self: dict(reversed(kind.masses(self).items())),
+    own = {
+        "parts": parts,
         "name": f"renumbered-{kind.name}",
         "__doc__": kind.__doc__,
         "__module__": __name__,

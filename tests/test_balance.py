@@ -5,10 +5,11 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
+from planted import planted
+from vibrocap.mechanics import Damper
 from vibrocap.motion.recording.equations import equations
 from vibrocap.numerics.codegen import series_source
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.physics.elementary import cos
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.parameters import parameters
 
@@ -23,16 +24,12 @@ class Bare(vc.PendulumCapsule):
 
     name = "bare"
 
-    def _held(self, y, drive):
-        return super()._held(y, drive) - cos(y[0]) * y[1]
-
-    def accelerations(self, t, y, drive, force):
-        pendulum, capsule = super().accelerations(t, y, drive, force)
-        return pendulum - y[1], capsule
+    def parts(self, q):
+        return [*super().parts(q), Damper(1.0, q.angle)]
 
 
-@parameters
-class Forgetful(vc.PendulumCapsule):
+@planted(vc.PendulumCapsule)
+class Forgetful:
     """A capsule whose momentum is wrong: the pendulum's share is left out."""
 
     name = "forgetful"
@@ -41,14 +38,14 @@ class Forgetful(vc.PendulumCapsule):
         return (self.mass_ratio + 1.0) * y[3]
 
 
-@parameters
-class Curved(vc.PendulumCapsule):
+@planted(vc.PendulumCapsule)
+class Curved:
     """A capsule whose momentum is right and written in a way that the writer does not take apart."""
 
     name = "curved"
 
     def momentum(self, t, y):
-        squared = super().momentum(t, y) + 10.0
+        squared = vc.PendulumCapsule.momentum(self, t, y) + 10.0
         return squared * squared / squared
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from planted import planted
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
 from vibrocap.motion.crossings import polynomial_slopes, polynomial_values
@@ -123,8 +124,8 @@ def test_works_of_implicit_steps_in_an_ensemble(tolerance):
     assert found["peak_friction"] == pytest.approx([np.abs(motion["friction"]).max()], abs=1e-4)
 
 
-@parameters
-class Leaking(vc.PendulumCapsule):
+@planted(vc.PendulumCapsule)
+class Leaking:
     """A machine of one's own, whose damper takes more than its channel says."""
 
     name = "leaking"
@@ -134,8 +135,8 @@ class Leaking(vc.PendulumCapsule):
         return drive_power, 0.5 * damper
 
 
-@parameters
-class Lopsided(vc.Oscillator):
+@planted(vc.Oscillator)
+class Lopsided:
     """A machine of one's own, of whose momentum a tenth is forgotten."""
 
     name = "lopsided"

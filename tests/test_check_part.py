@@ -1,22 +1,18 @@
 """check_part: a part that keeps its contract is told so, and each fault is found by its clause and said in words."""
 
-import dataclasses
 import json
 from typing import ClassVar
 
 import pytest
 
 import vibrocap as vc
-from hand_machines import pendulum_capsule as by_hand
-from hand_machines.oscillator import Oscillator as BY_HAND
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.contracts.system_clauses import motion_of, moves, system_of
-from vibrocap.physics.bodies import Mechanism
+from vibrocap.mechanics import Contact, Damper, Drive, Machine, Mass, Potential, Spring, Stop, Support, coordinate
 from vibrocap.physics.catalogue import unregister
 from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
-from vibrocap.physics.machines.machine import Contact
 from vibrocap.physics.part_files import load_parts
 
 
@@ -36,57 +32,6 @@ def one_sided(self, velocity, internal, side, load):
 def counting(self, t):
     self.__dict__["calls"] = self.__dict__.get("calls", 0) + 1
     return self.amplitude * cos(self.frequency * t) + 1e-3 * self.__dict__["calls"]
-
-
-class DYNAMIC(vc.PendulumCapsule):
-    """A capsule under the load that it makes."""
-
-    follows_load = True
-
-    def loads(self):
-        return (self.mass_ratio + 1.0,)
-
-
-def lifted(self, t, y, drive):
-    (found,) = vc.PendulumCapsule.contacts(self, t, y, drive)
-    inertia, own, slope = found.reaction
-    return (dataclasses.replace(found, reaction=(inertia, own + 0.1 * drive, slope)),)
-
-
-def held_otherwise(part, number, **changed):
-    """Its contacts, one of them with other fields."""
-
-    def contacts(self, t, y, drive):
-        found = list(part.contacts(self, t, y, drive))
-        found[number - 1] = dataclasses.replace(found[number - 1], **changed)
-        return tuple(found)
-
-    return of(part, contacts=contacts)
-
-
-def sprung(self, t, y, drive, frictions):
-    return y[1], (drive - frictions[0]) / self.mass
-
-
-def forgets_a_belt(self, t, y, drive, frictions):
-    drive_power, damper = vc.TwoBodyCrawler.powers(self, t, y, drive, frictions)
-    return drive_power, damper - 0.3 * sum(frictions[1:])
-
-
-def unsprung(self, t, y):
-    capsule, bob = vc.PendulumCapsule.mechanism(self, t, y).bodies
-    return Mechanism((capsule, dataclasses.replace(bob, stiffness=0.0)))
-
-
-def heavier(self, t, y):
-    (block,) = vc.Oscillator.mechanism(self, t, y).bodies
-    mass, rate = 2.0 * block.mass, block.rate / 2.0**0.5  # of the same energy
-    return Mechanism((dataclasses.replace(block, mass=mass, rate=rate),))
-
-
-def undamped(self, t, y):
-    found = vc.TwoBodyCrawler.mechanism(self, t, y)
-    return Mechanism(found.bodies, (dataclasses.replace(found.links[0], damping=0.0),))
 
 
 LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
@@ -118,83 +63,8 @@ FAULTS = {
     ),
     "words": (of(LAW, creeps="no"), "creeps: should be True or False, got 'no'"),
     "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
-    "not held": (
-        of(OSCILLATOR, rates=sprung),
-        "rates: with its holding_force as friction the rate of sliding_",
-    ),
-    "energy": (
-        of(OSCILLATOR, energy=lambda self, t, y: 0.5 * self.mass * y[1] * y[1]),
-        "energy, powers: the",
-    ),
-    "momentum": (of(OSCILLATOR, momentum=lambda self, t, y: y[1]), "momentum, outer_force: the momentum grows by"),
-    "signs": (of(OSCILLATOR, symmetry=(-1, 1), symmetric=True), "symmetry: mirrored rates should be"),
-    "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
-    "turns": (of(CAPSULE, turns={"angle": 6.0}), "rates: should be the same after a whole turn of angle"),
-    "travel turns": (of(CAPSULE, turns={"position": 1.0}), "turns: should name states that neither travel nor slide"),
-    "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with the velocity of"),
-    "contact": (
-        of(OSCILLATOR, contacts=lambda self, t, y, drive: (Contact(2 * y[1], drive),), rates=sprung),
-        "contacts: the velocity changes by 0.5",
-    ),
-    "contact state": (of(OSCILLATOR, contact_states=("speed",)), "contact_states: should be a tuple of one name for"),
-    "one name": (of(OSCILLATOR, contact_states="position"), "contact_states: should be a tuple of one name for each"),
-    "a contact is missing": (
-        of(vc.TwoBodyCrawler, contacts=lambda self, t, y, drive: (Contact(y[3], 0.0),)),
-        "contacts: should be a tuple of one Contact for each of contact_states (velocity, velocity_2)",
-    ),
-    "a load is missing": (of(vc.TwoBodyCrawler, loads=lambda self: (1.0,)), "loads: should be a tuple of one load for"),
-    "nothing holds": (
-        held_otherwise(OSCILLATOR, 1, holding_force=None),
-        "contacts: contact 1 should have a holding_force or, in its place, an acceleration and a response of 1 numbers",
-    ),
-    "the second is held by another force": (
-        held_otherwise(vc.TwoBodyCrawler, 2, holding_force=0.1),
-        "rates: with its holding_force as friction the rate of velocity_2 should be 0, got",
-    ),
-    "two forms": (
-        held_otherwise(vc.LinkageCrawler, 2, acceleration=None, response=(), holding_force=0.0),
-        "contacts: should all have a holding_force, or all an acceleration and a response",
-    ),
-    "another response": (
-        held_otherwise(vc.LinkageCrawler, 1, response=(0.5, 0.1)),
-        "rates: the acceleration of contact 1 should be",
-    ),
-    "no reaction": (
-        held_otherwise(DYNAMIC, 1, reaction=None),
-        "contacts: contact 1 should have a reaction, which is its load by follows_load",
-    ),
-    "part of a reaction": (
-        held_otherwise(vc.LinkageCrawler, 2, reaction=(1.0, 0.5, 0.1)),
-        "contacts: the reaction of contact 2 should be (b, n, s_1, ...), 4 numbers",
-    ),
-    "mechanism without its spring": (of(CAPSULE, mechanism=unsprung), "mechanism: its energy is "),
-    "mechanism of another mass": (of(OSCILLATOR, mechanism=heavier), "mechanism: its momentum is "),
-    "mechanism without its damper": (of(vc.TwoBodyCrawler, mechanism=undamped), "mechanism: its power is "),
-    "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should be a tuple of names, each once, among"),
-    "channel of friction": (of(CAPSULE, channels=("drive", "bristle_loss")), "channels: 'bristle_loss' is no name for"),
-    "strikes nothing": (of(OSCILLATOR, strikes_ground=("impact",)), "strikes_ground: names 'impact', which is none of"),
-    "impulse of the ground": (of(vc.OscillatorWithStops, strikes_ground=()), "after_switch: guard 0 changes the momen"),
-    "wall force": (
-        of(vc.OscillatorWithStops, wall_force=lambda self, t, y, drive, frictions: 0.1),
-        "momentum, outer_force: the momentum grows by",
-    ),
-    "work at a second contact": (of(vc.TwoBodyCrawler, powers=forgets_a_belt), "energy, powers: the energy grows by"),
-    "heavier": (
-        of(DYNAMIC, vertical_momentum=lambda self, t, y: 0.5 * CAPSULE.vertical_momentum(self, t, y)),
-        "contacts, vertical_momentum: the load is",
-    ),
-    "lifted one way": (
-        of(DYNAMIC, contacts=lifted, symmetric=True, vertical_momentum=lambda self, t, y: None),
-        "contacts: loads should be the same in the mirrored state",
-    ),
-    "no mass": (of(CAPSULE, masses=lambda self: {"angle_rate": 1.0}), "masses: should have that of the body at the"),
-    "unknown mass": (of(CAPSULE, masses=lambda self: {"speed": 1.0}), "masses: should be named by states, got speed"),
-    "mass of an angle": (
-        of(by_hand.PendulumCapsule, masses=lambda self: {"velocity": 2.5, "angle_rate": 1.0}),
-        "masses: on a slope the energy grows by",
-    ),
-    "load": (of(CAPSULE, loads=lambda self: (-1.0,)), "loads: should be positive, got (-1)"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
+    "effort": (of(CAPSULE, effort="torqe"), "effort: should be one of force, torque, displacement, number, got"),
     "period": (of(HARMONIC, period=1.0), "value: is "),
     "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),
     "slope": (of(HARMONIC, slope=lambda self, t: -self.amplitude * sin(self.frequency * t)), "slope: is "),
@@ -215,98 +85,63 @@ def test_a_fault_is_found_and_said(what):
 # --- parts that are right ---------------------------------------------------------------------------------------------
 
 
-def led(t):
-    """How far the anchor of a spring is led, or the speed of a belt, with the period of the drive of `system_of`."""
-    return 0.3 * sin(1.3 * t)
+def led(q):
+    """How far the anchor of a spring is led, or a belt, with the period of the drive of `system_of`."""
+    return 0.3 * sin(1.3 * q.time)
 
 
-def led_rate(t):
-    return 0.39 * cos(1.3 * t)
+class Led(Machine):
+    """A block that stands on a belt, or on a spring whose far end is led."""
+
+    position = coordinate("x", "place", "m", rate="sliding_velocity")
+    name: ClassVar = "led"
+
+    def parts(self, q):
+        belt, block = Support("belt", x=self.belt(q)), Mass("block", 1.0, x=q.position)
+        return belt, block, self.joint(q), Drive(q.position), Contact(block, on=belt, load=1.0)
+
+    def belt(self, q):
+        return 0.0
+
+    def joint(self, q):
+        return Spring(1.0, q.position)
 
 
-def anchored(self, t, y):
-    return (y[0] - led(t), y[1])
-
-
-def anchor_power(self, t, y, drive, frictions):
-    stretch = y[0] - led(t)
-    return *BY_HAND.powers(self, t, y, drive, frictions), -self.stiffness * stretch * led_rate(t)
-
-
-LED_ANCHOR = {
-    "outer_force": lambda self, t, y, drive: BY_HAND.outer_force(self, t, anchored(self, t, y), drive),
-    "energy": lambda self, t, y: BY_HAND.energy(self, t, anchored(self, t, y)),
-    "powers": anchor_power,
-    "channels": (*BY_HAND.channels, "anchor"),
-    "symmetric": False,
-    "mechanism": lambda self, t, y: None,
-}
-LED_BELT = {
-    "states": ("position", "velocity"),
-    "contact_states": ("velocity",),
-    "outer_force": lambda self, t, y, drive: drive - self.stiffness * y[0] - self.damping * y[1],
-    "contacts": lambda self, t, y, drive: (
-        Contact(y[1] - led(t), self.outer_force(t, y, drive) - self.mass * led_rate(t)),
-    ),
-    "rates": lambda self, t, y, drive, frictions: (y[1], (self.outer_force(t, y, drive) - frictions[0]) / self.mass),
-    "masses": lambda self: {"velocity": self.mass},
-    "energy": lambda self, t, y: 0.5 * self.mass * y[1] * y[1] + 0.5 * self.stiffness * y[0] * y[0],
-    "momentum": lambda self, t, y: self.mass * y[1],
-    "powers": lambda self, t, y, drive, frictions: (
-        drive * y[1],
-        -self.damping * y[1] * y[1],
-        -led(t) * frictions[0],
-    ),
-    "symmetric": False,
-    "mechanism": lambda self, t, y: None,
-}
-
-
-def summed_otherwise(self, t, y, drive, frictions):
-    velocity = y[1] + self.belt_speed
-    return velocity, (drive - frictions[0] - self.damping * velocity - self.stiffness * y[0]) / self.mass
-
-
-def pressed(self, t, y, drive):
-    (found,) = BY_HAND.contacts(self, t, y, drive)
-    return (dataclasses.replace(found, reaction=(1.0, self.normal_load + 0.2 * drive, 0.0)),)
+def as_led(**own):
+    return parameters(type("Led", (Led,), {"__module__": __name__, "__doc__": Led.__doc__, **own}))
 
 
 RIGHT = {
-    "an energy that depends on time": of(BY_HAND, **LED_ANCHOR),
-    "a belt whose speed depends on time": of(BY_HAND, **LED_BELT),
-    "forces summed in another order": of(BY_HAND, rates=summed_otherwise),
-    "a load given by the drive": of(
-        BY_HAND, contacts=pressed, follows_load=property(lambda self: True), symmetric=False
-    ),
-    "large numbers and a slow belt": BY_HAND(mass=1e3, stiffness=5e5, damping=4.5e6, belt_speed=-1e-8, normal_load=5e7),
+    "an anchor that moves in time": as_led(joint=lambda self, q: Spring(1.0, q.position - led(q))),
+    "a rest that moves in time": as_led(joint=lambda self, q: Spring(1.0, q.position, rest=led(q))),
+    "an energy that depends on time": as_led(joint=lambda self, q: Potential(0.5 * (q.position - led(q)) ** 2)),
+    "a damper that is led": as_led(joint=lambda self, q: (Spring(1.0, q.position), Damper(0.3, q.position - led(q)))),
+    "a stop that moves": as_led(joint=lambda self, q: Stop(q.position - led(q), 0.2, stiffness=5.0)),
+    "a belt whose speed depends on time": as_led(belt=lambda self, q: led(q)),
 }
 
 
 @pytest.mark.parametrize("what", RIGHT)
-def test_a_part_that_is_right_is_not_called_wrong(what):
-    report = vc.check_part(RIGHT[what], motion=False)
-    assert report.wrong == ()
-
-
-@pytest.mark.parametrize(
-    ("right", "changed", "said"),
-    [
-        (LED_ANCHOR, {"powers": lambda *at: (*BY_HAND.powers(*at), 0.0)}, "energy, powers: the energy grows by"),
-        (LED_BELT, {"contacts": lambda self, t, y, drive: (Contact(y[1] - led(t), drive),)}, "the rate of velocity"),
-        (LED_BELT, {"powers": lambda self, t, y, drive, frictions: (drive * y[1], 0.0, 0.0)}, "energy, powers: the"),
-        ({}, {"ground_speed": lambda self: 0.1}, "rates: position should move with the velocity of the first contact"),
-    ],
-)
-def test_a_fault_of_a_part_that_knows_the_time_is_found(right, changed, said):
-    report = vc.check_part(of(BY_HAND, **(right | changed)), motion=False)
-    assert any(said in each for each in report.wrong), str(report)
+def test_what_moves_in_time_works_on_the_channel_of_belts(what):
+    assert RIGHT[what].channels == ("drive", "damper", "belt")
+    assert vc.check_part(RIGHT[what], motion=False).wrong == ()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", list(RIGHT)[:3])
-def test_a_part_that_is_right_moves(what):
+@pytest.mark.parametrize("what", RIGHT)
+def test_a_part_that_moves_in_time_is_certified(what):
     assert moves(RIGHT[what]()) is None
+
+
+def test_large_numbers_and_a_slow_belt_are_right():
+    part = OSCILLATOR(mass=1e3, stiffness=5e5, damping=4.5e6, belt_speed=-1e-8, normal_load=5e7)
+    assert vc.check_part(part, motion=False).wrong == ()
+
+
+def test_what_follows_from_the_parts_is_not_written_again():
+    said = "Changed: rates, momentum: should be left out, it follows from `parts`"
+    with pytest.raises(TypeError, match=said):
+        of(OSCILLATOR, rates=lambda self, t, y, drive, frictions: (y[1], drive), momentum=len)
 
 
 def test_a_part_that_is_none_of_the_contracts_is_refused():
@@ -335,29 +170,6 @@ def test_a_part_that_reads_what_is_no_parameter_is_found_by_its_recorded_form():
 
     changed = of(vc.SmoothedTanh, force=force, steady_force=lambda self, speed, load: tanh(speed), symmetric=False)
     assert any("the recorded rate of" in each for each in vc.check_part(changed, motion=False).wrong)
-
-
-def test_a_machine_in_the_words_of_before_is_told_what_to_write():
-    """As its class is made, so that none of its functions is left out in silence."""
-    before = {"contact_state": "velocity", "contacts": ("velocity_2",), "coupled": "motion"}
-    before |= dict.fromkeys(("holding_force", "further_holding_forces", "further_loads", "reaction"), len)
-    before |= dict.fromkeys(("rates", "powers"), lambda self, t, y, drive, force, force_2=0.0: y)
-    with pytest.raises(TypeError, match=r"^Changed: ") as caught:
-        of(OSCILLATOR, **before)
-    said = str(caught.value).removeprefix("Changed: ").split("; ")
-    for found, (names, wanted) in zip(
-        said,
-        (
-            ("contact_state", "write `contact_states`, a tuple of one name for each contact, of the state"),
-            ("contacts, holding_force, further_holding_forces", "write `contacts(self, t, y, drive)`, which gives a"),
-            ("further_loads", "write `loads(self)`, a tuple of the load on each contact, or leave it out where"),
-            ("reaction", "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)"),
-            ("coupled", "give each `Contact` its `acceleration` and its `response`"),
-            ("rates, powers", "take the friction forces of all contacts as one tuple, `frictions`"),
-        ),
-        strict=True,
-    ):
-        assert found.startswith(f"{names}: {wanted}")
 
 
 def test_an_instance_is_checked_with_its_own_numbers():

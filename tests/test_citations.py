@@ -138,9 +138,14 @@ def test_a_source_is_keys_or_words_and_a_mistyped_key_is_named():
         references("canudas1996")
 
 
-def test_the_page_of_references_is_what_the_bibliography_makes():
-    """Written anew by `python -m vibrocap.citations.bibliography > docs/references.md`."""
-    assert (ROOT / "docs" / "references.md").read_text(encoding="utf-8") == made.references_page()
+def test_the_page_of_references_has_every_entry_with_its_doi():
+    rows = re.findall(r"^- `(\w+)`: (.+)\.$", made.references_page(), re.MULTILINE)
+    assert rows[0][0] == SOFTWARE
+    assert sorted(key for key, _ in rows) == sorted(bibliography())
+    for key, text in rows:
+        doi = bibliography()[key].fields.get("doi")
+        assert ("https://doi.org/" in text) == (doi is not None), key
+        assert doi is None or f"[{doi}](" in text
 
 
 # --- what is cited for a system --------------------------------------------------------------------------------------

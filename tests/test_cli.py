@@ -666,7 +666,7 @@ def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
 
 
 ENGINE = {"llvmlite", "vibrocap.motion.simulate", "vibrocap.numerics.codegen.source", "vibrocap.studies.sweep"}
-HEAVY = {"scipy", "matplotlib", "xarray", "zarr", "dask", "pandas", "pint", "h5netcdf", "numcodecs"}
+HEAVY = {"scipy", "matplotlib", "xarray", "zarr", "dask", "pandas", "h5netcdf", "numcodecs"}
 
 
 @pytest.mark.parametrize(

@@ -11,37 +11,24 @@ import pytest
 from scipy.optimize import brentq
 
 import vibrocap as vc
-from vibrocap.physics.machines.machine import Contact, Machine, parameters
+from vibrocap.mechanics import Contact, Drive, Machine, Mass, coordinate, parameters
 
 TOLERANCE = 1e-11
 
 
+HEAVY = 1e20  # so that friction of the order of one does not hold it back
+
+
 @parameters
 class Carriage(Machine):
-    """A contact that is led: X'' is the drive, whatever friction does. Its energy is left at zero."""
+    """A contact that is led: X'' is the drive, whatever friction does."""
 
     name = "carriage"
-    states = ("position", "velocity")
-    cyclic = "position"
-    contact_states = ("velocity",)
-    symmetry = (-1, -1)
-    channels = ()
-    normal_load = 1.0
+    position = coordinate("X", "place", "m")
 
-    def contacts(self, t, y, drive):
-        return (Contact(y[1], drive),)
-
-    def rates(self, t, y, drive, frictions):
-        return y[1], drive
-
-    def energy(self, t, y):
-        return 0.0 * y[0]
-
-    def momentum(self, t, y):
-        return 0.0 * y[0]
-
-    def powers(self, t, y, drive, frictions):
-        return ()
+    def parts(self, q):
+        carriage = Mass("carriage", HEAVY, x=q.position)
+        return carriage, Drive(q.position, HEAVY), Contact(carriage, load=1.0)
 
 
 def led(law, amplitude=0.0, frequency=1.0, periods=1.0, **start):

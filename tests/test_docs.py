@@ -1,11 +1,10 @@
 """The documentation is true: snippets and commands run, what they are said to print is printed, links lead somewhere.
 
-A fence says what is done with it: `python` runs (the blocks of a page share their names), `python src/PATH` is a new
-file of the package, `python FILE` and `toml FILE` are files of a user, at hand where blocks and commands run, `text
-printed` is what the block before printed, `python PACKAGE` and `text PACKAGE` are the same on their own where an
-optional package is installed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with the `text
-complaints` after it, `toml parts` a case of the new files; `matlab` is run by `test_tables.py`. Commands run where
-the folder `examples/` is at hand, as in the root of the repository.
+The words after a fence say how a test treats it: `python` runs (the blocks of a page share their names), `python FILE`
+and `toml FILE` are files of a user, at hand where blocks and commands run, `text printed` is the output of the block
+before, `python PACKAGE` and `text PACKAGE` are the same on their own where an optional package is installed, `sh` holds
+commands, `toml` a case, `toml wrong` a case that is refused with the `text complaints` after it; `matlab` is run by
+`test_tables.py`. Commands run where the folder `examples/` is at hand, as in the root of the repository.
 """
 
 import contextlib
@@ -17,6 +16,7 @@ import math
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import types
@@ -93,8 +93,9 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 FENCES = [fence for page in PAGES for fence in fences(page)]
 OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
-OF_PACKAGE = [fence for fence in FILES if fence.words[1].startswith("src/")]
-NEW_FILES = [fence for fence in OF_PACKAGE if "/physics/" in fence.words[1]]
+OWN = ROOT / "examples" / "own_parts"  # the worked parts of CONTRIBUTING.md, in folders as those of `physics/`
+FOLDERS = ("friction", "machines", "drives", "controllers")
+NEW_FILES = [path for folder in FOLDERS for path in sorted((OWN / folder).glob("*.py"))]
 
 
 def slow_page(page: Path) -> list:
@@ -121,8 +122,7 @@ def workplace(tmp_path, monkeypatch):
     """A folder with the examples and the files of the pages at hand, as the current one."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     for fence in FILES:
-        if fence not in OF_PACKAGE:
-            (tmp_path / fence.words[1]).write_text(fence.text, encoding="utf-8")
+        (tmp_path / fence.words[1]).write_text(fence.text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     before = catalogue.registered()
     yield tmp_path
@@ -138,7 +138,7 @@ def test_there_are_pages_with_blocks_of_every_kind():
         ("toml", "wrong"),
         ("text", "printed"),
     }
-    known = {"printed", "by", "octave", "wrong", "parts", "complaints", *OPTIONAL, *(fence.words[1] for fence in FILES)}
+    known = {"printed", "by", "octave", "wrong", "complaints", *OPTIONAL, *(fence.words[1] for fence in FILES)}
     for fence in FENCES:
         assert fence.words[0] in ("python", "sh", "toml", "text", "matlab"), fence.name
         assert set(fence.words[1:]) <= known, fence.name
@@ -442,27 +442,37 @@ def test_page_of_case_files_has_every_key_with_its_default():
     assert set(rows) == known | set(RUN_DEFAULTS)
 
 
-# --- the new files of CONTRIBUTING.md --------------------------------------------------------------------------------
+# --- the worked parts of CONTRIBUTING.md -----------------------------------------------------------------------------
 
 
-def test_contributing_has_a_law_two_machines_a_drive_and_a_controller():
-    folders = sorted(Path(fence.words[1]).parent.name for fence in NEW_FILES)
-    assert folders == ["controllers", "drives", "friction", "machines", "machines"]
+def test_contributing_links_to_every_worked_part():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\((examples/own_parts/[^)#]+\.\w+)\)", text))
+    parts = {path.relative_to(ROOT).as_posix() for path in OWN.rglob("*.*") if path.suffix in (".py", ".toml")}
+    assert linked == parts
+    assert [path.parent.name for path in NEW_FILES] == ["friction", "machines", "machines", "drives", "controllers"]
 
 
-def write_new_files(folder: Path) -> None:
-    for fence in NEW_FILES:
-        path = folder / Path(fence.words[1]).relative_to("src/vibrocap/physics")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(fence.text, encoding="utf-8")
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted(OWN.glob("*.py")), ids=lambda path: path.stem)
+def test_a_worked_script_runs_and_holds_what_it_asserts(path):
+    done = subprocess.run([sys.executable, str(path)], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+    if path.stem == "breaking_capsule":
+        run_command(f"vibrocap check breaking-capsule --parts {path}")
+
+
+def copy_new_files(folder: Path) -> None:
+    """The worked parts where their bytecode harms nobody."""
+    shutil.copytree(OWN, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
 
 
 @pytest.fixture
 def new_parts(tmp_path):
     """The package as if the new files stood in it."""
-    write_new_files(tmp_path)
-    folders = ("friction", "machines", "drives", "controllers")
-    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in folders]
+    copy_new_files(tmp_path)
+    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in FOLDERS]
     before = set(sys.modules)
     finders = (catalogue.laws, catalogue.machines, catalogue.drives, catalogue.controllers)
     for package in packages:
@@ -483,8 +493,8 @@ def new_parts(tmp_path):
 
 @pytest.mark.slow
 def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys):
-    (fence,) = (fence for fence in FENCES if fence.words == ("toml", "parts"))
-    case = case_from_text(fence.text)
+    text = (OWN / "case.toml").read_text(encoding="utf-8")
+    case = case_from_text(text)
     assert case_from_text(case_text(case)) == case
     motion = case.simulate()
     assert motion.status.ok
@@ -503,7 +513,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     pieces = np.arange(len(motion.piece_start))
     impulse = motion.piece_integrals(pieces, motion.piece_length, ("reaction",)).sum() - weight * motion.end
     assert impulse == pytest.approx(lifts, abs=100 * motion.tolerance * len(pieces) ** 0.5)  # z' sin(beta), from rest
-    Path("case.toml").write_text(fence.text, encoding="utf-8")
+    Path("case.toml").write_text(text, encoding="utf-8")
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     for part in (case.system.machine, case.system.friction, case.system.drive):
@@ -512,7 +522,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     capsys.readouterr()
     assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
-    Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
+    Path("case.toml").write_text(text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
     assert cli.main(["simulate", "case.toml"]) == WRONG_INPUT
     assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
 
@@ -547,19 +557,19 @@ def test_the_new_machine_with_two_contacts_is_found_compiled_and_certified(new_p
 @pytest.mark.slow
 def test_new_parts_keep_their_contracts(tmp_path):
     """tests/test_contracts.py, in a process of its own in which the new files stand in the package."""
-    write_new_files(tmp_path)
+    copy_new_files(tmp_path)
     names = []
     plugin = ["import importlib"]
-    for fence in NEW_FILES:
-        folder = Path(fence.words[1]).parent.name
+    for path in NEW_FILES:
+        folder = path.parent.name
         plugin.append(
             f"importlib.import_module('vibrocap.physics.{folder}').__path__.append({str(tmp_path / folder)!r})"
         )
-        names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', fence.text, re.MULTILINE)
+        names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', path.read_text(encoding="utf-8"), re.MULTILINE)
     (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
     assert len(names) == len(NEW_FILES)
-    # The page of symbols is not written anew here, and compiling is the test above.
-    chosen = f"({' or '.join(names)} or every_file) and not page_of_symbols and not random_starts"
+    # Compiling is the test above.
+    chosen = f"({' or '.join(names)} or every_file) and not random_starts"
     command = [sys.executable, "-m", "pytest", "-q", "-p", "new_files", "-p", "no:cacheprovider", "-k", chosen]
     done = subprocess.run(
         [*command, str(ROOT / "tests" / "test_contracts.py")],
@@ -578,10 +588,9 @@ def test_new_parts_keep_their_contracts(tmp_path):
 @pytest.fixture
 def new_command(monkeypatch):
     """The command line with the new command, which stands in the tables that the page names."""
-    (fence,) = (fence for fence in OF_PACKAGE if fence not in NEW_FILES)
-    path = Path(fence.words[1])
+    path = OWN / "commands" / "passes.py"
     module = types.ModuleType(f"vibrocap.cli.commands.{path.stem}")
-    exec(compile(fence.text, fence.words[1], "exec"), module.__dict__)
+    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setitem(cli.COMMANDS, path.stem, f"commands.{path.stem}")
     monkeypatch.setitem(EXAMPLES, path.stem, (f"vibrocap {path.stem} examples/travels-by-stick-slip.toml",))
@@ -606,15 +615,6 @@ def test_a_new_command_is_found_explained_and_refuses(new_command, workplace, ca
     said = capsys.readouterr().out
     assert "a state of the system, such as angle" in said
     assert f"vibrocap {new_command} examples/travels" in said
-
-
-@pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in OF_PACKAGE])
-def test_new_files_keep_the_style_of_the_house(fence):
-    command = [sys.executable, "-m", "ruff"]
-    options = ["--stdin-filename", str(ROOT / fence.words[1]), "-"]
-    for action in (["check", "--quiet"], ["format", "--check", "--quiet"]):
-        done = subprocess.run([*command, *action, *options], input=fence.text, cwd=ROOT, capture_output=True, text=True)
-        assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.exhaustive

@@ -169,7 +169,7 @@ def sliding_lanes(law: str, **budget):
     system, parameters, starts = drawn_runs(law, range(LANES))
     layout, entry = ensemble_kernel(system, ORDER, LANES, True, None, False)
     kernel, (floats, ints) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
-    starts[:, kernel["CONTACT_STATE"]] = 0.1
+    starts[:, kernel["STATE_OF"][0]] = 0.1
     trace = np.zeros((LANES, layout.run_size))
     write_runs(trace, system, parameters, starts)
     for lane in range(LANES):
@@ -218,13 +218,13 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
     kernel, floats, _, _ = sliding_lanes("exponential")
     draw = np.random.default_rng(5)
     every = np.ones(LANES, bool)
-    floats[kernel["LIMIT"] :][:LANES] = 1.0
+    floats[kernel["LIMIT_OF"][0] :][:LANES] = 1.0
     counts = np.zeros(4)
     for _ in range(200):
         series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
         series *= draw.random(series.shape) < draw.choice([0.3, 1.0])  # so that a single term decides, or many
         series[0] = draw.uniform(-1.0, 1.0, LANES)
-        floats[kernel["HOLD"] :][: series.size] = series.ravel()
+        floats[kernel["HOLD_OF"][0] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
         push, sure, stays = kernel["hold_simd"](floats, 0, every, ~every, h, h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
@@ -264,9 +264,9 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
     """After a drop from static to kinetic friction the velocity has one vanishing coefficient, not two."""
     kernel, floats, _, _ = sliding_lanes("exponential")
     every = np.ones(LANES, bool)
-    floats[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
+    floats[kernel["VELOCITY_OF"][0] + 2 * LANES :][:LANES] = 1.0
     for acceleration in np.reshape([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3], (-1, LANES)):
-        floats[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
+        floats[kernel["VELOCITY_OF"][0] + LANES :][:LANES] = acceleration
         assert np.array_equal(kernel["hold_simd"](floats, 0, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
 
 
@@ -300,7 +300,7 @@ def test_a_contact_that_comes_to_rest_as_the_period_ends():
     kernel["move_to"](floats, ints, 0, 0.01)
     kernel["finish_simd"](floats, ints, trace, 1, 1)
     assert (ints[kernel["PERIOD_COUNT"]], ints[kernel["EVENTS"]]) == (1, 0)
-    assert abs(floats[kernel["START_STATE"] + kernel["CONTACT_STATE"] * LANES]) < 1e-15
+    assert abs(floats[kernel["START_STATE"] + kernel["STATE_OF"][0] * LANES]) < 1e-15
 
 
 def test_elementary_functions_of_all_lanes_are_right_to_ulps():

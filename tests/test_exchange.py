@@ -26,7 +26,6 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.c_library import c_files, export_c
 from vibrocap.exchange.fmu.fmu import export_fmu
-from vibrocap.exchange.rates_library import export_rates
 from vibrocap.motion.crossings import polynomial_values
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, event_kinds, initial_state
@@ -130,21 +129,17 @@ def test_a_drive_with_a_long_table_has_the_same_bits(tmp_path):
 @needs_gcc
 @pytest.mark.slow
 def test_a_sampled_loop_of_1_khz_has_the_bits_of_the_kernel_and_stops_where_the_issue_says(tmp_path):
-    """As a stepper in C; as rates, by an integrator of another hand. How many samples there are cannot be set."""
+    """How many samples there are cannot be set."""
     controller = vc.SampledPositionPID(3.0, 4.0, 6.0, sample_time=1e-3, delay=5e-4)
     system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant(), controller=controller)
     case = vc.Case(system, {"position": -1.0}, periods=20, tolerance=1e-13)
-    export_c(case, tmp_path / "c")
-    code, rows = printed(built(tmp_path / "c", "-O2"))
+    export_c(case, tmp_path)
+    code, rows = printed(built(tmp_path, "-O2"))
     assert_same_bits(case, rows, code)
-    export_rates(case, tmp_path / "rates")
-    for found, bound in ((rows, 1e-13), (printed(built(tmp_path / "rates", "-O2"))[1], 2e-12)):
-        stops = [float(row[0]) for row in found if row[1] == "stick"]
-        assert stops[:2] == pytest.approx([3.489201046246537, 8.318700544123702], abs=bound)
-        at = 4 if found is rows else 3
-        states = [float(value) for value in found[-1][at : at + 2]]
-        assert states == pytest.approx([0.08388297959518, -0.09435168198276], abs=bound)
-    header = (tmp_path / "c" / "capsule.c").read_text()
+    stops = [float(row[0]) for row in rows if row[1] == "stick"]
+    assert stops[:2] == pytest.approx([3.489201046246537, 8.318700544123702], abs=1e-13)
+    assert [float(value) for value in rows[-1][4:6]] == pytest.approx([0.08388297959518, -0.09435168198276], abs=1e-13)
+    header = (tmp_path / "capsule.c").read_text()
     settable = [name for name in system.parameter_paths if f'"{name}"' in header]
     assert "controller.integral_gain" in settable
     assert not {"controller.sample_time", "controller.delay", "drive.duration"} & {*settable}
@@ -313,12 +308,11 @@ def test_sources_need_floor_sqrt_and_fabs_only():
         assert f"({name}(" not in text
 
 
-@pytest.mark.parametrize("to", ["c", "rates"])
-def test_an_export_that_was_stopped_can_be_repeated(to, tmp_path, monkeypatch):
+def test_an_export_that_was_stopped_can_be_repeated(tmp_path, monkeypatch):
     """After any of its files: what it leaves is seen to be its own."""
     case = str(next(path for path in EXAMPLES if path.stem == "travels-by-stick-slip"))
     whole, replace = tmp_path / "whole", os.replace
-    assert main(["export", case, "--to", to, "--out", str(whole)]) == 0
+    assert main(["export", case, "--to", "c", "--out", str(whole)]) == 0
     names = sorted(path.name for path in whole.iterdir())
     for written in range(len(names)):
         folder, count = tmp_path / str(written), iter(range(written))
@@ -329,20 +323,19 @@ def test_an_export_that_was_stopped_can_be_repeated(to, tmp_path, monkeypatch):
             replace(*given)
 
         monkeypatch.setattr("os.replace", stopped)
-        assert main(["export", case, "--to", to, "--out", str(folder)]) == 130
+        assert main(["export", case, "--to", "c", "--out", str(folder)]) == 130
         monkeypatch.setattr("os.replace", replace)
         assert len(list(folder.iterdir())) == written
-        assert main(["export", case, "--to", to, "--out", str(folder)]) == 0
+        assert main(["export", case, "--to", "c", "--out", str(folder)]) == 0
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
             name: (whole / name).read_bytes() for name in names
         }
 
 
-@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
-def test_every_variable_of_an_fmu_in_si_has_the_factor_of_its_unit(kind, tmp_path):
+def test_every_variable_of_an_fmu_in_si_has_the_factor_of_its_unit(tmp_path):
     """By the unit that its description gives: kg^a m^b s^c, from the scales of the case alone. Needs no importer."""
     case = read_case(next(path for path in EXAMPLES if path.stem == "bench-in-si"))
-    export_fmu(case, tmp_path / "bench.fmu", kind=kind, platforms=("none",))
+    export_fmu(case, tmp_path / "bench.fmu", platforms=("none",))
     with zipfile.ZipFile(tmp_path / "bench.fmu") as file:
         root = ElementTree.fromstring(file.read("modelDescription.xml"))
         table = file.read("sources/variables.h").decode()
@@ -357,7 +350,3 @@ def test_every_variable_of_an_fmu_in_si_has_the_factor_of_its_unit(kind, tmp_pat
         assert factors[name] == pytest.approx(size, rel=1e-14), name
     assert 0.1 < one["s"] < 0.2
     assert factors["position"] != 1.0
-    if kind == "model-exchange":
-        assert factors["der(angle)"] == pytest.approx(1.0 / one["s"], rel=1e-14)
-        assert factors["der(angle_rate)"] == pytest.approx(1.0 / one["s"] ** 2, rel=1e-14)
-        assert factors["der(velocity)"] == pytest.approx(one["m"] / one["s"] ** 2, rel=1e-14)

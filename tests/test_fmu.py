@@ -1,9 +1,9 @@
-"""FMUs in FMPy: valid descriptions, bits of the literal kernel, inputs, states, events, model exchange, bad input."""
+"""FMUs in FMPy: valid descriptions, bits of the literal kernel, inputs, states, events, bad input."""
 
 import concurrent.futures
-import contextlib
 import dataclasses
 import functools
+import itertools
 import shutil
 import subprocess
 import sys
@@ -17,7 +17,6 @@ import pytest
 
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
-from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.fmu import binaries
@@ -43,7 +42,7 @@ VALIDATED = [
 ]
 NAMES = sorted(EXAMPLES)
 RUN = [NAMES.index(name) for name in ("bench-in-si", "bristles-lugre", "square-wave-travels", "strikes-two-walls")]
-VARIANTS = [("co-simulation", "3.0"), ("co-simulation", "2.0"), ("model-exchange", "3.0")]
+VERSIONS = ["3.0", "2.0"]
 compiled = [pytest.mark.slow, pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")]
 
 
@@ -151,13 +150,8 @@ def literal(case, times):
 
 @pytest.mark.parametrize("name", slow_but([0], VALIDATED))
 def test_the_validator_of_fmpy_is_silent(name):
-    valid = 0
-    for kind, fmi in VARIANTS:
-        for given in (None, "drive"):
-            with contextlib.suppress(ArgumentError):  # not for model exchange
-                assert validate_fmu(fmu(name, kind=kind, fmi=fmi, input=given, platforms=("none",))) == []
-                valid += 1
-    assert valid >= 4
+    for fmi, given in itertools.product(VERSIONS, (None, "drive")):
+        assert validate_fmu(fmu(name, fmi=fmi, input=given, platforms=("none",))) == []
 
 
 def test_variables_carry_units_starts_and_meanings():
@@ -175,9 +169,9 @@ def test_variables_carry_units_starts_and_meanings():
     assert float(found.defaultExperiment.stopTime) == pytest.approx(40.0, rel=1e-15)
 
 
-@pytest.mark.parametrize(("kind", "fmi"), VARIANTS)
-def test_sides_counts_and_status_are_declared(kind, fmi):
-    found = fmpy.read_model_description(fmu("readme", kind=kind, fmi=fmi, platforms=("none",)))
+@pytest.mark.parametrize("fmi", VERSIONS)
+def test_sides_counts_and_status_are_declared(fmi):
+    found = fmpy.read_model_description(fmu("readme", fmi=fmi, platforms=("none",)))
     variables = {each.name: each for each in found.modelVariables}
     side = variables["side"]
     assert (side.type, side.declaredType.name, side.variability) == ("Enumeration", "Side", "discrete")
@@ -188,33 +182,25 @@ def test_sides_counts_and_status_are_declared(kind, fmi):
         assert variables[f"events.{name}"].causality == "output"
     assert variables["status"].type == "String"
     assert {"friction", "reaction", "energy"} <= variables.keys()
-    if kind == "model-exchange":
-        indicators = [each.variable.name for each in found.eventIndicators]
-        assert indicators == ["guard_1", "guard_2"]
-        assert found.numberOfEventIndicators == 2
-    else:
-        about = found.coSimulation
-        assert about.canGetAndSetFMUstate
-        assert about.canSerializeFMUstate
-        assert about.canHandleVariableCommunicationStepSize
-        assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
+    assert found.modelExchange is None
+    about = found.coSimulation
+    assert about.canGetAndSetFMUstate
+    assert about.canSerializeFMUstate
+    assert about.canHandleVariableCommunicationStepSize
+    assert fmi == "2.0" or (about.hasEventMode and about.mightReturnEarlyFromDoStep)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not binaries.compiler(), reason="no C compiler is installed")
-@pytest.mark.parametrize(
-    ("kind", "fmi", "bound"),
-    [("co-simulation", "3.0", 2e-14), ("co-simulation", "2.0", 2e-14), ("model-exchange", "3.0", 1e-7)],
-)
-def test_a_sampled_loop_of_1_khz_ends_where_the_issue_says(kind, fmi, bound, tmp_path):
-    """Samples are time events of model exchange: the importer's integrator starts anew at each, with its own error."""
+@pytest.mark.parametrize("fmi", VERSIONS)
+def test_a_sampled_loop_of_1_khz_ends_where_the_issue_says(fmi, tmp_path):
     controller = vc.SampledPositionPID(3.0, 4.0, 6.0, sample_time=1e-3, delay=5e-4)
     system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(1.0, 1.5), vc.Constant(), controller=controller)
     case = Case(system, {"position": -1.0}, periods=20, tolerance=1e-12)
-    export_fmu(case, tmp_path / "servo.fmu", kind=kind, fmi=fmi)
+    export_fmu(case, tmp_path / "servo.fmu", fmi=fmi)
     given = {"output": ["position", "sliding_velocity"], "output_interval": 0.5, "relative_tolerance": 1e-12}
     rows = fmpy.simulate_fmu(str(tmp_path / "servo.fmu"), stop_time=20.0, record_events=False, **given)
-    assert [*rows[-1]] == pytest.approx([20.0, 0.08388297959518, -0.09435168198276], abs=bound)
+    assert [*rows[-1]] == pytest.approx([20.0, 0.08388297959518, -0.09435168198276], abs=2e-14)
 
 
 def test_an_fmu_is_the_same_bytes_again(tmp_path):
@@ -391,84 +377,6 @@ class TestCompiled:
         exact = [at(motion, end, each) for each in names]
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-9)
 
-    # --- model exchange -----------------------------------------------------------------------------------------------
-
-    @pytest.mark.parametrize(
-        ("tolerance", "bound"), [(1e-4, 0.2), (1e-6, 0.02), (1e-10, 2e-6)]
-    )  # measured: 0.05 to 0.08, 0.0028 to 0.0039, 5.3e-7
-    @pytest.mark.parametrize("samples", [100, 400, 1000, 2500])
-    def test_an_integrator_of_fmpy_finds_every_event(self, tolerance, bound, samples):
-        """Also where it stops exactly at the limit of the holding force, as it does at some of these intervals."""
-        motion = README.simulate()
-        kinds = Counter(event.kind for event in motion.events)
-        assert sum(kinds.values()) == 158
-        output = ["position", *(f"events.{kind}" for kind in kinds)]
-        given = {"stop_time": motion.end, "output_interval": motion.end / samples, "record_events": False}
-        found = fmpy.simulate_fmu(
-            fmu("readme", kind="model-exchange"), relative_tolerance=tolerance, output=output, **given
-        )
-        assert abs(found["position"][-1] - motion.state["position"]) < bound
-        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
-
-    def test_euler_without_location_of_events_travels_the_wrong_way_or_elsewhere(self):
-        """In FMPy its step is the interval of outputs, whatever `step_size` says."""
-        exact, path = README.simulate(), fmu("readme", kind="model-exchange")
-        off = {}
-        for step in (0.1, 0.01):
-            given = {"stop_time": exact.end, "solver": "Euler", "step_size": step, "output_interval": step}
-            found = fmpy.simulate_fmu(path, output=["position"], record_events=False, **given)
-            off[step] = found["position"][-1] - exact.state["position"]
-        assert off[0.1] < -exact.state["position"]  # it ends behind where it started
-        assert 0.5 < abs(off[0.01]) < 3.0  # CVode at a tolerance of 1e-4: 0.08
-
-    @pytest.mark.parametrize("name", exhaustive_but(RUN, NAMES))
-    def test_examples_for_model_exchange_have_the_events_of_their_motion(self, name, tmp_path):
-        case = read_case(EXAMPLES[name], periods=10)
-        try:
-            export_fmu(case, tmp_path / "rates.fmu", kind="model-exchange")
-        except ArgumentError as error:
-            pytest.skip(str(error))
-        motion = case.simulate()
-        end = 0.999 * motion.end
-        early = (event.kind for event in motion.events if event.time < 0.999 * motion.end)
-        # impacts in quick succession are fewer, down to their rounding
-        kinds = Counter(kind for kind in early if kind in ("stick", "slip_forward", "slip_back", "reversal"))
-        output = [*motion.state, *(f"events.{kind}" for kind in kinds)]
-        given = {"stop_time": end, "output_interval": end / 300, "record_events": False}
-        found = fmpy.simulate_fmu(str(tmp_path / "rates.fmu"), relative_tolerance=1e-10, output=output, **given)
-        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
-        for each in motion.state:
-            exact = at(motion, end, each)
-            assert found[each][-1] == pytest.approx(exact, rel=1e-6, abs=1e-6)  # at most 1e-7
-
-    @pytest.mark.parametrize("given", [{"relative_tolerance": 1e-6}, {"solver": "Euler", "step_size": 1e-2}])
-    def test_at_rest_the_velocity_is_zero_and_after_events_no_guard_is(self, given):
-        """Whatever the integrator; a guard that starts from zero would be an event again."""
-        names = ["velocity", "side", "guard_1", "guard_2"]
-        path = fmu("readme", kind="model-exchange")
-        found = fmpy.simulate_fmu(path, stop_time=60.0, output=names, output_interval=0.01, **given)
-        resting = found["side"] == 0
-        assert np.count_nonzero(resting) > 100
-        assert np.all(found["velocity"][resting] == 0.0)
-        after = 1 + np.flatnonzero(np.diff(found["time"]) == 0.0)
-        assert len(after) > 20
-        assert np.all(found["guard_1"][after] > 0.0)
-        assert np.all(found["guard_2"][after] > 0.0)
-
-    def test_an_input_of_model_exchange_that_jumps_is_an_event(self):
-        """A square wave as its importer knows it: by two values at each of its jumps."""
-        motion = square_wave().simulate()
-        time = np.repeat(3.0 * np.arange(41), 2)[1:-1]
-        value = np.repeat(np.where(np.arange(40) % 2 == 0, 1.8, -1.8), 2)
-        signal = np.array(list(zip(time, value, strict=True)), dtype=[("time", float), ("drive", float)])
-        path = fmu("square", kind="model-exchange", input="drive")
-        kinds = Counter(event.kind for event in motion.events if event.time < motion.end)  # its last jump is at the end
-        output = [*STATES, *(f"events.{kind}" for kind in kinds)]
-        given = {"stop_time": 120.0, "output_interval": 0.3, "input": signal, "output": output}
-        found = fmpy.simulate_fmu(path, relative_tolerance=1e-10, record_events=False, **given)
-        assert {kind: int(found[f"events.{kind}"][-1]) for kind in kinds} == kinds
-        assert max(abs(found[name][-1] - motion.state[name]) for name in STATES) < 1e-5
-
     # --- what is refused ----------------------------------------------------------------------------------------------
 
     def test_bad_values_are_refused_by_name(self):
@@ -518,24 +426,12 @@ class TestCompiled:
         assert older.fmu.getBooleanStatus(3)  # fmi2Terminated
         assert older.fmu.getRealStatus(2) == pytest.approx(motion.end, abs=1e-12)  # fmi2LastSuccessfulTime
 
-    def test_model_exchange_ends_where_the_load_vanishes(self):
-        motion = light_capsule().simulate()
-        said = []
-        given = {"stop_time": 20.0, "relative_tolerance": 1e-9, "output": ["position"]}
-        found = fmpy.simulate_fmu(
-            fmu("light", kind="model-exchange"),
-            logger=lambda _, status, category, message: said.append(message.decode()),
-            **given,
-        )
-        assert found["time"][-1] == pytest.approx(motion.end, abs=1e-5)
-        assert "lift off" in said[-1]
-
     def test_the_sources_compile_without_a_warning(self, tmp_path):
         gcc = shutil.which("gcc")
         if gcc is None:
             pytest.skip("no gcc is installed")
-        for kind, fmi in VARIANTS:
-            folder = Path(unpacked(fmu("readme", kind=kind, fmi=fmi, platforms=("none",)))) / "sources"
+        for fmi in VERSIONS:
+            folder = Path(unpacked(fmu("readme", fmi=fmi, platforms=("none",)))) / "sources"
             strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
             done = subprocess.run([gcc, *strict, *folder.glob("*.c")], capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr
@@ -609,19 +505,17 @@ def test_what_cannot_be_exported_is_named(tmp_path, capsys):
     case = str(EXAMPLES["bristles-lugre"])
     out = ["--out", str(tmp_path / "a.fmu")]
     for options, said in (
-        (["--to", "fmu", "--kind", "model-exchange", *out], "take set-valued laws of friction, lugre is none"),
-        (["--to", "fmu", "--kind", "model-exchange", "--fmi", "2.0", *out], "--fmi should be 3.0 for model exchange"),
         (["--to", "fmu", "--name", "A b", *out], "--name should be"),
         (["--to", "fmu", "--platforms", "vax", *out], "--platforms should be"),
         (["--to", "fmu", "--platforms", "aarch64-linux", "--fmi", "2.0", *out], "--platforms should be"),
         (["--to", "fmu", "--out", str(tmp_path / "a.zip")], "--out: should end in .fmu"),
         (["--to", "fmu", "--out", str(tmp_path / "new" / "a.fmu")], "--out: there is no folder"),
-        (["--kind", "model-exchange", "--out", str(tmp_path / "new")], "--kind: should be left out without --to fmu"),
+        (["--fmi", "2.0", "--out", str(tmp_path / "new")], "--fmi: should be left out without --to fmu"),
     ):
         assert main(["export", case, *options]) == 2
         assert said in capsys.readouterr().err
-    with pytest.raises(ValueError, match="kind should be one of"):
-        export_fmu(README, tmp_path / "a.fmu", kind="simulink")
+    with pytest.raises(ValueError, match="fmi should be one of"):
+        export_fmu(README, tmp_path / "a.fmu", fmi="1.0")
     with pytest.raises(ValueError, match="input should be 'drive' or None"):
         export_fmu(README, tmp_path / "a.fmu", input="torque")
     with pytest.raises(WriteError, match="there is no folder"):

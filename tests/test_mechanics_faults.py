@@ -85,6 +85,21 @@ FAULTS = {
         lambda q, c: [c, b := block(q, c), joint(q), Contact(c), Contact(b, on=c), Stop(q.angle, 0.3, restitution=0.5)]
     ),
     "TypeError: 'NoneType' object is not iterable": lambda q, c: None,
+    "contact 2 (capsule): its sliding velocity follows from": lambda q, c: swings(q, c, Contact(c)),
+    "two states have the name 'angle_rate'": lambda q, c: swings(q, c, Contact(c, speed="angle_rate"), contact=False),
+}
+NUMBERS = {  # named by `check_part` alone, which puts numbers in
+    "the mass matrix is singular at angle ": lambda q, c: swings(q, c, x=q.angle * q.angle, z=0.0),
+    "a Spring adds position in m and angle in rad": lambda q, c: swings(q, c, Spring(1.0, q.position + q.angle)),
+    "the damping of a Damper should be >= 0, got -0.5": lambda q, c: swings(q, c, Damper(-0.5, q.angle)),
+    "the mass of 'bob' should be >= 0, got -1": lambda q, c: swings(q, c, mass=-1.0),
+    "the restitution of a Stop should be 0 to 1, got 1.5": lambda q, c: swings(
+        q, c, Contact(c, load=1.0), Stop(q.angle, 0.3, restitution=1.5), contact=False
+    ),
+    "the stops of angle leave it no room, from 0.5 to 0.3": lambda q, c: swings(
+        q, c, Contact(c, load=1.0), Stop(q.angle, 0.3, -0.5, restitution=0.5), contact=False
+    ),
+    "loads: should be positive, got (-1)": lambda q, c: swings(q, c, Contact(c, load=-1.0), contact=False),
 }
 
 
@@ -102,12 +117,14 @@ def machine_with(fault):
     return parameters(type("Mistake", (Machine,), space))
 
 
-@pytest.mark.parametrize("said", FAULTS)
+@pytest.mark.parametrize("said", [*FAULTS, *NUMBERS])
 def test_a_fault_of_a_description_is_named(said):
-    fault = FAULTS[said]
+    fault = (FAULTS | NUMBERS)[said]
     report = vc.check_part(machine_with(fault), motion=False)
     assert not report.ok
     assert any(said in each for each in report.wrong), report.wrong
+    if said in NUMBERS:
+        return
     with pytest.raises((MechanicsError, TypeError)):
         vc.simulate(vc.System(machine_with(fault)(), vc.Coulomb(), vc.Harmonic()), periods=1)
 
@@ -121,3 +138,17 @@ def test_a_machine_without_parts_is_told_so():
         name: ClassVar = "empty"
 
     assert any("should give what the machine is made of" in each for each in vc.check_part(Empty, motion=False).wrong)
+
+
+def test_contacts_may_be_named_in_any_order():
+    """Each takes a coordinate of its own, whichever stands first: here one that two coordinates move."""
+
+    def parts(self, q):
+        rear, front = Mass("rear", 1.0, x=q.position), Mass("front", 1.0, x=q.position + q.displacement)
+        return rear, front, Drive(q.displacement), Contact(front, load=1.0), Contact(rear, load=1.0)
+
+    own = {"displacement": coordinate("z", "gap", "m"), "position": coordinate("X", "place", "m"), "parts": parts}
+    kind = parameters(type("Pair", (Machine,), own | {"name": "pair", "__doc__": "A pair.", "__module__": __name__}))
+    assert kind.contact_states == ("sliding_velocity", "velocity")
+    assert (kind.place, kind.cyclic) == ("position", "position")
+    assert kind().rates(0.0, (0.0, 0.3, 0.0, 0.1), 0.5, (0.1, 0.2)) == pytest.approx((0.2, 0.4, 0.1, -0.7))

@@ -14,7 +14,7 @@ import pytest
 
 import vibrocap as vc
 from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, faulty
-from mechanisms import BeltRow, BowedString, BristleRobot, Clutch, Feeder, StackedPlates, TubeCapsule
+from mechanisms import BeltRow, BowedString, RodRobot, StackedPlates, TubeCapsule
 from vibrocap.case import expressions, mechanism_reading, mechanism_tables
 from vibrocap.case import mechanism as described
 from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_text, read_case
@@ -70,9 +70,9 @@ def test_the_capsule_of_the_paper_has_the_same_bits():
 @pytest.mark.parametrize(
     ("name", "other", "changes"),
     [
-        ("clutch-slips-twice", Clutch(), ()),
+        ("clutch-slips-twice", vc.Clutch(), ()),
         ("plates-creep", StackedPlates(), ()),
-        ("feeder-conveys", Feeder(stroke=4e-4, lift=8e-5, rate=100.0 * np.pi, phase=320.0 * np.pi / 180.0), ()),
+        ("feeder-conveys", vc.Feeder(stroke=4e-4, lift=8e-5, rate=100.0 * np.pi, phase=320.0 * np.pi / 180.0), ()),
         ("blocks-on-a-shaken-belt", BeltRow(), [("mechanism.coordinates.position.repeat", 2)]),
     ],
 )
@@ -106,7 +106,7 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
 
 @pytest.mark.parametrize(
     ("text", "other"),
-    [(BRISTLE, BristleRobot()), (TUBE, TubeCapsule()), (BOW, BowedString()), (CRAWLER, vc.TwoMassCrawler())],
+    [(BRISTLE, RodRobot()), (TUBE, TubeCapsule()), (BOW, BowedString()), (CRAWLER, vc.TwoMassCrawler())],
     ids=lambda each: getattr(each, "name", ""),
 )
 def test_other_parts_are_those_of_a_class(text, other):

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from load_motions import Block, Capsule, Law, motion, random_block, random_capsule
+from planted import planted
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
@@ -19,8 +20,8 @@ PERIODS = 4
 SIDES = {"stick": 0, "slip_forward": 1, "slip_back": -1}
 
 
-@parameters
-class Unlevelled(vc.PendulumCapsule):
+@planted(vc.PendulumCapsule)
+class Unlevelled:
     """A capsule that does not say its vertical momentum: the load is a quotient, as a machine of one's own may have."""
 
     name = "unlevelled"

@@ -44,7 +44,7 @@ def late(names):
 
     def raised(floats):
         jet(floats)
-        floats[names["LIMIT"] : names["LIMIT"] + names["ORDER"] + 1] *= 1.02
+        floats[names["LIMIT_OF"][0] : names["LIMIT_OF"][0] + names["ORDER"] + 1] *= 1.02
 
     return {"jet": raised}
 
@@ -65,7 +65,7 @@ def missed(names):
     first_root = names["first_root"]
 
     def blind(floats, row, *given):
-        return (-1.0, -1.0) if row == names["VELOCITY"] else first_root(floats, row, *given)
+        return (-1.0, -1.0) if row == names["VELOCITY_OF"][0] else first_root(floats, row, *given)
 
     return {"first_root": blind}
 

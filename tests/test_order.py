@@ -109,7 +109,7 @@ def event_at_the_end_of_the_step(kernel, step):
 def slip_late(kernel, step):
     """The hold gives way late by the order of a step; the friction force is continuous there, which hides one order."""
     first_event = kernel["first_event"]
-    limit = kernel["LIMIT"]
+    limit = kernel["LIMIT_OF"][0]
 
     def off(floats, *rest):
         floats[limit] *= 1.0 + step

@@ -88,7 +88,7 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("WHOLE_PERIODS", PERIODS, lane)
         kernel.fill("STEP_LIMIT", 10_000, lane)
         kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
-        if kernel.equations.hold is not None:
+        if kernel.equations.contacts[0].sticks:
             kernel.fill("TO_DECIDE", 1, lane)
         else:
             kernel.fill("SIDE", 1.0, lane)

@@ -248,6 +248,42 @@ def test_the_sheet_of_one_block_shows_its_plane_once():
     assert shown["Body 2"].get_ylabel() == "sliding velocity $v_2$"
 
 
+def test_the_sheet_of_a_servo_shows_how_it_comes_to_rest():
+    """Not the rest: from the start until a quarter after all states are within 1e-3 of their ranges of the end."""
+    servo = vc.PositionPID(proportional_gain=20.0, derivative_gain=6.0, limit=5.0)
+    system = vc.System(vc.Oscillator(stiffness=0.0), vc.Coulomb(0.2, 0.3), vc.Constant(1.0), controller=servo)
+    motion = vc.simulate(system, periods=30)
+    panels = {ax.get_title(loc="left"): ax for ax in vc.figure(motion).axes}
+    assert [*panels] == [
+        "Place over the whole run", "Block", "Contact", "Controller", "Actuator", "Friction",
+    ]  # fmt: skip
+    low, high = (edge * motion.period for edge in panels["Contact"].get_xlim())
+    assert low == motion.start_time
+    still = motion.time > low + (high - low) / 1.25 + motion.period / 128
+    for name in motion.state_names:
+        assert np.ptp(motion[name][still]) <= 1e-3 * np.ptp(motion[name])
+    error = panels["Controller"].lines[0].get_ydata()
+    assert error[[0, -1]] == pytest.approx([1.0, 1.0 - motion.state["position"]], abs=1e-9)
+    assert np.max(np.abs(panels["Actuator"].lines[0].get_ydata())) == pytest.approx(5.0, abs=1e-13)
+    assert panels["Actuator"].get_legend_handles_labels()[1] == ["limit"]
+    assert panels["Place over the whole run"].get_legend_handles_labels()[1] == ["reference", "shown below"]
+    assert {line.get_label() for line in panels["Friction"].lines} == {"stuck", "accelerating", "decelerating"}
+
+
+@pytest.mark.slow
+def test_impacts_are_marked_under_the_velocity():
+    system = vc.System(vc.OscillatorWithStops(restitution=0.7), vc.Coulomb(0.3, 0.4), vc.Harmonic())
+    motion = vc.simulate(system, periods=8)
+    struck = [
+        event.time / motion.period
+        for event in motion.events
+        if event.kind == "impact" and event.time > 4 * motion.period
+    ]
+    (marks,) = [line for ax in vc.figure(motion).axes for line in ax.lines if line.get_label() == "impact"]
+    assert marks.get_xdata() == pytest.approx(struck)
+    assert struck
+
+
 def test_modes_are_explained_as_far_as_they_occur():
     motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.01, 0.01), vc.Harmonic(amplitude=3.0)), periods=3)
     (ax,) = [ax for ax in vc.figure(motion).axes if ax.get_title(loc="left") == "Modes"]

@@ -272,6 +272,19 @@ def test_spellings_of_units(text, meant):
     assert (found and found.name) == meant
 
 
+def test_sizes_of_units():
+    """By their definitions (NIST SP 811), to the last bit; and of prefixes, powers and quotients of them."""
+    known = {"psi": 6894.757293168362, "kgf": 9.80665, "bar": 1e5, "mph": 0.44704, "turn": 2.0 * np.pi, "g": 9.80665}
+    known |= {"mm": 0.001, "MN": 1e6, "um/s": 1e-6, "ms": 0.001, "ft/s^2": 0.3048, "deg": np.pi / 180.0, "%": 0.01}
+    known |= {"dyn": 1e-5, "lbf/in2": 6894.757293168362, "kilonewtons": 1000.0, "m/(s^2)": 1.0, "Nm/rad": 1.0}
+    assert {text: unit_named(text).factor for text in known} == known
+    assert [unit_named(text).dimension for text in ("lb", "kHz", "mV", "Nm/rad")] == [
+        "mass",
+        "frequency",
+        *["something else"] * 2,
+    ]
+
+
 @pytest.mark.parametrize(
     ("heading", "field", "factor"),
     [

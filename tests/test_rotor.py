@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from planted import planted
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
@@ -18,7 +19,6 @@ from vibrocap.motion.recording.section import brought_back, section_states, wind
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance
-from vibrocap.physics.parameters import parameters
 from vibrocap.studies.orbit_datasets import branch_dataset
 
 TURN = 2.0 * math.pi
@@ -160,8 +160,8 @@ def test_what_turns_by_whole_turns_has_settled():
     assert np.hypot(marks[:, 0], marks[:, -1]) == pytest.approx(1.0, abs=1e-15)
 
 
-@parameters
-class Unturned(vc.RotorCapsule):
+@planted(vc.RotorCapsule)
+class Unturned:
     """The same machine, which does not say that its angle turns."""
 
     name: ClassVar[str] = "unturned"

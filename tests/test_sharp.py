@@ -206,7 +206,7 @@ def test_sharp_functions_are_found_in_the_recorded_graph():
 
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        sharp = system_sharpness(recorded)
+        sharp, _ = system_sharpness(recorded)
         return [recorded.graph.nodes[node][0] for node in sharp.nodes], sharp.internal
 
     assert found(vc.Coulomb()) == ([], False)

@@ -140,9 +140,9 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
 
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        sharp = system_sharpness(recorded).nodes
+        sharp = system_sharpness(recorded)[0].nodes
         powers = sorted(power for _, power in gaps(recorded, sharp).values())
-        return powers, no_series_at_rest(recorded.contact_velocity, recorded.rates)
+        return powers, no_series_at_rest(recorded.contacts[0].velocity, recorded.rates)
 
     def stribeck(exponent):
         return vc.Stribeck(stribeck_exponent=exponent, viscous_damping=0.0)

@@ -38,7 +38,7 @@ def test_a_slide_that_is_not_looked_at_goes_on():
         series *= draw.random(series.shape) < 0.4  # so that a single term decides
         side = draw.choice([-1.0, 1.0], LANES)
         series[:zeros], series[zeros] = 0.0, side * draw.uniform(0.0, 1.0, LANES)
-        floats[kernel["VELOCITY"] :][: series.size] = series.ravel()
+        floats[kernel["VELOCITY_OF"][0] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
         ahead, change = kernel["ahead_simd"](floats, 0, side, never, never | (zeros == 1), never | (zeros == 2), h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h

@@ -19,7 +19,18 @@ from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
 from website.links import dead_elsewhere, dead_links, overwritten
 from website.reference import rooms, stage_commands, stage_names
-from website.staging import INDEX, LINK, ROOT, places, relinked, sections, stage, stage_first_page, stage_sections
+from website.staging import (
+    INDEX,
+    LINK,
+    PRINTED,
+    ROOT,
+    places,
+    relinked,
+    sections,
+    stage,
+    stage_first_page,
+    stage_sections,
+)
 
 # --- pages -----------------------------------------------------------------------------------------------------------
 
@@ -38,6 +49,13 @@ def test_every_page_stands_in_one_section():
     assert len(entries) == len(set(entries))
     assert {page for page in places() if page.suffix != ".toml"} - {INDEX} == set(entries)
     assert list(sections()) == ["Tutorials", "How-to guides", "Explanations", "Reference", "Project"]
+
+
+def test_pages_that_the_package_prints_are_staged_whole(staged):
+    for place, printed in PRINTED.items():
+        assert places()[ROOT / "docs" / place] == place
+        assert (staged / place).read_text(encoding="utf-8") == printed()
+        assert len(printed()) > 10 * (ROOT / "docs" / place).stat().st_size
 
 
 def test_links_of_the_sources_lead_to_sources(staged):
@@ -68,10 +86,14 @@ def test_cards_and_contents_name_pages(staged):
     [
         ("[a](../../README.md#start)", "docs/tutorials/README.md", "[a](../readme.md#start)"),
         ("[a](docs/sweeps.md)", "README.md", "[a](sweeps.md)"),
-        ("[a](../examples/bench-in-si.toml)", "docs/gpu.md", "[a](gallery/bench-in-si.md)"),
+        ("[a](../examples/bench-in-si.toml)", "docs/tables.md", "[a](gallery/bench-in-si.md)"),
         ("![a](../docs/images/b.png)", "examples/README.md", "![a](../images/b.png)"),
-        ("[a](sweeps.md) [b](#x) [c](https://d.e/f.md)", "docs/gpu.md", "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)"),
-        ("```python\nx[0](../README.md)\n```", "docs/gpu.md", "```python\nx[0](../README.md)\n```"),
+        (
+            "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)",
+            "docs/tables.md",
+            "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)",
+        ),
+        ("```python\nx[0](../README.md)\n```", "docs/tables.md", "```python\nx[0](../README.md)\n```"),
     ],
 )
 def test_links_follow_their_pages(text, page, shown):

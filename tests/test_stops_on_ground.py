@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.physics.parameters import parameters
+from planted import planted
+from thinned import exhaustive_but
 
 COULOMB = vc.Coulomb(0.3, 0.4)
 BETWEEN = vc.OscillatorWithStops(damping=0.05, gap=0.8, back_gap=0.8, restitution=0.7)
@@ -96,16 +97,16 @@ def test_impacts_give_their_impulse_to_the_ground(stuck):
     assert ("stop_opened" in motion.event_kinds) == stuck
 
 
-@parameters
-class Silent(vc.OscillatorWithStops):
+@planted(vc.OscillatorWithStops)
+class Silent:
     """Its impacts on the ground are not told."""
 
     name = "silent"
     strikes_ground = ()
 
 
-@parameters
-class Weightless(vc.OscillatorWithStops):
+@planted(vc.OscillatorWithStops)
+class Weightless:
     """The force of its walls is not told."""
 
     name = "weightless"
@@ -211,9 +212,7 @@ def test_stops_are_symmetric_only_if_they_are_alike(made):
 @pytest.mark.slow
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("made", [block, capsule])
-@pytest.mark.parametrize(
-    "side", [pytest.param(1.0, marks=pytest.mark.exhaustive), -1.0]
-)  # struck back, of springs that differ
+@pytest.mark.parametrize("side", exhaustive_but([1], [1.0, -1.0]))  # struck back, of springs that differ
 def test_a_rebound_is_half_a_vibration_of_spring_and_damper(made, what, side):
     """It takes pi/omega_d and leaves exp(-pi zeta/sqrt(1 - zeta^2)) of the speed."""
     given, *stops = STOPS[what]

@@ -148,8 +148,6 @@ def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
     [
         ("xarray", {}),
         ("zarr", {"out": "a"}),
-        ("dask", {"out": "a", "scheduler": "tcp://127.0.0.1:8786"}),
-        ("distributed", {"out": "a", "scheduler": "tcp://127.0.0.1:8786"}),
     ],
 )
 def test_missing_packages_are_named_before_any_work(missing, options, monkeypatch):

@@ -119,7 +119,7 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
         "--machines": ((), ("pendulum",)),
     }),
     "export": (("case.toml",), {
-        "--to": (("c", "rates", "mjcf"), ("d", "")),
+        "--to": (("c", "mjcf"), ("d", "rates", "")),
         "--out": (("a-folder", "a.xml"), ("case.toml", "/proc/a")),
         "--name": (("plant",), ("a b", "")),
         "--input": (("drive",), ("torque",)),

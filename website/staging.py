@@ -10,11 +10,16 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from vibrocap.citations.bibliography import references_page
+from vibrocap.physics import symbols
+
 ROOT = Path(__file__).resolve().parents[1]
 INDEX = ROOT / "docs" / "index.md"
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
+# Pages that the package prints; in the repository a line stands in their place.
+PRINTED = {"symbols.md": symbols.page, "references.md": references_page}
 WIDE = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"  # a page without the list of its headings
 ROW = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| (.+) \|$", re.MULTILINE)
 
@@ -75,10 +80,12 @@ def stage(folder: Path) -> None:
             continue  # a page of the gallery
         copy = folder / place
         copy.parent.mkdir(parents=True, exist_ok=True)
-        text = page.read_text(encoding="utf-8")
+        text = PRINTED[place]() if place in PRINTED else page.read_text(encoding="utf-8")
         copy.write_text(relinked(text, page, place, known), encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "images", folder / "images", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
-    shutil.copytree(ROOT / "examples" / "exchange", folder / "examples" / "exchange")
+    for name in ("exchange", "own_parts"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / "examples" / name, folder / "examples" / name, ignore=ignored)
     for name in ("LICENSE", "CITATION.cff", "examples/three_users.py"):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)

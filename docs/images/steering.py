@@ -1,4 +1,4 @@
-"""Draws steering.png, a picture of docs/steering.md: a schedule that brings a capsule to a place and holds it there.
+"""Draws steering.png, a picture of docs/controllers.md: a schedule that brings a capsule to a place and holds it there.
 
 python docs/images/steering.py
 """

@@ -154,10 +154,13 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
+    from vibrocap.physics.machines.pendulum_pairs import DoublePendulumCapsule, TwoPendulumCapsule
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.rotor_capsule import RotorCapsule
+    from vibrocap.physics.machines.turning_bodies import Clutch, DrillString
     from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
+    from vibrocap.physics.machines.vibrated_bodies import BristleRobot, Feeder, WeightScales
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
     from vibrocap.physics.parameters import parameter, parameters
@@ -272,7 +275,8 @@ __all__ += [
 __all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
 __all__ += ["TwoBlockRow", "ThreeBlockRow", "block_row"]
-__all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
+__all__ += ["PendulumCapsuleWithStops", "InnerMassScales", "WeightScales", "TwoPendulumCapsule"]
+__all__ += ["DoublePendulumCapsule", "DrillString", "Clutch", "Feeder", "BristleRobot"]
 # drives
 __all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
 __all__ += ["ThreePhase", "SevenPhase", "FourierSeries", "DriveTable", "read_drive_table", "scheduled"]

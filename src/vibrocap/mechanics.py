@@ -4,8 +4,7 @@ For example `from vibrocap.mechanics import Contact, Machine, Mass, Spring, coor
 """
 
 from vibrocap.physics.elementary import atan, cos, exp, log, sin, sqrt, tanh
-from vibrocap.physics.machines.described import Described as Machine
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from vibrocap.arguments import ArgumentError, Complaints, listed, shown
 from vibrocap.case.expressions import Expression
 from vibrocap.physics.drives.drive import Drive as Waveform
-from vibrocap.physics.machines.described import Derived, Described
+from vibrocap.physics.machines.machine import Derived, Machine
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
@@ -92,7 +92,7 @@ class MechanismError(ValueError):
         return type(self), (self.complaints,)
 
 
-class Mechanism(Described):
+class Mechanism(Machine):
     """A machine that a case describes; `description`: the tables of [mechanism]."""
 
     description: ClassVar[Mapping[str, Any]]

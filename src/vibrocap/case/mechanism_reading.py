@@ -3,7 +3,6 @@
 import contextlib
 import difflib
 import functools
-import itertools
 import json
 import keyword
 import math
@@ -46,8 +45,7 @@ from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S
 from vibrocap.physics.dimensions.units import unit_name
 from vibrocap.physics.drives.drive import Drive as Waveform
 from vibrocap.physics.drives.drive import Piecewise
-from vibrocap.physics.machines.described import whole_pattern
-from vibrocap.physics.machines.machine import BEFORE
+from vibrocap.physics.mechanics.forms import whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.sums import bounded
 from vibrocap.physics.names import numbered
@@ -67,7 +65,7 @@ from vibrocap.physics.parameters import (
 )
 from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
 
-RESERVED = {"time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS, *itertools.chain(*BEFORE.values())}
+RESERVED = {"time", "drive", "pi", "ground", "kind", *LOADS, *QUANTITIES, *OF_LAWS}
 
 
 def mechanism(description: Any) -> type[Mechanism]:

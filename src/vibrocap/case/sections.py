@@ -9,16 +9,21 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaint, Complaints, is_number, is_positive, shown
+from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.physics.catalogue import controllers, drives, laws, machines
 from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.dimensions.carry_over import carried_names, lacking
-from vibrocap.physics.dimensions.conversion import part_without_units, states_without_units, with_gravity
+from vibrocap.physics.dimensions.conversion import (
+    constant_load,
+    part_without_units,
+    states_without_units,
+    with_coefficients,
+    with_gravity,
+)
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import (
     Key,
     effort_of,
-    force_keys,
     one_way,
     parameter_keys,
     same_without_units,
@@ -28,7 +33,7 @@ from vibrocap.physics.dimensions.units import (
 )
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.names import number_in
-from vibrocap.physics.parameters import FORCE, parameter_table
+from vibrocap.physics.parameters import parameter_table
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
@@ -194,8 +199,10 @@ def without_units(
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare, asked = form.said == SI, {}
         if _pattern(name) == "friction":
-            load = _constant_load(form.classes["machine"], plain, number_in(name, "friction"), scales)
-            values, asked = _with_coefficients(values, name, form.classes[name], load, complaints)
+            load = _constant_load(form.classes, plain, number_in(name, "friction"), scales)
+            known = with_coefficients(values, form.classes[name], load)
+            values, asked = known.values, known.keys
+            complaints += [each.about(f"{name}.{each.field}") for each in known.complaints]  # type: ignore[attr-defined]
         if name == "environment":
             values = with_gravity(values, form.classes["machine"])
         if name == "initial":
@@ -211,39 +218,17 @@ def without_units(
     return plain, given
 
 
-def _constant_load(machine: Any, plain: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
+def _constant_load(classes: Mapping[str, Any], plain: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
     """Load in N on a contact, counted from 1; None where it follows the motion, or a part refuses its values."""
     try:
-        made = machine(**{name: value for name, value in plain["machine"].items() if name != kind_key("machine")})
-        made = Environment(**plain["environment"]).placed(made) if "environment" in plain else made
-        return None if made.follows_load else float(made.loads()[contact - 1]) * scales.of(FORCE)
+        made = {
+            name: classes[name](**{key: value for key, value in plain[name].items() if key != kind_key(name)})
+            for name in ("machine", "environment")
+            if name in plain
+        }
+        return constant_load(made, contact, scales)
     except (ValueError, TypeError, IndexError):  # the values are complained of elsewhere
         return None
-
-
-def _with_coefficients(
-    values: Mapping[str, Any], section: str, law: Any, load: float | None, complaints: Complaints
-) -> tuple[dict[str, Any], dict[str, str]]:
-    """(values of a law, keys that were given by those that stand for them): forces as coefficients, over the load.
-
-    Forces come from records whose load is not known; under a load that is no constant in N they are no coefficients.
-    """
-    found, asked = {}, {}
-    for key, value in values.items():
-        info = force_keys(law).get(key)
-        if info is None:
-            found[key] = value
-            continue
-        found[info.name], asked[info.name] = value, key
-        if info.name in values:
-            complaints.add(f"{section}.{key}", f"is {info.name} once more; give one of them")
-        elif load is None or not is_positive(load):
-            words = f"is a force, which is no coefficient under a load that follows the motion; give {info.name}"
-            complaints.add(f"{section}.{key}", f"{words}, as of a record with its normal force, or a constant load")
-        elif is_number(value):
-            assert info.dimension is not None
-            found[info.name] = value / load**info.dimension.coefficient
-    return found, asked
 
 
 def as_given(complaint: str, given: Mapping[str, tuple[str, Any]], plain: Mapping[str, Mapping[str, Any]]) -> str:

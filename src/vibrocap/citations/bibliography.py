@@ -1,6 +1,6 @@
 """The bibliography of the package: `bibliography.bib`, read into references that print as text and as BibTeX.
 
-`python -m vibrocap.citations.bibliography > docs/references.md` writes the page of all references,
+`python -m vibrocap.citations.bibliography` prints the page of all references, which the site holds,
 `python -m vibrocap.citations.bibliography paper/paper.md > paper/paper.bib` the entries that a text cites.
 """
 
@@ -136,12 +136,12 @@ def bibliography_of(text: str) -> str:
 
 
 def references_page() -> str:
-    """The page docs/references.md."""
+    """The page of all references, in Markdown."""
     lines = [
         "# References",
         "",
         "What the laws, machines, drives and methods rest on, by the keys that `vibrocap cite --bibtex` prints. A DOI",
-        "stands where it was looked up. Written by `python -m vibrocap.citations.bibliography`.",
+        "stands where it was looked up.",
         "",
     ]
     ordered = sorted(bibliography().values(), key=lambda each: (each.key != SOFTWARE, each.key))

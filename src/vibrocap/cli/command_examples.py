@@ -72,10 +72,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "export": (
         "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
         "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
-        "vibrocap export examples/travels-by-stick-slip.toml --to rates --out capsule-rates",
         "vibrocap export examples/travels-by-stick-slip.toml --to mjcf --out capsule.xml",
         "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
-        "vibrocap export examples/bench-in-si.toml --to fmu --kind model-exchange --out rates.fmu",
     ),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),

@@ -10,7 +10,7 @@ from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.law_clauses import LAW_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES
 from vibrocap.contracts.samples import instances
-from vibrocap.contracts.system_clauses import moves, recorded, surrounded
+from vibrocap.contracts.system_clauses import moves, recorded
 from vibrocap.physics.catalogue import CONTRACTS, complaints, contract_of
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
@@ -22,11 +22,11 @@ from vibrocap.physics.part_files import error_place
 Clause = Callable[[Any], str | None]
 CLAUSES: dict[type, tuple[Clause, ...]] = {
     Law: (*LAW_CLAUSES, recorded),
-    Machine: (*MACHINE_CLAUSES, recorded, surrounded),
+    Machine: (*MACHINE_CLAUSES, recorded),
     Drive: (*DRIVE_CLAUSES, recorded),
     Controller: (*CONTROLLER_CLAUSES, recorded),
 }
-FIRST = ("declarations", "listed", "finite")  # clauses without which the others make no sense
+FIRST = ("declarations", "units", "numbers", "finite")  # clauses without which the others make no sense
 
 
 @dataclasses.dataclass(frozen=True)

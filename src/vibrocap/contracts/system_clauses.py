@@ -1,25 +1,21 @@
 """Clauses that need a whole system: a part is put together with parts of the package, recorded, and let move."""
 
 import dataclasses
-import functools
 from typing import Any
 
 from vibrocap.contracts.controller_clauses import machine_for
-from vibrocap.contracts.growth import EPSILON, rounding
-from vibrocap.contracts.machine_clauses import ground_changes
-from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
+from vibrocap.contracts.machine_clauses import EPSILON
+from vibrocap.contracts.samples import draws, random_internal, random_state, settled_branch, within_room
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.status import Status
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.expressions.equations import rate_of
-from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.controllers.controller import Controller
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
-from vibrocap.physics.environment import Environment
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.system import System
@@ -73,57 +69,6 @@ def recorded(part: Any) -> str | None:
                     f"the recorded rate of {name} is {float(one):g}, the functions give {other:g}; a formula should "
                     "depend on its arguments and parameters alone"
                 )
-    return None
-
-
-def surrounded(machine: Any) -> str | None:
-    """On a slope, with drag and under a force from outside its balances close, and a contact at rest is held.
-
-    Of a machine on ground whose speed changes in time this is not asked: surroundings know a constant one.
-    """
-    if ground_changes(machine):
-        return None
-    masses = dict(machine.masses())
-    if masses and (unknown := {*masses} - {*machine.states}):
-        return f"masses: should be named by states, got {', '.join(sorted(unknown))}"
-    first = machine.contact_states[0]
-    if masses and first not in masses:
-        return f"masses: should have that of the body at the first contact, under {first}, got {masses}"
-    drags = {"linear_drag": 0.3, "force": 0.1} if machine.over_ground else {}
-    if machine.over_ground and not machine.ground_speed():
-        drags |= {"linear_drag_back": 0.7, "quadratic_drag": 0.4, "quadratic_drag_back": 0.1}
-    environment = Environment(inclination=0.2 if masses else 0.0, gravity=None if machine.gravity else 1.7, **drags)
-    system = dataclasses.replace(system_of(machine), environment=environment)
-    formulas, values = equations(system), parameter_values(system)
-    known, contact, placed = formulas.observables, machine.states.index(first), system.placed
-    pairs = {
-        "energy": (known["energy"] + known["contact_energy"], formulas.integrals[:-1]),  # the last is the impulse
-        "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
-    }
-    acceleration = rate_of(known["contact_velocity"], formulas.rates)
-    for draw in draws(SAMPLES):
-        t, y, _, _ = machine_draw(placed, draw)
-        velocity = placed.contacts(t, y, 0.0)[0].velocity
-        side = 1.0 if velocity > 0.0 else -1.0
-        for what, (stored, inflows) in pairs.items():
-            grown = [derivative(stored, -1)]
-            grown += [derivative(stored, i) * rate for i, rate in enumerate(formulas.rates)]
-            terms = [float(each) for each in evaluate([*grown, *inflows], t, y, side, values)]
-            found, expected = sum(terms[: len(grown)]), sum(terms[len(grown) :])
-            if not abs(found - expected) <= 1e3 * EPSILON * (1.0 + max(map(abs, terms))):
-                return (
-                    f"masses: on a slope the {what} grows by {found:g}, while {expected:g} flows in; see "
-                    "`Machine.masses` and `Machine.gravity`"
-                )
-        rest = tuple(v - velocity if i == contact else v for i, v in enumerate(y))
-
-        def accelerated(*at: float, first: float, side: float = side) -> list[float]:
-            sides = (first, *((side,) * (len(machine.contact_states) - 1)))  # of the others as they are
-            return [float(evaluate([acceleration], at[0], at[1:], sides, values)[0])]
-
-        (rate,) = accelerated(t, *rest, first=0.0)
-        if not abs(rate) <= rounding(functools.partial(accelerated, first=side), t, *rest):  # of what held cancels
-            return f"rates: on a slope a contact at rest should be held, got an acceleration of {rate:g}"
     return None
 
 

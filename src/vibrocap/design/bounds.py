@@ -144,7 +144,7 @@ def _largest_velocity(system: System) -> PerformanceBound | str:
     stroke = _stroke(system.drive)
     if isinstance(stroke, str):
         return f"{name}: {stroke}"
-    (total,) = machine.masses().values()
+    total = machine.momentum(0.0, (0.0, 1.0))  # at the speed 1 of the common centre
     value = math.sqrt(stroke * kinetic / (2.0 * total * total))  # mu = 1/total, as masses are in units of the inner one
     unit, scale = measure_unit(system, "mean_velocity")
     holds_for = "motions whose centre of mass stops once in each stroke"

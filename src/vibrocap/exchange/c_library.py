@@ -20,7 +20,6 @@ from vibrocap.files import made_folder, write_text
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 SAMPLES = 64  # lines of main.c in each period of the drive
-OWN_DRIVE = "The drive is that of the case."
 AN_INPUT = """The drive is an input: @name@_set_input says what it is from then on; until then it is 0. Where it jumps,
    a contact that is at rest is asked again whether it stays there."""
 
@@ -37,10 +36,10 @@ def c_files(case: Case, name: str = "capsule", input: Input = None) -> dict[str,
     text = stepped.kernel.c_text(f"{name}_kernel")
     words = _words(stepped, text, name)
     return {
-        f"{name}.c": f'#include "{name}.h"\n\n{text}\n{filled(templates.INTERFACE, words)}',
-        f"{name}.h": filled(templates.HEADER, words),
-        "main.c": filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
-        "README.txt": filled(templates.README, words),
+        f"{name}.c": f'#include "{name}.h"\n\n{text}\n{_filled(templates.INTERFACE, words)}',
+        f"{name}.h": _filled(templates.HEADER, words),
+        "main.c": _filled(templates.MAIN if input is None else templates.INPUT_MAIN, words),
+        "README.txt": _filled(templates.README, words),
     }
 
 
@@ -63,68 +62,59 @@ def export_c(case: Case, folder: str | Path, name: str = "capsule", input: Input
 
 
 def _words(stepped: SteppedCase, text: str, name: str) -> dict[str, str]:
-    """What stands in the places of the templates."""
+    """Contents of the places of the templates."""
     kernel, memory = stepped.kernel, stepped.memory()
     sizes = {"floats": memory.floats.size, "ints": memory.ints.size, "trace": memory.trace.size}
-    same = {code: first for code, first in first_codes(stepped).items() if first != code}
-    held = stepped.input is not None
-    words = {each: str(value) for each, value in kernel.places.items()}
-    words |= {each: str(size) for each, size in sizes.items()} | common_words(stepped, name)
+    codes = _first_codes(stepped)
+    firsts = {code: said for code, said in stepped.statuses.items() if codes[code] == code}
+    same = {code: first for code, first in codes.items() if first != code}
+    held, in_si = stepped.input is not None, stepped.system.units is not None
+    words = {each: str(place) for each, place in (kernel.places | sizes).items()}
+    words |= {"name": name, "NAME": name.upper()}
     return words | {
-        "drive_said": AN_INPUT if held else OWN_DRIVE,
+        "drive_said": AN_INPUT if held else "The drive is that of the case.",
+        "units_said": "What one unit is in SI is told by the tables of quantities."
+        if in_si
+        else "The case says nothing of SI, so that all scales are 1.",
         "kilobytes": f"{8 * sum(sizes.values()) / 1000:.1f}",
+        "states": str(len(stepped.states)),
+        "observables": str(len(stepped.observables)),
+        "parameters": str(len(stepped.parameters)),
         "contacts": str(stepped.contacts),
         "inputs": str(len(stepped.inputs)),
         "event_kinds": str(len(stepped.event_kinds)),
         "contact_kinds": str(stepped.contact_kinds),
         "counts": str(kernel.layout.counts),
         "same_statuses": "".join(f"    case {code}: return {other};\n" for code, other in same.items()),
-        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
-        "set_floats": settings("floats", memory.floats),
-        "set_ints": settings("ints", memory.ints),
-        "input_declared": templates.INPUT_DECLARED if held else "",
-        "input_defined": templates.INPUT_DEFINED if held else "",
-        "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
-        "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
-    }
-
-
-def first_codes(stepped: SteppedCase) -> dict[int, int]:
-    """Each status of the kernel, and the first that says the same."""
-    firsts: dict[str, int] = {}
-    return {code: firsts.setdefault(said, code) for code, said in stepped.statuses.items()}
-
-
-def common_words(stepped: SteppedCase, name: str) -> dict[str, str]:
-    """What stands in the places of all libraries of a case."""
-    firsts = {code: said for code, said in stepped.statuses.items() if first_codes(stepped)[code] == code}
-    return {
-        "name": name,
-        "NAME": name.upper(),
-        "units_said": "What one unit is in SI is told by the tables of quantities."
-        if stepped.system.units is not None
-        else "The case says nothing of SI, so that all scales are 1.",
-        "quantities": templates.QUANTITIES.rstrip(),
-        "tables": templates.TABLES,
-        "states": str(len(stepped.states)),
-        "observables": str(len(stepped.observables)),
-        "parameters": str(len(stepped.parameters)),
         "status_defines": "\n".join(
             f"#define {name.upper()}_{said.upper().replace(' ', '_')} {code}"
             for code, said in firsts.items()
             if code > REFUSED
         ),
         "statuses": "\n".join(f'    case {code}: return "{said}";' for code, said in firsts.items()),
+        "event_names": ", ".join(f'"{each}"' for each in stepped.event_kinds),
         "time_infos": _infos([stepped.time]),
         "input_infos": _infos(stepped.inputs),
         "parameter_infos": _infos(stepped.parameters),
         "state_infos": _infos(stepped.states),
         "observable_infos": _infos(stepped.observables),
         "parameter_places": ", ".join(str(each.place) for each in stepped.parameters) or "0",
+        "set_floats": _settings("floats", memory.floats),
+        "set_ints": _settings("ints", memory.ints),
+        "input_declared": templates.INPUT_DECLARED if held else "",
+        "input_defined": templates.INPUT_DEFINED if held else "",
+        "identity": ", ".join(str(byte) for byte in hashlib.sha256(text.encode()).digest()[:8]),
         "samples": str(SAMPLES),
         "lines": str(math.floor(SAMPLES * stepped.case.periods + 0.5)),
         "period": number(stepped.case.system.drive.period),
+        "run": "< inputs.txt > motion.csv" if held else "> motion.csv",
     }
+
+
+def _first_codes(stepped: SteppedCase) -> dict[int, int]:
+    """Each status of the kernel, and the first that says the same."""
+    firsts: dict[str, int] = {}
+    return {code: firsts.setdefault(said, code) for code, said in stepped.statuses.items()}
 
 
 def _infos(ports: Sequence[Port]) -> str:
@@ -138,7 +128,7 @@ def _infos(ports: Sequence[Port]) -> str:
     return ",".join(rows) or '{"", "", 0.0, 0.0, 0.0, 0.0}'
 
 
-def settings(array: str, values: np.ndarray) -> str:
+def _settings(array: str, values: np.ndarray) -> str:
     """Statements that set what is not zero."""
     fromnumbers = ((int(i), values[i].item()) for i in np.flatnonzero(values))
     return "\n".join(f"  c->{array}[{i}] = {number(value)};" for i, value in fromnumbers)
@@ -153,7 +143,7 @@ def number(value: float | int) -> str:
     return value.hex()
 
 
-def filled(template: str, words: Mapping[str, str]) -> str:
+def _filled(template: str, words: Mapping[str, str]) -> str:
     """A template with its @places@ filled, which may hold places themselves."""
     while re.search(r"@\w+@", template):
         template = re.sub(r"@(\w+)@", lambda found: words[found[1]], template)

@@ -1,24 +1,5 @@
 """The texts around a stepper in C, with @places@: header, interface, a program that prints a motion, and a README."""
 
-QUANTITIES = """\
-/* A quantity: its dimensionless number times `scale` is in `unit` ("1" and 1.0 where the case is not in SI). */
-typedef struct {
-  const char *name, *unit;
-  double scale;
-  double value;       /* that of the case: of parameters and initial states */
-  double least, most; /* what a parameter may be, by itself; infinite where any finite number is allowed */
-} @name@_quantity;
-
-/* NULL where i is beyond the last. */
-const @name@_quantity *@name@_time_info(void);
-const @name@_quantity *@name@_input_info(int i);
-const @name@_quantity *@name@_parameter_info(int i);
-const @name@_quantity *@name@_state_info(int i);
-const @name@_quantity *@name@_observable_info(int i);
-const char *@name@_event_name(int kind);
-const char *@name@_status_text(int status);
-"""
-
 HEADER = """/* A vibro-driven capsule with its exact stick-slip contact, moved on from outside.
 
    @drive_said@
@@ -58,7 +39,22 @@ typedef struct {
   double trace[@trace@];
 } @name@;
 
-@quantities@
+/* A quantity: its dimensionless number times `scale` is in `unit` ("1" and 1.0 where the case is not in SI). */
+typedef struct {
+  const char *name, *unit;
+  double scale;
+  double value;       /* that of the case: of parameters and initial states */
+  double least, most; /* what a parameter may be, by itself; infinite where any finite number is allowed */
+} @name@_quantity;
+
+/* NULL where i is beyond the last. */
+const @name@_quantity *@name@_time_info(void);
+const @name@_quantity *@name@_input_info(int i);
+const @name@_quantity *@name@_parameter_info(int i);
+const @name@_quantity *@name@_state_info(int i);
+const @name@_quantity *@name@_observable_info(int i);
+const char *@name@_event_name(int kind);
+const char *@name@_status_text(int status);
 
 /* Parameters, initial states and tolerance of the case. */
 void @name@_case(@name@ *c);
@@ -104,7 +100,7 @@ INPUT_DECLARED = """
 int @name@_set_input(@name@ *c, double value, double slope, double curvature);
 """
 
-TABLES = """static int @name@_finite(double x) { return x - x == 0.0; }
+INTERFACE = """static int @name@_finite(double x) { return x - x == 0.0; }
 
 static const @name@_quantity *@name@_found(const @name@_quantity *all, int count, int i) {
   return i >= 0 && i < count ? all + i : NULL;
@@ -151,9 +147,7 @@ static int @name@_place(int i) {
   static const int16_t places[] = {@parameter_places@};
   return @PARAMETER@ + places[i];
 }
-"""
 
-INTERFACE = """@tables@
 /* What the motion has ended with: some codes of the kernel say the same. */
 static int @name@_ended(const @name@ *c) {
   switch (c->ints[@ENDED@]) {

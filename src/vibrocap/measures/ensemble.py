@@ -17,7 +17,7 @@ from vibrocap.arguments import (
     is_number,
     suggestion,
 )
-from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
+from vibrocap.measures.during_run import asked_groups, check_travel, resolved, unavailable, values
 from vibrocap.measures.gathered import ALWAYS, Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.of_measure import FINAL, ByMeasure
@@ -90,7 +90,7 @@ def ensemble(
         where nothing drives the system in time
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
-    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/gpu.md)
+    device: "cpu", or "cuda": one thread of an NVIDIA GPU for each run (extra `gpu`, see docs/sweeps.md)
     final_states: whether to return "final.angle" and so on too, the states in which runs ended
     progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
@@ -170,6 +170,8 @@ def _measured(
     """Status and measures of runs that all have equations of one form."""
     runs = len(next(iter(columns.values())))
     one = _system_of_run(system, columns, 0)
+    lacking = unavailable(needed, one) if one.cyclic != system.cyclic else ()
+    needed = [each for each in needed if each.name not in lacking]
     recording = equations(one)
     parameters = np.tile(parameter_values(one), (runs, 1))
     states = np.tile(list(start.values()), (runs, 1))
@@ -212,7 +214,7 @@ def _measured(
         if name not in found:
             found[name] = np.full(runs, "" if value.dtype.kind == "U" else np.nan, dtype=value.dtype)
             found[name][finished] = value
-    return found
+    return found | {name: np.full(runs, np.nan) for name in lacking}
 
 
 def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -325,6 +327,11 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
             continue
         different, which = np.unique(keys, return_inverse=True)
         group = group * len(different) + which
+    zeros = [column == 0.0 for path, column in columns.items() if path.startswith("machine.")]
+    if np.any(zeros):  # which may free a coordinate
+        _, first, which = np.unique(np.stack([group, *zeros]), axis=1, return_index=True, return_inverse=True)
+        free = [str(_system_of_run(system, columns, int(run)).cyclic) for run in first]
+        group = group * len(free) + np.unique(free, return_inverse=True)[1][which]
     if system.controller is not None and system.controller.sampled:
         group = group * MOST_SAMPLES + _sample_counts(system, columns)
     for form in np.unique(group):
@@ -347,8 +354,8 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith(("drive.", "environment."))]
     for part, record in system.parts.items():
-        contract = next((each for each in (Law, Machine) if isinstance(record, each)), None)
-        if contract is not None and type(record).symmetric is not contract.symmetric:
+        of_law = isinstance(record, Law) and type(record).symmetric is not Law.symmetric
+        if of_law or (isinstance(record, Machine) and record.evaluated("mirror")):
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)

@@ -7,12 +7,12 @@ import numpy as np
 
 from vibrocap.measures.recorded.sticking import as_cycle, first_turned
 from vibrocap.measures.recorded.travel import travelling
+from vibrocap.motion.trust import stands_still
 from vibrocap.numerics.api import RunResults
 from vibrocap.physics import events
 from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
-STILL = 10.0  # thresholds of settling by which a state changes that stands still
 FEW_RETURNS = 2  # fewer are none to speak of
 LETTERS = {1: "F", 2: "S", 3: "B"}
 # Of every run, asked for or not; how they are stored: `studies/store/zarr_form.py`.
@@ -64,7 +64,7 @@ class Gathered:
         assert self.scales is not None
         moving = [name not in (system.cyclic, *system.switched) for name in system.state_names]
         extents = results.entries("LARGEST") - results.entries("LEAST")
-        return np.all(extents[:, moving] <= STILL * self.threshold * self.scales[:, moving], axis=1)
+        return stands_still(extents[:, moving] / self.scales[:, moving], self.threshold)
 
     @property
     def outcome(self) -> np.ndarray:

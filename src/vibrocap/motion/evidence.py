@@ -14,7 +14,7 @@ from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.flow import CONTACT_CHANNELS
-from vibrocap.physics.names import numbered
+from vibrocap.physics.names import name_and_number, numbered
 
 ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
@@ -283,14 +283,17 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, names = recording.observables, recording.integral_names
     powers = dict(zip(names, recording.integrals, strict=True))
-    contact_channels = [name for name in motion.system.channels if name in CONTACT_CHANNELS]
+    contact_channels = [name for name in motion.system.channels if name_and_number(name)[0] in CONTACT_CHANNELS]
     machine = [powers[name] for name in motion.system.channels if name not in contact_channels]
-    taken = known["friction"] * known["contact_velocity"]
-    found = _contradiction(motion, recording, known["energy"], [*machine, -taken])
+    taken = [
+        known[numbered("friction", i)] * known[numbered("contact_velocity", i)]
+        for i in range(1, 1 + len(recording.contacts))
+    ]
+    found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
     contact = [powers[name] for name in contact_channels]
-    found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
+    found = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
     if found:
         return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
     return ""

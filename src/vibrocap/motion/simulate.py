@@ -111,12 +111,9 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:
     """(least load, number of its contact) in some modes of the contacts; 0 where it does not follow from the forces."""
     flow = system.flow(time, y, sides)
-    assert flow.reaction is not None
     if sides[0] and not flow.bounds[0] > 0.0:
         return 0.0, 1
-    inertia, own, *slopes = flow.reaction
-    first = (own + sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))) / inertia
-    return min((load, i) for i, load in enumerate((first, *(each.normal for each in flow.contacts[1:])), start=1))
+    return min((flow.reaction(i), i + 1) for i in range(len(sides)))
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:

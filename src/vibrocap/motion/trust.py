@@ -81,6 +81,11 @@ class Trust:
         return Trust(self.status[chosen], settled, self.residue)
 
 
+def stands_still(changes: Any, threshold: float) -> Any:
+    """Whether changes [..., states] over natural sizes are but the residue of motions that settled to a threshold."""
+    return np.max(np.abs(changes), axis=-1, initial=0.0) <= RESIDUE * threshold
+
+
 def residue(system: System, measure: str, threshold: float) -> float:
     """How far a measure of a run that settled to a threshold may be from that of the steady motion, without units.
 

@@ -5,7 +5,6 @@
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
 - Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - One motion that its caller moves on, compiled or in C: `stepper_kernel`.
-- The equations of an instant as C: `exported_instant`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 What comes back is a record with names: `Recorded`, `RunResults`, `DrivenRuns`. `codes` are the numbers by which a
@@ -20,7 +19,6 @@ from vibrocap.lazy_imports import lazy
 
 if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
-    from vibrocap.numerics.codegen.instant_source import Instant
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, integrands_source
     from vibrocap.numerics.codegen.straight_line import ScalarWriter
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
-    from vibrocap.numerics.run.instant import exported_instant
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.results import PieceSeries, RunResults
@@ -47,7 +44,6 @@ __all__ = [
     "Budget",
     "DrivenEquations",
     "DrivenRuns",
-    "Instant",
     "Integrands",
     "PieceSeries",
     "Recorded",
@@ -65,7 +61,6 @@ __all__ = [
     "cuda_problem",
     "driven_runs",
     "ensemble_run",
-    "exported_instant",
     "integrands_source",
     "recorded_run",
     "replayed",

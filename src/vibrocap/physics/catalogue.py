@@ -29,12 +29,7 @@ PART_NAME = r"[a-z0-9]+(-[a-z0-9]+)*"
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
 CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
     Law: ("law", "vibrocap.physics.friction", ("kind",), ("force", "steady_force", "passive")),
-    Machine: (
-        "machine",
-        "vibrocap.physics.machines",
-        ("states", "cyclic", "contact_states", "symmetry", "channels"),
-        ("contacts", "rates", "energy", "momentum", "powers"),
-    ),
+    Machine: ("machine", "vibrocap.physics.machines", (), ("parts",)),
     Drive: ("drive", "vibrocap.physics.drives", (), ("value", "period", "odd")),
     Controller: ("controller", "vibrocap.physics.controllers", ("reference",), ("measures", "command")),
 }

@@ -27,12 +27,14 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.physics.events import AMBIGUOUS, LIFT_OFF
+from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.events import AMBIGUOUS, BOUNDS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Contact
 
 # Shares of contacts that can hold nothing: what is added to widths so that no share is 0/0.
 LEAST = 1e-150
+_PARADOX, _LIFT_OFF, _AT_REST, _AMBIGUOUS = 0, 1, 2, BOUNDS.index(AMBIGUOUS)  # places in BOUNDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +121,11 @@ class ContactForce:
     normal: Any
 
     @property
+    def sliding(self) -> Any:
+        """R while it slides."""
+        return self.contact.force * self.normal
+
+    @property
     def hold(self) -> Any:
         """R that would hold it, over the middle of what it can hold; None: it cannot rest."""
         return None if self.limit is None else self.held - self.middle
@@ -147,35 +154,76 @@ class Rows:
 class Contacts:
     """The contacts of a machine at one instant, in the mode that their sides say.
 
-    Asked in this order: the force that would hold the first one, `held`, given the modes of the others; then, with what
-    the machine is given in place of the friction at the first, those of the others.
+    acting: what acts at each; bounds, bound_kinds: what is positive while the way to go on is certain
+    loads: normal load of a contact that answers to its own friction, while it slips and at rest; none of constant loads
+    quotients: of contacts that act on one another: their divisors are among the bounds
     """
 
     def __init__(self, machine: Any, contacts: Sequence[RubbingContact]):
         self.all, self.others = tuple(contacts), tuple(contacts[1:])
         self.given, self.follows_load = [each.given for each in contacts], machine.follows_load
         self.shared = machine.imposes_distances
-        self.coupled = bool(self.given[0].response) and not self.shared
+        self.coupled = any(each.response for each in self.given) and not self.shared
+        self.bounds: tuple = ()
+        self.bound_kinds: tuple[int, ...] = ()
         self.loads: tuple = ()
+        self.mean_loads: tuple = ()
         self.load_response: tuple[tuple, ...] = ()
         self.quotients: tuple = ()
         self._sums: tuple = ()
         if self.coupled and self.follows_load:
             rows: list[Any] = [each.reaction for each in self.given]
-            self.loads = tuple(own / over for over, own, *_ in rows)
+            self.mean_loads = tuple(own / over for over, own, *_ in rows)
             self.load_response = tuple(tuple(-(raised / over) for raised in more) for over, _, *more in rows)
         if self.coupled:
-            self._solve()
+            self.acting = self._solved()
+        else:
+            holding = range(len(self.all)) if self.shared else [each.holding_force for each in self.given]
+            self.acting = tuple(
+                self._alone(each, self._share(held) if self.shared else held, each.given.reaction)
+                for each, held in zip(self.all, holding, strict=True)
+            )
 
-    # --- coupled: one elimination, the first contact last ----------------------------------------------------------
+    # --- each by itself --------------------------------------------------------------------------------------------
 
-    def _solve(self) -> None:
-        """Forces at the others as alpha - beta f, f: what the machine is given for the first."""
-        rows, right, by_first = [], [], []
+    def _alone(self, each: RubbingContact, held: Any, reaction: Sequence[Any] | None) -> ContactForce:
+        """What acts at a contact, given what the machine takes where it rests, and (b, n, s) of b N = n + s f."""
+        force, middle, limit, normal = each.force, None, None, 1.0
+        if each.sticks:
+            middle, limit = each.middle, each.limit
+        if self.follows_load:
+            assert reaction is not None
+            inertia, own, slope = reaction
+            clear, moved = inertia - slope * force, own - slope * each.push
+            normal, at_rest = self.loads = moved / clear, (own + slope * held) / inertia
+            bounds = clear, normal
+            if limit is not None:
+                jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
+                resting = 1.0 - each.slips
+                bounds = (
+                    each.slips * clear
+                    + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
+                    each.slips * normal + resting,
+                    each.slips + resting * moved,
+                )
+                limit, middle = limit * at_rest, middle * at_rest
+            self.bounds, self.bound_kinds = bounds, (_PARADOX, _LIFT_OFF, _AT_REST)[: len(bounds)]
+        friction, hold = force * normal, held + each.push_at_rest
+        tangential = friction - each.push
+        if each.sticks:
+            friction = hold + each.slips * (friction - hold)
+            tangential = held + each.slips * (tangential - held)  # exactly `held` at rest
+        return ContactForce(each, tangential, friction, hold, middle, limit, normal)
+
+    # --- coupled: one elimination, the last contact left is then by itself ------------------------------------------
+
+    def _solved(self) -> tuple[ContactForce, ...]:
+        """All forces: those at the others are alpha - beta f, f that at the contact which is left."""
+        rows, right, by_last = [], [], []
         for j, each in enumerate(self.others, start=1):
             slips, rests = each.slips, 1.0 - each.slips
-            raised = self.load_response[j] if self.loads else ()
-            slide_to = each.force * self.loads[j] if raised else each.force
+            raised = self.load_response[j] if self.mean_loads else ()
+            slide_to = each.force * self.mean_loads[j] if raised else each.force
             row = []
             for k in range(1, len(self.all)):
                 slide = 1.0 if k == j else 0.0
@@ -184,31 +232,37 @@ class Contacts:
             rows.append(row)
             right.append(rests * each.given.acceleration + slips * (slide_to - each.push))
             pressed = slips * (each.force * raised[0]) if raised else 0.0
-            by_first.append(rests * each.given.response[0] + pressed)
-        (self._alpha, self._beta), quotients = eliminated(rows, [right, by_first])
-        self.quotients = (*quotients, self.held)
-
-    @property
-    def held(self):
-        """What the machine is given for the first contact where that rests."""
-        if self.shared:
-            return self._share(0)
-        if not self.coupled:
-            return self.given[0].holding_force
-        if not self.others and not self.all[0].sticks:
-            return 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
-        own, *others = self.given[0].response
-        held = self.given[0].acceleration - sum(a * r for a, r in zip(others, self._alpha, strict=True))
-        return held / (own - sum(a * r for a, r in zip(others, self._beta, strict=True)))
-
-    def reaction(self) -> tuple:
-        """(b, n, s) of the load of the first contact, b N = n + s f."""
-        if not self.coupled:
-            reaction: Any = self.given[0].reaction
-            return reaction
-        row = self.load_response[0]
-        own = self.loads[0] - sum(c * r for c, r in zip(row[1:], self._alpha, strict=True))
-        return 1.0, own, sum(c * r for c, r in zip(row[1:], self._beta, strict=True)) - row[0]
+            by_last.append(rests * each.given.response[0] + pressed)
+        (alpha, beta), quotients = eliminated(rows, [right, by_last])
+        held: Any = 0.0  # nothing would, where a command cancels the friction of a contact that cannot rest
+        if self.others or self.all[0].sticks:
+            own, *others = self.given[0].response
+            held = self.given[0].acceleration - sum(a * r for a, r in zip(others, alpha, strict=True))
+            held = held / (own - sum(a * r for a, r in zip(others, beta, strict=True)))
+        self.quotients = (*quotients, held)
+        reaction = None
+        if self.mean_loads:
+            row = self.load_response[0]
+            own = self.mean_loads[0] - sum(c * r for c, r in zip(row[1:], alpha, strict=True))
+            reaction = 1.0, own, sum(c * r for c, r in zip(row[1:], beta, strict=True)) - row[0]
+        last = self._alone(self.all[0], held, reaction)
+        forces = last.tangential, *(a - b * last.tangential for a, b in zip(alpha, beta, strict=True))
+        found = [last]
+        for each, force, j in zip(self.others, forces[1:], range(1, len(self.all)), strict=True):
+            normal: Any = 1.0
+            if self.mean_loads:
+                normal = self.mean_loads[j] - sum(c * r for c, r in zip(self.load_response[j], forces, strict=True))
+            push, middle, limit = each.push, None, None
+            if each.sticks:
+                push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
+                middle, limit = each.middle * normal, each.limit * normal
+            held = force + each.push_at_rest
+            found.append(ContactForce(each, force, force + push, held, middle, limit, normal))
+        if self.mean_loads and self.others:
+            # A contact among others: what is a paradox alone leaves them without one answer.
+            more, kinds = self._modes([each.normal for each in found[1:]])
+            self.bounds, self.bound_kinds = (*self.bounds, *more), (_AMBIGUOUS, *self.bound_kinds[1:], *kinds)
+        return tuple(found)
 
     # --- distances: all that rest hold one force -------------------------------------------------------------------
 
@@ -228,33 +282,6 @@ class Contacts:
         total = each.given.acceleration / each.given.response[at] - (held - _own_share(each)) - middle
         return middle + total * (own / (width + each.slips * own))
 
-    # --- what acts at the others ------------------------------------------------------------------------------------
-
-    def forces(self, tangential_first: Any) -> tuple[ContactForce, ...]:
-        """Of the others, given what the machine takes for the first."""
-        found, solved = [], []
-        if self.coupled:
-            solved = [a - b * tangential_first for a, b in zip(self._alpha, self._beta, strict=True)]
-        for j, each in enumerate(self.others, start=1):
-            normal: Any = 1.0
-            slides = each.force - each.push
-            if self.coupled:
-                tangential = held = solved[j - 1]
-            else:
-                held = self._share(j) if self.shared else each.given.holding_force
-                tangential = held + each.slips * (slides - held) if each.sticks else slides
-            if self.loads:
-                row, forces = self.load_response[j], (tangential_first, *solved)
-                normal = self.loads[j] - sum(c * r for c, r in zip(row, forces, strict=True))
-            push, middle, limit = each.push, None, None
-            if each.sticks:
-                push = each.push_at_rest + each.slips * (each.push - each.push_at_rest)
-                middle, limit = each.middle * normal, each.limit * normal
-            found.append(
-                ContactForce(each, tangential, tangential + push, held + each.push_at_rest, middle, limit, normal)
-            )
-        return tuple(found)
-
     def rows(self) -> Rows | None:
         """The problem that decides which of them rest; None where there is one."""
         n = len(self.all)
@@ -266,9 +293,9 @@ class Contacts:
         if not self.coupled:
             return Rows(tuple(each.holding_force for each in self.given), tuple(_unit(i, n) for i in range(n)))
         b, response = (tuple(getattr(each, name) for each in self.given) for name in ("acceleration", "response"))
-        return Rows(b, response, self.loads, self.load_response)
+        return Rows(b, response, self.mean_loads, self.load_response)
 
-    def bounds(self, loads: Sequence[Any]) -> tuple[tuple, tuple[str, ...]]:
+    def _modes(self, loads: Sequence[Any]) -> tuple[tuple, tuple[int, ...]]:
         """What is positive while the way to go on is certain: loads of the others, determinants of all modes.
 
         Of each mode that is within reach, from rest at the largest forces that can be held; there is one way to go on
@@ -277,8 +304,6 @@ class Contacts:
         minors of A, which is positive definite: always. Returns (bounds, kinds).
         """
         n, ways = len(self.all), []
-        if not self.loads or n == 1:
-            return (), ()
         for i, each in enumerate(self.all):
             unit, raised = _unit(i, n), self.load_response[i]
             forces, rows = [each.force], []
@@ -292,7 +317,7 @@ class Contacts:
                 rows.append([s + each.slips * (r - s) for s, r in zip(still, rows[0], strict=True)])
             ways.append(rows)
         found = tuple(determinant(rows) for rows in itertools.product(*ways))
-        return (*loads, *found), (LIFT_OFF,) * len(loads) + (AMBIGUOUS,) * len(found)
+        return (*loads, *found), (_LIFT_OFF,) * len(loads) + (_AMBIGUOUS,) * len(found)
 
 
 def _own_share(each: RubbingContact):

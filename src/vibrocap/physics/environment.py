@@ -26,13 +26,11 @@ class Outside:
     """What an environment does to a machine at one instant.
 
     pushes: of each contact, the force on its body along the line, besides friction, while it slides and while it rests.
-    total: force on the machine but for the drag on the bodies of further contacts. accelerations: of the other masses,
-    one per state. powers: by channel.
+    total: force on the machine but for the drag on the bodies of further contacts. powers: by channel.
     """
 
     pushes: tuple[tuple[Any, Any], ...]
     total: Any
-    accelerations: tuple
     powers: tuple
 
 
@@ -46,7 +44,7 @@ class Environment(Part):
     """A slope, a fluid at rest around the capsule, and a force that stays, all along the line of sliding.
 
     On a line inclined by phi, forward uphill where phi is positive, gravity g has the parts g cos(phi) towards the
-    ground and g sin(phi) back. They act on every mass (`Machine.masses`); a load that is the weight shrinks with
+    ground and g sin(phi) back. They act on every mass (`Machine.tilted`); a load that is the weight shrinks with
     cos(phi). The body at the contact, moving at V over its resting surroundings, is held up by drag and pushed forward
     by the force F_e:
 
@@ -91,11 +89,6 @@ class Environment(Part):
 
     def check(self, machine: Machine) -> None:
         """ArgumentError for what cannot be said of a machine."""
-        if self.inclination != 0.0 and not machine.masses():
-            raise ArgumentError(
-                "environment.inclination",
-                f"should be 0 with the {machine.name}, which does not know its weight (masses), got {self.inclination}",
-            )
         for name in () if machine.over_ground else ("linear_drag", "quadratic_drag", "force"):
             if given := getattr(self, name):
                 what = f"should be 0 with the {machine.name}, whose contacts are not all with the ground, got {given:g}"
@@ -121,7 +114,7 @@ class Environment(Part):
 
     def has_weight(self, machine: Machine) -> bool:
         """Whether it is known how gravity pulls at a machine."""
-        return bool(machine.masses()) and (self.gravity is not None or machine.gravity is not None)
+        return self.gravity is not None or machine.gravity is not None
 
     def channels(self, machine: Machine) -> tuple[str, ...]:
         """Names of the energy channels, in the order of `Outside.powers`."""
@@ -139,7 +132,7 @@ class Environment(Part):
         push = self.force - self.linear_drag * machine.ground_speed()
         if not self.has_weight(machine):
             return push
-        return push - machine.masses()[machine.contact_states[0]] * machine.gravity[1]
+        return push + machine.weight_along()[0]
 
     def drag(self, velocity, side):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
@@ -157,21 +150,10 @@ class Environment(Part):
         lost = -drag * velocity
         if others:
             lost = lost + sum((-held * v for held, v in zip(others_drag, others, strict=True)), 0.0)
-        accelerations, powers = (0.0,) * len(y), (lost, self.force * velocity)
-        push = total = self.force - drag
+        powers: tuple = (lost, self.force * velocity)
         at_rest = self.linear_drag * ground
-        push_at_rest = self.force - at_rest
-        if self.has_weight(machine) and machine.weighs:
+        if self.has_weight(machine):
             powers = (*powers, -machine.gravity[1] * machine.line_momentum(t, y))
-        elif self.has_weight(machine):
-            along, masses = machine.gravity[1], dict(machine.masses())
-            own = masses.pop(machine.contact_states[0])
-            push, push_at_rest = push - own * along, push_at_rest - own * along
-            total = total - (own + sum(masses.values())) * along
-            falling = {*masses} - {*machine.contact_states}
-            accelerations = tuple(-along if name in falling else 0.0 for name in machine.states)
-            carried = machine.momentum(t, y) if masses else own * velocity
-            powers = (*powers, -along * carried)
-        return Outside(
-            ((push, push_at_rest), *((-held, -at_rest) for held in others_drag)), total, accelerations, powers
-        )
+        push = self.force - drag
+        others_pushes = ((-held, -at_rest) for held in others_drag)
+        return Outside(((push, self.force - at_rest), *others_pushes), push, powers)

@@ -4,8 +4,7 @@ import dataclasses
 from typing import Any
 
 from vibrocap.physics.contacts import ContactForce, Contacts, Rows, RubbingContact
-from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.events import AMBIGUOUS, BOUNDS
+from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.machines.machine import Contact
 from vibrocap.physics.names import laws_by_state
 
@@ -21,7 +20,6 @@ class Flow:
     command: Any  # the same before an actuator
     reference: Any  # what the drive says, the same where there is no controller
     contacts: tuple[ContactForce, ...]  # what acts at each contact
-    sliding_friction: Any  # R at the first where it slides
     outer_force: Any  # along the line of sliding, other than friction
     switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
     law_switches: int  # how many of them are the laws'
@@ -29,11 +27,10 @@ class Flow:
     after_reversal: tuple  # of each contact: all states after it has turned to its side
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
-    contact_energy: Any  # stored in the contact
+    contact_energy: Any  # stored in all contacts
     bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
     bound_kinds: tuple  # place in BOUNDS of each of them
-    loads: tuple  # normal load of the first contact while it slips, and at rest; none with a constant load
-    reaction: tuple | None  # of the ground at the first contact: (b, n, s_1, ...) of b N = n + s_1 R_1 + ..., as taken
+    loads: tuple  # normal load of a contact while it slips, and at rest, see `Contacts`; none with a constant load
     quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
     rows: Rows | None  # the problem of several contacts, which decides which of them rest
 
@@ -46,6 +43,14 @@ class Flow:
     def tangential(self) -> tuple:
         """By the machine in place of friction, at each contact: R less what pushes its body from outside."""
         return tuple(each.tangential for each in self.contacts)
+
+    def reaction(self, contact: int) -> Any:
+        """Of the ground at a contact, counted from 0; None where the machine does not say."""
+        given = self.contacts[contact].contact.given.reaction
+        if given is None:
+            return None
+        over, own, *slopes = given
+        return (own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))) / over
 
 
 def _internal(system: Any, y) -> list[tuple]:
@@ -61,12 +66,11 @@ def _rubbing(system: Any, y, given: tuple[Contact, ...], sides: tuple, outside: 
     """The contacts of the machine, each with its law, in their modes."""
     found, pushes = [], ((0.0, 0.0),) * len(given) if outside is None else outside.pushes
     each = zip(given, system.laws, system.law_loads, _internal(system, y), sides, pushes, strict=True)
-    first, *others = each
-    for contact, law, load, internal, side, (push, push_at_rest) in (*others, first):  # as their states stand
+    for contact, law, load, internal, side, (push, push_at_rest) in each:
         force, rates = law.force(contact.velocity, internal, side, load)
         losses = law.losses(contact.velocity, internal, side, load)
         found.append(RubbingContact(contact, law, load, internal, side, force, rates, losses, push, push_at_rest))
-    return [found[-1], *found[:-1]]
+    return found
 
 
 def flow_of(system: Any, t, y, side) -> Flow:
@@ -84,53 +88,19 @@ def flow_of(system: Any, t, y, side) -> Flow:
     if system.environment is not None:
         velocities = tuple(each.velocity for each in given)
         outside = system.environment.outside(machine, t, mechanical, velocities, sides)
-    first, *others = rubbing = _rubbing(system, y, given, sides, outside)
+    rubbing = _rubbing(system, y, given, sides, outside)
     contacts = Contacts(machine, rubbing)
-    force, sticks, held = first.force, first.sticks, contacts.held
-    hold = held + first.push_at_rest
-    slipping = first.slips
-    limit, middle = first.limit if sticks else None, first.middle
-    bounds = loads = ()
-    normal: Any = 1.0
-    reaction = given[0].reaction
-    if machine.follows_load:
-        inertia, own, slope = contacts.reaction()
-        reaction = (inertia, own, slope, *(0.0 for _ in others))
-        clear = inertia - slope * force
-        moved = own - slope * first.push
-        moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
-        bounds = clear, moving
-        force, normal = force * moving, moving
-        if limit is not None:
-            jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
-            resting = 1.0 - slipping
-            bounds = (
-                slipping * clear
-                + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
-                slipping * moving + resting,
-                slipping + resting * moved,
-            )
-            limit, middle = limit * at_rest, middle * at_rest
-    sliding_friction = force
-    tangential = force - first.push
-    if sticks:
-        force = hold + slipping * (force - hold)
-        tangential = held + slipping * (tangential - held)  # exactly `held` at rest
-    acting = (ContactForce(first, tangential, force, hold, middle, limit, normal), *contacts.forces(tangential))
-    frictions, further = tuple(each.tangential for each in acting), acting[1:]
+    acting = contacts.acting
+    frictions = tuple(each.tangential for each in acting)
     switches, outcomes, law_switches = _switches(system, machine, t, y, rubbing, drive, frictions)
     # A drive that imposes a motion works against all that acts on the body from outside.
-    against_all = system.machine.imposes_motion or bool(given[0].response)
+    against_all = system.machine.imposes_motion or any(each.response for each in given)
     worked_against = frictions if against_all else tuple(each.friction for each in acting)
     rates = machine.rates(t, mechanical, drive, frictions)
     if contacts.coupled:
         rates = _still(system, rates, rubbing)
-    ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
-    own_kinds = (0, 1, 2)
-    if others:  # a contact among others: what is a paradox alone leaves them without one answer
-        own_kinds = (BOUNDS.index(AMBIGUOUS), 1, 2)
-        more, more_kinds = contacts.bounds([each.normal for each in further])
-        ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
+    ends = machine.bounds(t, mechanical)
+    kinds = (BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])
     if system.controller is None:
         outer_force = machine.outer_force(t, mechanical, drive)
     else:
@@ -139,19 +109,14 @@ def flow_of(system: Any, t, y, side) -> Flow:
         outer_force = outer_force - each
     outer_force = outer_force + machine.wall_force(t, mechanical, drive, frictions)
     if outside is not None:
-        rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
         outer_force = outer_force + outside.total
-    energy = machine.energy(t, mechanical)
-    if not machine.follows_load:
-        for each in others:
-            energy = energy + each.law.stored_energy(each.internal) if each.law.internal else energy
+    storing = () if machine.follows_load else [each for each in rubbing if each.law.internal]
     return Flow(
-        rates=(*rates, *(rate for each in (*others, first) for rate in each.internal_rates)),
+        rates=(*rates, *(rate for each in (*rubbing[1:], rubbing[0]) for rate in each.internal_rates)),
         drive=_felt(system, machine, t, mechanical, drive, frictions),
         command=drive if system.controller is None else machine.commanded(t, mechanical, drive, frictions),
         reference=drive,
         contacts=acting,
-        sliding_friction=sliding_friction,
         outer_force=outer_force,
         switches=switches,
         law_switches=law_switches,
@@ -159,16 +124,15 @@ def flow_of(system: Any, t, y, side) -> Flow:
         after_reversal=_after_reversals(system, y, sides),
         powers=(
             *machine.powers(t, mechanical, drive, worked_against),
-            *_powers_lost(system, further, 2),
+            *_powers_lost(system, acting[1:], 2),
             *(() if outside is None else outside.powers),
             *_powers_lost(system, acting[:1], 1),
         ),
-        energy=energy,
-        contact_energy=0.0 if system.stores_under_load else first.law.stored_energy(first.internal),
-        bounds=(*bounds, *ends),
-        bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
-        loads=loads,
-        reaction=reaction,
+        energy=machine.energy(t, mechanical),
+        contact_energy=sum((each.law.stored_energy(each.internal) for each in storing), start=0.0),
+        bounds=(*contacts.bounds, *ends),
+        bound_kinds=(*contacts.bound_kinds, *kinds),
+        loads=contacts.loads,
         quotients=contacts.quotients,
         rows=contacts.rows(),
     )

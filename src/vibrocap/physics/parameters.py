@@ -100,6 +100,8 @@ ROLES = {
     "mass": MASS,
     "load": FORCE,
     "speed": SPEED,
+    "inertia": MASS * LENGTH**2,
+    "torque": TORQUE,  # also the load of a contact whose friction is one
     "torsional stiffness": TORQUE,
     "torsional damping": TORQUE * TIME,
     # of environments

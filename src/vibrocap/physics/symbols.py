@@ -1,7 +1,7 @@
-"""The page docs/symbols.md: how the symbols of the literature, the names in code and their meanings belong together.
+"""The page of symbols: how the symbols of the literature, the names in code and their meanings belong together.
 
-`python -m vibrocap.physics.symbols > docs/symbols.md` writes it; a test keeps it complete. Parameters come from the
-parts themselves, so a new law, machine, drive or controller brings its own rows.
+`python -m vibrocap.physics.symbols` prints it, and the site holds it; a test keeps it complete. Parameters come from
+the parts themselves, so a new law, machine, drive or controller brings its own rows.
 """
 
 import contextlib
@@ -45,14 +45,29 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 MECHANICAL = {
-    "angle": ("theta", "angle of the pendulum or the rotor from upright"),
+    "angle": ("theta", "angle of the pendulum or the rotor from upright; of the vehicle (clutch)"),
     "angle_rate": ("theta'", "its rate"),
+    "angle_2": ("theta_2", "angle of the second rod from upright (two pendulums, double pendulum)"),
+    "angle_rate_2": ("theta_2'", "its rate"),
+    "twist": ("phi_1", "twist of the string above the disc (drill string)"),
+    "twist_rate": ("phi_1'", "its rate"),
+    "twist_2": ("phi_2", "twist of the string above the bit (drill string)"),
+    "bit_speed": ("v", "angular speed of the bit (drill string)"),
+    "slip": ("s", "angle of the engine from the vehicle (clutch)"),
+    "slip_rate": ("s'", "its rate"),
+    "sag": ("h", "how far the body has sunk (bristle robot)"),
+    "sag_rate": ("h'", "its rate"),
+    "pitch": ("phi", "angle of the body (bristle robot)"),
+    "pitch_rate": ("phi'", "its rate"),
+    "shift": ("u", "how far the body is in front of its place at rest over foot 1 (bristle robot)"),
+    "shift_rate": ("u'", "its rate"),
+    "stretch": ("w", "distance of the feet, less that of the hips (bristle robot)"),
     "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),
-    "position": ("X", "position of the capsule, or of body 1; nothing depends on it but springs to a wall"),
+    "position": ("X", "position of the capsule, body 1, foot 1 or part; nothing depends on it but springs to a wall"),
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
-    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers, linkage)") for i in (2, 3)},
+    **{f"velocity_{i}": (f"v_{i}", f"velocity of body or foot {i} (crawlers, linkage, bristle robot)") for i in (2, 3)},
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
     **{
@@ -114,7 +129,7 @@ QUANTITIES = {
     ),
     "actuator_torque": ("T", "torque on the pendulum that an imposed motion takes (pendulum crawler)"),
     "actuator_power": ("P_a", "power of that force or torque"),
-    "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
+    "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
     "holding_centre": ("R_mid", "their middle"),
     **{f"{name}_rate": (f"{symbol}'", f"rate of {name}") for name, (symbol, _) in OF_LAWS.items()},
@@ -125,7 +140,7 @@ QUANTITIES = {
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "impact_work": ("W_impact", "work lost in impacts since the start (machines with rigid stops)"),
-    "belt_work": ("W_belt", "work of the belt since the start (oscillator, rows of blocks)"),
+    "belt_work": ("W_belt", "work of what moves as a function of time since the start: a belt, a table, a plate"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),
     "gravity_work": ("W_gravity", "work of gravity along the slope since the start (environment)"),
@@ -145,7 +160,10 @@ QUANTITIES = {
         )
     },
     "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
-    "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion (linkage)"),
+    "reaction_2": (
+        "N_2",
+        "normal reaction of the ground at contact 2, where loads follow the motion",
+    ),
     "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
     "holding_centre_2": ("R_mid2", "their middle"),
     "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
@@ -162,8 +180,6 @@ def page() -> str:
     """The whole page, in Markdown."""
     lines = [
         "# Symbols",
-        "",
-        "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
         "",
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
         "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit. Laws of",
@@ -253,7 +269,8 @@ def _unit(name: str) -> str:
     state = name.removesuffix("_rate")
     if name.endswith("_work"):
         return "J"
-    if (own := quantity_unit(name)) is not None or state not in QUANTITY_UNITS:
+    units = {known: unit for machine in machines().values() for known, unit in machine.state_units.items()}
+    if (own := quantity_unit(name, units)) is not None or state not in QUANTITY_UNITS:
         return own or ""
     return over_seconds(QUANTITY_UNITS[state])
 

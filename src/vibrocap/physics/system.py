@@ -17,7 +17,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.machine import Machine, free_place
 from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
@@ -191,8 +191,9 @@ class System:
 
     @property
     def cyclic(self) -> str | None:
-        """The state on which nothing depends: that of the machine, unless the controller measures it."""
-        return self.machine.cyclic if self.controller is None else self.placed.cyclic
+        """The state on which nothing depends, of the machine or as its numbers free it, unless it is measured."""
+        found = self.machine.cyclic or free_place(self.machine)
+        return None if self.controller is not None and found in self.placed.measured_states else found
 
     @property
     def turns(self) -> Mapping[str, float]:

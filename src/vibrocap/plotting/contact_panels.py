@@ -31,40 +31,40 @@ def colour_of(contact: int, count: int) -> Any:
     return matplotlib.colormaps["viridis"]((contact - 1) / (count - 1))
 
 
-def draw_all(motion: Trajectory, names: list[str], label: str, start: float, ax: Axes) -> None:
-    """Quantities of one kind over time in drive periods, one line each, named by their numbers."""
-    trace, period = Trace(motion, start, motion.end), motion.period
+def draw_all(motion: Trajectory, names: list[str], label: str, stretch: tuple[float, float], ax: Axes) -> None:
+    """Quantities of one kind over a stretch of time in drive periods, one line each, named by their numbers."""
+    trace, period = Trace(motion, *stretch), motion.period
     for number, name in enumerate(names, start=1):
         ax.plot(trace.time / period, trace[name], color=colour_of(number, len(names)), linewidth=1.3, label=f"{number}")
     ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-    ax.set(xlim=(start / period, motion.end / period), ylabel=with_unit(label, names[0], motion.system))
+    ax.set(xlim=(stretch[0] / period, stretch[1] / period), ylabel=with_unit(label, names[0], motion.system))
     ax.set_xlabel(LABELS["periods"])
     if len(names) > 1:
         numbers_above(ax)
 
 
-def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
-    """Which way every contact slides, or that it sticks, over time in drive periods: a strip for each."""
+def draw_modes(motion: Trajectory, stretch: tuple[float, float], ax: Axes) -> None:
+    """Which way every contact slides, or that it sticks, over a stretch of time in drive periods: a strip for each."""
     period, contacts, used = motion.period, contacts_of(motion), set()
     for contact in contacts:
         if contact > 1 and motion.system.contact_kinds[contact - 1] == "smooth":
             continue  # a smooth law, of which nobody notes the side
         for phase in motion.phases_of(contact):
-            low, high = max(phase.start, start) / period, min(phase.end, motion.end) / period
+            low, high = max(phase.start, stretch[0]) / period, min(phase.end, stretch[1]) / period
             if high > low:
                 place = contact - 0.5 * HEIGHT, HEIGHT
                 used.add(phase.side)
                 ax.broken_barh([(low, high - low)], place, facecolors=MODES[phase.side][1], linewidth=0)
-    ax.set(xlim=(start / period, motion.end / period), ylim=(contacts[-1] + 0.6, 0.4))
+    ax.set(xlim=(stretch[0] / period, stretch[1] / period), ylim=(contacts[-1] + 0.6, 0.4))
     ax.set(yticks=list(contacts), ylabel="contact", xlabel=LABELS["periods"])
     ax.grid(visible=False, axis="y")
     handles = [Patch(color=colour, label=word) for side, (word, colour) in MODES.items() if side in used]
     legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
 
 
-def draw_all_loops(motion: Trajectory, ax: Axes) -> None:
-    """Friction over sliding velocity in the last period, of every contact; nothing is drawn across a jump."""
-    trace = Trace(motion, max(motion.start_time, motion.end - motion.period), motion.end)
+def draw_all_loops(motion: Trajectory, stretch: tuple[float, float], ax: Axes) -> None:
+    """Friction over sliding velocity of every contact, over a stretch of time; nothing is drawn across a jump."""
+    trace = Trace(motion, *stretch)
     contacts = contacts_of(motion)
     cut = np.flatnonzero(trace.index[1:] != trace.index[:-1]) + 1
     for contact in contacts:
@@ -72,7 +72,7 @@ def draw_all_loops(motion: Trajectory, ax: Axes) -> None:
         line = (np.insert(values, cut, np.nan) for values in (velocity, friction))
         ax.plot(*line, color=colour_of(contact, len(contacts)), linewidth=1.4, label=f"{contact}")
     system = motion.system
-    ax.set_xlabel(with_unit("sliding velocity $v_i$", "contact_velocity", system) + ", last period")
+    ax.set_xlabel(with_unit("sliding velocity $v_i$", "contact_velocity", system))
     ax.set_ylabel(with_unit("friction force $R_i$", "friction", system))
     ax.locator_params(axis="x", nbins=7)
     numbers_above(ax)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.events import IMPACT
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
 from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
@@ -29,6 +30,7 @@ from vibrocap.plotting.look.trace import Trace
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
+AT_REST, NEARLY_AT_REST = 1e-6, 1e-3  # of the range of every state: by how much it still differs from its end
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
 WIDTH = 11.5  # inches of the whole picture
 PRINTED = 1.25  # inches: the height of a panel that is fitted to a page
@@ -40,6 +42,8 @@ HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", 
 GIVEN: dict[str, Any] = {"color": BLACK, "linewidth": 1.5, "linestyle": (0, (5, 2)), "zorder": 2}
 TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
 PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
+STRUCK: dict[str, Any] = {"color": VERMILION, "marker": "^", "markersize": 5, "linestyle": "none", "zorder": 5}
+STRUCK |= {"clip_on": False, "label": "impact"}
 STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
@@ -47,17 +51,19 @@ END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyl
 def motion_figure(motion: Trajectory) -> Figure:
     """A motion: time histories on the left, phase planes and the friction loop on the right.
 
-    The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes. Of a
-    load that follows the motion, and of a constant one that hides a lift-off, the load is shown as well; of a machine
-    on several contacts velocity, friction and mode of every one.
+    The histories show the last periods in detail; of a motion that comes to rest, how it does. The phase plane of the
+    capsule shows its position relative to the mean travel, in which a steady motion closes. Of a load that follows the
+    motion, and of a constant one that hides a lift-off, the load is shown as well; of a machine on several contacts
+    velocity, friction and mode of every one; of a controlled one the reference, the error and the command.
     """
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
     title = parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
     loaded, several = system.machine.follows_load or hides_lift_off(motion), len(system.machine.contact_states) > 1
-    rows, below = 4 + loaded + several, 1.2 * (len(_planes(motion)) + 1)
+    more = loaded + several + 2 * (system.controller is not None)
+    rows, below = 4 + more, 1.2 * (len(_planes(motion)) + 1)
     if page().width is None:
-        height = 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)
+        height = 7.7 + 1.6 * more + 0.17 * (title.count("\n") + 1)
     else:
         height = PRINTED * (rows + below * narrow)
     fig = blank_figure((width, height))
@@ -66,32 +72,33 @@ def motion_figure(motion: Trajectory) -> Figure:
             left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
             left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes = left.subplots(rows, 1)
+        axes, detail = left.subplots(rows, 1), _detail(motion)
         if several:
-            _histories_of_all(axes[:5], motion)
+            _histories_of_all(axes[:5], motion, detail)
         else:
-            _time_histories(axes[:4], motion)
-        if loaded:
-            if several:
-                names = [numbered("reaction", each) for each in contacts_of(motion)]
-                start = max(motion.start_time, motion.end - DETAIL_PERIODS * motion.period)
-                draw_all(motion, names, "normal load $N_i$", start, axes[-1])
-                axes[-1].set_title("Loads")
-            else:
-                draw_load(motion, periods=DETAIL_PERIODS, ax=axes[-1]).set_title("Load")
-            axes[-2].set_xlabel("")
-            axes[-2].tick_params(labelbottom=False)
+            _time_histories(axes[:4], motion, detail)
+        if system.controller is not None:
+            _control(axes[4 + several : 6 + several], motion, detail)
+        if loaded and several:
+            names = [numbered("reaction", each) for each in contacts_of(motion)]
+            draw_all(motion, names, "normal load $N_i$", detail, axes[-1])
+            axes[-1].set_title("Loads")
+        elif loaded:
+            _load(motion, detail, axes[-1])
+            axes[-1].set_title("Load")
+        _share_time(axes[1:])
         left.align_ylabels()
         shown = _planes(motion)
         *planes, loop = right.subplots(len(shown) + 1, 1)
+        recent = _last(motion, 1) if detail[1] == motion.end else detail
         for ax, (what, x, y) in zip(planes, shown, strict=True):
-            draw_phase_plane(motion, x, y, ax=ax).set_title(what)
+            _phase_plane(motion, x, y, recent, ax).set_title(what)
             if ax is not planes[0] and (legend := ax.get_legend()):
                 legend.remove()  # as above
         if several:
-            draw_all_loops(motion, loop)
+            draw_all_loops(motion, recent, loop)
         else:
-            draw_friction_loop(motion, ax=loop)
+            _friction_loop(motion, 1, recent, loop)
         loop.set_title("Friction")
         right.align_ylabels()
         setting(fig, title)
@@ -135,18 +142,43 @@ def draw_history(
     name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax)
+    return _history(motion, name, _last(motion, periods), given_axes(ax), shaded=periods is not None)
+
+
+Stretch = tuple[float, float]
+
+
+def _last(motion: Trajectory, periods: float | None) -> Stretch:
+    """So many periods at the end of a motion, None: all of it."""
     start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
-    trace, period = Trace(motion, start, motion.end), motion.period
+    return start, motion.end
+
+
+def _detail(motion: Trajectory) -> Stretch:
+    """What histories show in detail: the last periods; of a motion that is at rest in them, how it came to rest."""
+    start, end = _last(motion, DETAIL_PERIODS)
+    states = np.array([motion[name] for name in motion.state_names])
+    ranges = np.maximum(np.ptp(states, axis=1, keepdims=True), np.finfo(float).tiny)
+    moved = np.abs(states - states[:, -1:]) / ranges
+    if start <= motion.start_time or np.max(moved[:, motion.time >= start]) > AT_REST:
+        return start, end
+    moving = motion.time[np.any(moved > NEARLY_AT_REST, axis=0)]
+    begin = motion.start_time
+    return begin, min(end, begin + 1.25 * float(np.max(moving, initial=begin) - begin))
+
+
+def _history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
+    """A quantity over a stretch of a motion; shaded: where the contact sticks."""
+    trace, period = Trace(motion, *stretch), motion.period
     with style():
-        shaded = periods is not None and shade_stick(ax, motion, start, motion.end, period)
+        shaded = shaded and shade_stick(ax, motion, *stretch, period)
         ax.plot(trace.time / period, trace[name], **LAST)
         if name not in ("position", motion.system.machine.place):
             ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
         ax.set(ylabel=_label(motion, name), xlabel=LABELS["periods"])
         stopped = _mark_stop(ax, motion, period)
-        if periods is not None:
-            ax.set_xlim(start / period, motion.end / period)
+        if stretch != _last(motion, None):
+            ax.set_xlim(stretch[0] / period, stretch[1] / period)
         if shaded or stopped:
             legend_above(ax)
     return ax
@@ -164,9 +196,11 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
     """
     if "reaction" not in motion.observable_names:
         raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
-    ax = given_axes(ax)
-    start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
-    trace, period, machine = Trace(motion, start, motion.end), motion.period, motion.system.machine
+    return _load(motion, _last(motion, periods), given_axes(ax))
+
+
+def _load(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
+    trace, period, machine = Trace(motion, *stretch), motion.period, motion.system.machine
     load = trace["reaction"]
     with style():
         ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
@@ -181,8 +215,8 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
                 ax.fill_between(trace.time / period, below, 0.0, **PULLING, label="the ground would have to pull")
         _mark_stop(ax, motion, period)
         ax.set(ylabel=_label(motion, "reaction"), xlabel=LABELS["periods"])
-        if periods is not None:
-            ax.set_xlim(start / period, motion.end / period)
+        if stretch != _last(motion, None):
+            ax.set_xlim(stretch[0] / period, stretch[1] / period)
         if ax.get_legend_handles_labels()[0]:
             legend_above(ax)
     return ax
@@ -196,12 +230,14 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         what travels is drawn less the steady travel, so that a steady motion closes
     Returns the axes: `ax`, or those of a new figure.
     """
-    ax = given_axes(ax, (5.0, 3.6))
+    return _phase_plane(motion, x, y, _last(motion, 1), given_axes(ax, (5.0, 3.6)))
+
+
+def _phase_plane(motion: Trajectory, x: str | None, y: str | None, recent: Stretch, ax: Axes) -> Axes:
     inner, rate = _inner_plane(motion)
     x, y = x or inner, y or rate
-    period, end, begin = motion.period, motion.end, motion.start_time
-    last = max(begin, end - period)
-    parts = [(Trace(motion, last, end), LAST, "last period")]
+    period, begin, (last, end) = motion.period, motion.start_time, recent
+    parts = [(Trace(motion, last, end), LAST, "last period" if recent == _last(motion, 1) else "to rest")]
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods"))
@@ -235,8 +271,11 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     """
     if contact not in (contacts := contacts_of(motion)):
         raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
-    ax = given_axes(ax, (5.0, 3.6))
-    trace = Trace(motion, max(motion.start_time, motion.end - motion.period), motion.end)
+    return _friction_loop(motion, contact, _last(motion, 1), given_axes(ax, (5.0, 3.6)))
+
+
+def _friction_loop(motion: Trajectory, contact: int, recent: Stretch, ax: Axes) -> Axes:
+    trace = Trace(motion, *recent)
     names = numbered("contact_velocity", contact), numbered("friction", contact)
     velocity, friction = (trace[name] for name in names)
     stuck = np.zeros(len(velocity), bool)
@@ -246,6 +285,7 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
     faster[ends] = faster[np.maximum(ends - 1, 0)]  # the last point of a piece goes on as the piece does
     with style():
+        ax.update_datalim([(0.0, 0.0)])  # a constant force is no line without a place
         for chosen, look, label in (
             (stuck, HELD, "stuck"),
             (faster & ~stuck, FASTER, "accelerating"),
@@ -253,7 +293,8 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        ax.set(xlabel=_label(motion, names[0]) + ", last period", ylabel=_label(motion, names[1]))
+        last = ", last period" if recent == _last(motion, 1) else ""
+        ax.set(xlabel=_label(motion, names[0]) + last, ylabel=_label(motion, names[1]))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
@@ -276,28 +317,57 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
     return np.where(empty, np.nan, x[index]), np.where(empty, np.nan, y[index])
 
 
-def _time_histories(axes: Any, motion: Trajectory) -> None:
-    """The position over the whole run, then angle, velocity and friction over the last periods."""
-    _whole_run(axes[0], motion, "Place" if motion.system.cyclic is None else "Travel")
+def _time_histories(axes: Any, motion: Trajectory, detail: Stretch) -> None:
+    """The position over the whole run, then angle, velocity and friction in detail."""
+    _whole_run(axes[0], motion, detail)
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
-        draw_history(motion, name, periods=DETAIL_PERIODS, ax=ax)
-        ax.set(title=title)
+        _history(motion, name, detail, ax, shaded=True).set_title(title)
+        _mark_impacts(ax, motion, detail) if name == moving else None
         if name != moving and (legend := ax.get_legend()):
             legend.remove()
-    _share_time(axes[1:])
 
 
-def _whole_run(ax: Axes, motion: Trajectory, what: str) -> float:
-    """The position over the whole run; returns from when on the other histories show it in detail."""
-    period, end = motion.period, motion.end
-    start = max(motion.start_time, end - DETAIL_PERIODS * period)
-    draw_history(motion, _place(motion), ax=ax).set_title(f"{what} over the whole run")
-    if start > motion.start_time:
-        ax.axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+def _whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
+    """The place over the whole run, beside the reference where it is what is controlled."""
+    period, place = motion.period, _place(motion)
+    what = ("Place" if motion.system.cyclic is None else "Travel") + " of body 1" * (len(contacts_of(motion)) > 1)
+    _history(motion, place, _last(motion, None), ax, shaded=False).set_title(f"{what} over the whole run")
+    if motion.system.controller is not None and motion.system.controller.compared(motion.system.machine) == place:
+        trace = Trace(motion, *_last(motion, None))
+        ax.plot(trace.time / period, trace["reference"], **GIVEN, label="reference")
+    if detail != _last(motion, None):
+        ax.axvspan(detail[0] / period, detail[1] / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+    if ax.get_legend_handles_labels()[0]:
         legend_above(ax)
-    return start
+
+
+def _mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
+    """A mark at every impact within a stretch, on the edge of the panel."""
+    times = [event.time for event in motion.events if event.kind == IMPACT and stretch[0] <= event.time <= stretch[1]]
+    if times:
+        ax.plot(np.array(times) / motion.period, np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
+        legend_above(ax)
+
+
+def _control(axes: Any, motion: Trajectory, stretch: Stretch) -> None:
+    """What a controller sees and does: the error, or the reference of a function of states, and the command."""
+    controller, system = motion.system.controller, motion.system
+    followed, trace, period = controller.compared(system.machine), Trace(motion, *stretch), motion.period
+    error = trace["reference"] - (trace[followed] if followed else 0.0)
+    with style():
+        axes[0].plot(trace.time / period, error, **LAST)
+        axes[0].axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+        label = "error $r - y$" if followed else "reference $r$"
+        axes[0].set(title="Controller", ylabel=with_unit(label, followed or "reference", system))
+        axes[0].set_xlim(stretch[0] / period, stretch[1] / period)
+        _history(motion, "drive", stretch, axes[1], shaded=False).set_title("Actuator")
+        axes[1].set_xlim(stretch[0] / period, stretch[1] / period)
+        if (limit := getattr(controller, "limit", None)) is not None:
+            for sign in (1.0, -1.0):
+                axes[1].axhline(sign * limit * scale("drive", system), **GIVEN, label="limit" if sign > 0 else None)
+            legend_above(axes[1])
 
 
 def _share_time(axes: Any) -> None:
@@ -307,10 +377,10 @@ def _share_time(axes: Any) -> None:
         ax.set_xlabel("")
 
 
-def _histories_of_all(axes: Any, motion: Trajectory) -> None:
-    """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
-    what = "Place" if motion.system.cyclic is None else "Travel"
-    start, contacts = _whole_run(axes[0], motion, f"{what} of body 1"), contacts_of(motion)
+def _histories_of_all(axes: Any, motion: Trajectory, detail: Stretch) -> None:
+    """The position over the whole run, then all gaps, velocities, friction forces and modes in detail."""
+    _whole_run(axes[0], motion, detail)
+    contacts = contacts_of(motion)
     gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
     imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
@@ -318,14 +388,14 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     places = [name for name in (numbered("position", each) for each in contacts) if name in motion.names]
     second = ["drive"] if imposed else gaps or places or [_place(motion)]
     words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
-    draw_all(motion, second, words, start, axes[1])
-    draw_all(motion, bodies, "velocity $v_i$", start, axes[2])
-    draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
-    draw_modes(motion, start, axes[4])
+    draw_all(motion, second, words, detail, axes[1])
+    draw_all(motion, bodies, "velocity $v_i$", detail, axes[2])
+    draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", detail, axes[3])
+    draw_modes(motion, detail, axes[4])
     titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
     for ax, title in zip(axes[1:], titles, strict=True):
         ax.set(title=title)
-    _share_time(axes[1:])
+    _mark_impacts(axes[2], motion, detail)
 
 
 def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:

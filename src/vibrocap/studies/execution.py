@@ -1,6 +1,7 @@
 """How a study is carried out: where its results go, by what it is computed, and in which pieces."""
 
 import dataclasses
+from concurrent.futures import Executor
 from pathlib import Path
 
 from vibrocap.arguments import Complaint, Complaints, check_whole, require
@@ -21,31 +22,24 @@ class Execution:
     tile_runs: int | None = None
     threads: int | None = None
     device: str = "cpu"
-    workers: int | None = None
-    scheduler: str | None = None
+    workers: int | Executor | None = None
 
     def require_packages(self) -> None:
         """ModuleNotFoundError for what a study needs beyond the core."""
-        stored = () if self.out is None else ("zarr",)
-        require("a sweep", "xarray", *stored, *(("dask", "distributed") if self.scheduler else ()))
+        require("a sweep", "xarray", *(() if self.out is None else ("zarr",)))
 
     def complaints(self) -> list[Complaint]:
         """What is wrong with it."""
         found = Complaints()
         for name in ("max_runs", "tile_runs", "threads", "workers"):
             with found.collected():
-                check_whole(name, 1 if getattr(self, name) is None else getattr(self, name), 1)
+                number = getattr(self, name)
+                check_whole(name, 1 if number is None or isinstance(number, Executor) else number, 1)
         if self.mixed and not self.resume:
             found.add("mixed", "continues a stored study, for which resume has to be given, too")
-        for name in ("resume", "workers", "scheduler"):
+        for name in ("resume", "workers"):
             if getattr(self, name) and self.out is None:
                 found.add(name, "needs a folder for the results, out")
         if self.device not in DEVICES:
             found.add("device", f"should be {' or '.join(DEVICES)}, got {self.device!r}")
-        if self.workers and self.scheduler:
-            found.add("workers", "are processes of this machine; with a scheduler leave them out")
-        if self.scheduler is not None:
-            from vibrocap.studies.run.cluster import address_complaints
-
-            found += address_complaints(self.scheduler)
         return [each for each in found if isinstance(each, Complaint)]

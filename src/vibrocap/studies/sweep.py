@@ -5,7 +5,7 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.store.chunks import stored_numbers
 from vibrocap.studies.store.record import read_record
-from vibrocap.studies.store.store import Store, opened_for_writing
+from vibrocap.studies.store.store import Opened, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.tile import run_tile, tile_block, tile_indices, tile_shape
@@ -73,8 +73,7 @@ def sweep(
     tile_runs: int | None = None,
     threads: int | None = None,
     device: str = "cpu",
-    workers: int | None = None,
-    scheduler: str | None = None,
+    workers: int | Executor | None = None,
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a system over every combination of values, over a list of cases, or over a design, and measure each run.
@@ -98,8 +97,8 @@ def sweep(
         five seconds of work, 4096 runs at most
     threads: of this process, all cores by default
     device: "cpu", or "cuda": a GPU (extra `gpu`), whose results agree with the processor's to rounding
-    workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`); scheduler: the address
-        of a Dask cluster, whose workers see the folder too; both need `out`
+    workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`), or an executor of
+        `concurrent.futures`, such as `client.get_executor()` of Dask; they need `out`, which this process writes
     progress: True for a bar, or a function that is called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
@@ -109,7 +108,7 @@ def sweep(
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
-    where xarray (for `out` zarr, for a cluster Dask) is not installed.
+    where xarray (for `out` zarr) is not installed.
     """
     execution = Execution(
         out=None if out is None else Path(out),
@@ -121,7 +120,6 @@ def sweep(
         threads=threads,
         device=device,
         workers=workers,
-        scheduler=scheduler,
     )
     execution.require_packages()
     settings: dict[str, Any] = {"window": window, "settle": settle, "extrapolate": extrapolate, "periods": periods}
@@ -175,7 +173,7 @@ def carried_out(study: Study, how: Execution, progress: Progress = None) -> Comp
     tile_runs = how.tile_runs
     if tile_runs is None and how.device == "cuda":
         tile_runs = GPU_CHUNK
-    elif tile_runs is None and how.out is not None and not (how.workers or how.scheduler):
+    elif tile_runs is None and how.out is not None and not how.workers:
         tile_runs = tile_runs_by_time(study, how.out, how.threads)
     tile = tile_shape(study.plan.shape, tile_runs)
     with reporting(progress, "Sweeping") as report:
@@ -258,12 +256,8 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
 def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progress: Report) -> None:
     """All tiles that are not stored yet, into a store."""
     with contextlib.ExitStack() as stack:
-        cluster = None
-        if how.scheduler:
-            from vibrocap.studies.run.cluster import connected
-
-            cluster = stack.enter_context(connected(how.scheduler))
-            study = dataclasses.replace(study, code=cluster.code_of(study.plan))  # which may be another machine's
+        if isinstance(how.workers, Executor):  # of another machine, perhaps
+            study = dataclasses.replace(study, code=how.workers.submit(code_of, study.plan).result())
         opened = opened_for_writing(out, study, tile, resume=how.resume, mixed=how.mixed)
         stack.callback(opened.lock.release)
         store = opened.store
@@ -276,14 +270,12 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
             report = progress and (lambda x: progress((total - len(pending) + x) / total))
             if report:
                 report(0.0)
-            if cluster is not None:
-                cluster.run(store, pending, how.mixed, report)
-            elif how.workers:
-                from vibrocap.studies.run.processes import run_on_processes
+            if how.workers:
+                from vibrocap.studies.run.workers import run_on_workers
 
-                run_on_processes(store, pending, how.workers, report)
+                run_on_workers(store, pending, how.workers, how.mixed, report)
             else:
-                _run_here(store, pending, how.threads, report)
+                _run_here(opened, pending, how.threads, report)
             if report:
                 report(float(len(pending)))
             store.finish()
@@ -293,15 +285,15 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
             raise Stopped(f"Stopped: {stored}; continue with --resume (resume=True)") from None
 
 
-def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:
+def _run_here(opened: Opened, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:
     """Compute and store tiles in this process; one is on its way to the disk while the next is computed."""
     with ThreadPoolExecutor(1) as writer:
-        writing = None
+        store, writing = opened.store, None
         for done, index in enumerate(pending):
             share = report and (lambda x, done=done: report(done + x))
             arrays = run_tile(store.study, store.tile, index, threads=threads, progress=share)
             if writing:
                 writing.result()
-            writing = writer.submit(store.write, index, arrays)
+            writing = writer.submit(store.write, index, arrays, opened.made_by)
         if writing:
             writing.result()

@@ -18,11 +18,10 @@ def export(
     case: Path,
     /,
     *,
-    to: Literal["c", "rates", "fmu", "mjcf"] = "c",
+    to: Literal["c", "fmu", "mjcf"] = "c",
     input: Literal["drive"] | None = None,
     out: Path,
     name: str = "capsule",
-    kind: Literal["co-simulation", "model-exchange"] | None = None,
     fmi: Literal["3.0", "2.0"] | None = None,
     platforms: list[str] | None = None,
     judge: bool = False,
@@ -30,7 +29,6 @@ def export(
     """Write a case for other programs: with its exact contact as C99 or as an FMU, or as the nearest MuJoCo model.
 
     --to c writes a stepper in C, which needs no other library and gives the same bits with every compiler.
-    --to rates writes rates, guards and decisions only; the integrator and its error are yours.
     --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI.
     --to mjcf writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
 
@@ -39,15 +37,13 @@ def export(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     to
-        what to write: C sources (c), the same without an integrator (rates), an FMU (fmu), a MuJoCo model (mjcf)
+        what to write: C sources (c), an FMU for co-simulation (fmu), a MuJoCo model (mjcf)
     input
         what the caller sets from step to step: drive; by default nothing, and the case's own drive continues
     out
         folder of the C sources, made where it is missing; of an FMU FILE.fmu, of a MuJoCo model FILE.xml
     name
         of the library or of the model, with which all its names begin
-    kind
-        of an FMU: co-simulation (by default) is exact inside; model-exchange leaves the integration to the importer
     fmi
         version of an FMU: 3.0 by default
     platforms
@@ -56,7 +52,7 @@ def export(
         run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
     """
     setup = read_source(case)
-    of_fmu = {"kind": kind, "fmi": fmi, "platforms": platforms}
+    of_fmu = {"fmi": fmi, "platforms": platforms}
     if judge and to != "mjcf":
         raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
     if to == "fmu":
@@ -67,18 +63,17 @@ def export(
         if input is not None:
             raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
         return _mjcf(setup, out, judge)
-    return _c(setup, out, name, input, to)
+    return _c(setup, out, name, input)
 
 
-def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None, to: Literal["c", "rates"]) -> int:
-    """The C library, with an integrator or without."""
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
+    """The C library."""
     from vibrocap.exchange.c_library import export_c
-    from vibrocap.exchange.rates_library import export_rates
 
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
     try:
-        written = (export_c if to == "c" else export_rates)(case, out, name, input)
+        written = export_c(case, out, name, input)
     except ArgumentError as error:
         raise Refusal(f"--{error}") from None
     Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")

@@ -45,7 +45,6 @@ def sweep(
     tolerance: float | None = None,
     threads: int | None = None,
     workers: int | None = None,
-    scheduler: str | None = None,
     device: str = "cpu",
     tile_runs: int | None = None,
     yes: bool = False,
@@ -102,8 +101,6 @@ def sweep(
         number of threads [default: one for each core]
     workers
         number of processes on this machine, each of one thread
-    scheduler
-        address of a Dask scheduler, whose workers see the folder --out too
     device
         cpu, or cuda: an NVIDIA GPU
     tile_runs
@@ -324,7 +321,7 @@ def plot(
     border
         draw lines where this changes on a map, such as mode_sequence or travel; may be repeated
     dead_band
-        smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
+        smaller velocities count as no travel [default: the residue of runs that settled, or 1e-6]
     """
     needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.studies.view import first_measure, study_view

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vibrocap.studies.plan.study import Study
 
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
-NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs")
+NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

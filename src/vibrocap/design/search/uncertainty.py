@@ -22,6 +22,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.design.search.goal import twice
+from vibrocap.design.search.variables import FACTOR, factored
 from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.system import System
@@ -163,8 +164,9 @@ def uncertain_quantities(
     begun = len(complaints)
     named: list[str] = []
     for key, text in given.items():
+        paths, factor, law, wrong = factored(key, text)
         if own:
-            each = _quantity(system, (str(key),), text)
+            each = _quantity(system, (str(key),), factor, law)
             if not isinstance(each, str) and not str(key).isidentifier():
                 each = "should be a name such as 'mu', as it is an argument of `through`"
             if isinstance(each, str):
@@ -172,7 +174,6 @@ def uncertain_quantities(
             else:
                 found.append(each)
             continue
-        paths = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else tuple(key)
         if is_fit(text):
             joint = combinations_of_fit(system, ",".join(paths), text)
             if isinstance(joint, Complaint):
@@ -186,7 +187,7 @@ def uncertain_quantities(
         if kinds:
             complaints.add(kinds[0], "is no uncertain quantity; give the path of a number")
             continue
-        complaints += path_complaints(paths, [system.parts], system.units)
+        complaints += [*wrong, *path_complaints(paths, [system.parts], system.units)]
         if len(complaints) == begun:
             complaints += [
                 Complaint(path, f"should be a number to be uncertain, got {shown(system.parameter(path))}")
@@ -194,7 +195,7 @@ def uncertain_quantities(
                 if not is_number(system.parameter(path))
             ]
         if len(complaints) == begun:
-            each = _quantity(system, paths, text)
+            each = _quantity(system, paths, factor, law)
             if isinstance(each, str):
                 complaints.add(",".join(paths), each)
             else:
@@ -213,13 +214,10 @@ def _of_fit(system: System, joint: Combination) -> Uncertain:
     return Uncertain(joint.paths, stats.lognorm(joint.deviation), words, nominal, joint.powers, joint.name)
 
 
-def _quantity(system: System, paths: tuple[str, ...], given: Any) -> Uncertain | str:
-    """An uncertain quantity, or what is wrong with its distribution."""
-    factor = False
+def _quantity(system: System, paths: tuple[str, ...], factor: bool, given: Any) -> Uncertain | str:
+    """An uncertain quantity, or what is wrong with its distribution; factor: whether that is of a factor."""
     if isinstance(given, str):
-        factor = given.startswith("factor:")
-        law = _distribution(given.removeprefix("factor:"))
-        words = given
+        law, words = _distribution(given), given
     elif hasattr(given, "ppf"):
         law, words = given, type(given).__name__
     elif isinstance(given, Sequence) and len(given) == 2 and all(map(is_number, given)):
@@ -228,12 +226,10 @@ def _quantity(system: System, paths: tuple[str, ...], given: Any) -> Uncertain |
         law, words = None, ""
     if law is None or isinstance(law, str):
         return law or f"should be {FORM}, a pair of ends, or a distribution of scipy.stats, got {shown(given)}"
-    if not factor and len(paths) > 1:
-        return f"several quantities share one factor only; write factor:{words}"
     if factor and not all("." in path for path in paths):
         return "has no value of the system's own to multiply; give its distribution"
     nominal = tuple(float(system.parameter(path)) for path in paths) if factor else ()
-    return Uncertain(paths, law, f"{','.join(paths)}={words}", nominal)
+    return Uncertain(paths, law, f"{','.join(paths)}={FACTOR if factor else ''}{words}", nominal)
 
 
 def _distribution(text: str) -> Any:

@@ -22,6 +22,16 @@ FACTOR = "factor:"  # before a range: of a factor of the system's own values, wh
 DIFFERENCES = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))
 
 
+def factored(key: Any, given: Any) -> tuple[tuple[str, ...], bool, Any, list[Complaint]]:
+    """(paths that a key names, whether a factor of their own values is given, it without that word, what is wrong)."""
+    paths = tuple(part.strip() for part in key.split(",")) if isinstance(key, str) else tuple(key)
+    factor = isinstance(given, str) and given.startswith(FACTOR)
+    words = f"several parameters share a factor of their own values: {FACTOR}"
+    words += given if isinstance(given, str) else "LOW:HIGH"
+    wrong = [Complaint(",".join(paths), words)] if len(paths) > 1 and not factor else []
+    return paths, factor, given.removeprefix(FACTOR) if factor else given, wrong
+
+
 @dataclasses.dataclass(frozen=True)
 class DesignSpace:
     """The design variables of a search, each a range of numbers or a list of choices.
@@ -155,14 +165,13 @@ def design_space(
         complaints.add("over", wanted)
         return DesignSpace(())
     found: list[Range | Column] = []
-    tied: dict[str, list[str]] = {}
+    tied: dict[str, tuple[str, ...]] = {}
     begun = len(complaints)
     for path, given in over.items():
-        paths = [part.strip() for part in path.split(",")]
-        if isinstance(given, str) and given.startswith(FACTOR):
-            tied[path], given = paths, given.removeprefix(FACTOR)
-        elif len(paths) > 1:
-            complaints.add(path, f"several parameters share a factor of their own values: {FACTOR}LOW:HIGH")
+        paths, factor, given, wrong = factored(path, given)
+        complaints += wrong
+        if factor:
+            tied[path] = paths
         each, wrong = axis_of(path, given) if _is_choice(path, given) else range_from(path, given)
         complaints += wrong
         found.append(each)

@@ -24,9 +24,11 @@ from vibrocap.design.steering.family import (
 )
 from vibrocap.design.steering.trials import RUN, Ends, Trials
 from vibrocap.measures.ensemble import ensemble
+from vibrocap.motion.trust import Trust, residue
 from vibrocap.physics.system import System
 
 SETTLING = 300  # periods, within which a motion settles whose drift long bursts rely on
+SETTLE = 1e-6  # to which it does
 REST = 0.02  # of the tolerance, by which a machine may still move after a pause
 KEPT = 16  # schedules that arrive by the sums of their bursts, which are run in whole
 CLOSE = 256  # of those that come nearest, where none arrives
@@ -183,11 +185,13 @@ class Search:
             measures=["mean_velocity"],
             initial=self.start,
             periods=SETTLING,
-            settle=1e-6,
+            settle=SETTLE,
             tolerance=RUN,
             threads=self.threads,
         )
-        return np.nan_to_num(found["mean_velocity"] * self.system.drive.period), found["settled"]
+        trust = Trust.of_runs(found, residue(self.system, "mean_velocity", SETTLE))
+        velocity = np.where(trust.direction(found["mean_velocity"]) != 0.0, trust.known(found["mean_velocity"]), 0.0)
+        return np.nan_to_num(velocity * self.system.drive.period), trust.ok
 
     @property
     def travelling(self) -> np.ndarray:

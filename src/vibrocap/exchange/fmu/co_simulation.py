@@ -6,23 +6,14 @@ from vibrocap.exchange.fmu.description import Package
 from vibrocap.exchange.fmu.package import header
 from vibrocap.exchange.stepped_case import SteppedCase
 
-MEANING = (
-    "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are "
-    "located inside the FMU, whatever the step of the importer."
-)
-
 
 def co_simulation(stepped: SteppedCase, name: str) -> Package:
     """What an FMU of a case for co-simulation is made of."""
-    before, states, parameters = (
-        [of.time(stepped)],
-        of.states(stepped),
-        of.parameters(stepped, range(len(stepped.parameters))),
-    )
-    inputs, sides = of.inputs(stepped, "discrete"), of.sides(stepped.contacts)
+    parameters, states = of.parameters(stepped), of.states(stepped)
+    inputs, sides = of.inputs(stepped), of.sides(stepped.contacts)
     kinds = list(dict.fromkeys(stepped.event_kinds))  # several of a machine may have one name
     variables = (
-        *before,
+        of.time(stepped),
         *parameters,
         *states,
         *inputs,
@@ -46,8 +37,7 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         "CONTACTS": len(sides),
         "EVENT_KINDS": len(stepped.event_kinds),
         "INPUTS": len(inputs),
-        "PARAMETER_VARIABLE": len(before),
-        "MODEL_EXCHANGE": 0,
+        "PARAMETER_VARIABLE": 1,  # behind the time
     }
     own = [
         f'#include "{name}.h"',
@@ -56,17 +46,13 @@ def co_simulation(stepped: SteppedCase, name: str) -> Package:
         f"#define TOLERANCE {stepped.case.tolerance.hex()}",
         '#define TOLERANCES "from 1e-14 to 1e-2"',
         f'#define STARTS "{"a finite number" if inputs else "0, where the drive of the case begins"}"',
-        '#define KIND_OF_FMU "co-simulation"',
         f"static const int count_of_kind[] = {{{', '.join(str(kinds.index(each)) for each in stepped.event_kinds)}}};",
         f"typedef struct {{ {name} motion; double tolerance, begun; int input_changed; }} own_state;",
     ]
     sources = c_files(stepped.case, name, stepped.input)
     return Package(
         name=name,
-        kind="CoSimulation",
-        meaning=MEANING,
         variables=variables,
-        indicators=(),
         case=stepped.case,
         sources={each: sources[each] for each in (f"{name}.h", f"{name}.c")},
         header=header(variables, constants, values, stepped, own),

@@ -14,21 +14,21 @@ from vibrocap.physics.parameters import dimension_of_unit
 
 CYCLES = {"Hz": "1/s"}  # units that are none of products
 CATEGORIES = ("logStatusError", "logStatusWarning")
+MEANING = (
+    "The motion of a vibro-driven capsule with its exact stick-slip contact: sticking is a mode, and events are "
+    "located inside the FMU, whatever the step of the importer."
+)
 
 
 @dataclasses.dataclass(frozen=True)
 class Package:
-    """What an FMU is made of, besides what all have in common.
+    """The parts of an FMU that depend on its case.
 
-    kind: "ModelExchange" or "CoSimulation"; indicators: names of the event indicators
     sources: texts in C by file name; header: what stands in variables.h besides the token
     """
 
     name: str
-    kind: str
-    meaning: str
     variables: tuple[Variable, ...]
-    indicators: tuple[str, ...]
     case: Case
     sources: Mapping[str, str]
     header: str
@@ -45,7 +45,7 @@ def description(package: Package, fmi: str, token: str, sources: Sequence[str]) 
             "fmiVersion": fmi,
             "modelName": package.name,
             "guid" if fmi == "2.0" else "instantiationToken": token,
-            "description": package.meaning,
+            "description": MEANING,
             "generationTool": f"vibrocap {__version__}",
             "variableNamingConvention": "structured",
         },
@@ -93,8 +93,7 @@ class Written:
         return [each for each in self.variables if each.causality == "output"]
 
     def _unknown_at_start(self) -> list[Variable]:
-        unknown = (each for each in self.variables if each.initial == "calculated")
-        return [each for each in unknown if each.causality == "output" or each.derivative]
+        return [each for each in self._outputs() if each.initial == "calculated"]
 
 
 class Written3(Written):
@@ -102,10 +101,11 @@ class Written3(Written):
 
     def kind(self, root: Element, sources: Sequence[str]) -> None:
         """What it is and can do; the sources stand in buildDescription.xml."""
-        able = ["canGetAndSetFMUState", "canSerializeFMUState"]
-        if self.package.kind == "CoSimulation":
-            able += ["canHandleVariableCommunicationStepSize", "hasEventMode", "mightReturnEarlyFromDoStep"]
-        SubElement(root, self.package.kind, {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")})
+        able = (
+            *("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize"),
+            *("hasEventMode", "mightReturnEarlyFromDoStep"),
+        )
+        SubElement(root, "CoSimulation", {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")})
 
     def sides(self, types: Element) -> None:
         """The enumeration of sides."""
@@ -116,18 +116,11 @@ class Written3(Written):
     def variable(self, listed: Element, each: Variable) -> None:
         """One variable."""
         tag = {REAL: "Float64", TEXT: "String"}.get(each.type, "Enumeration" if each.values else "Int64")
-        derivative = {"derivative": self.references[each.derivative]} if each.derivative else {}
-        SubElement(listed, tag, {**self._common(each), **self._typed(each), **derivative})
+        SubElement(listed, tag, {**self._common(each), **self._typed(each)})
 
     def structure(self, structure: Element) -> None:
-        """Outputs, rates, what is computed at the start, event indicators."""
-        named = {
-            "Output": self._outputs(),
-            "ContinuousStateDerivative": [each for each in self.variables if each.derivative],
-            "InitialUnknown": self._unknown_at_start(),
-            "EventIndicator": [each for each in self.variables if each.name in self.package.indicators],
-        }
-        for tag, found in named.items():
+        """Outputs, and what is computed at the start."""
+        for tag, found in (("Output", self._outputs()), ("InitialUnknown", self._unknown_at_start())):
             for each in found:
                 SubElement(structure, tag, valueReference=self.references[each.name])
 
@@ -139,7 +132,7 @@ class Written2(Written):
         """What it is and can do, and its sources."""
         able = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate")
         given = {"modelIdentifier": self.package.name, **dict.fromkeys(able, "true")}
-        kind = SubElement(root, self.package.kind, given)
+        kind = SubElement(root, "CoSimulation", given)
         files = SubElement(kind, "SourceFiles")
         for each in sources:
             SubElement(files, "File", name=each)

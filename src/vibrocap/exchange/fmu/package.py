@@ -2,28 +2,23 @@
 
 import hashlib
 import io
-import math
 import zipfile
 from collections.abc import Mapping, Sequence
 from importlib.resources import files as own_files
 
+from vibrocap.exchange.c_library import number
 from vibrocap.exchange.fmu.binaries import PLATFORMS, binary
 from vibrocap.exchange.fmu.description import Package, build_description, description
 from vibrocap.exchange.fmu.variables import Variable
 from vibrocap.exchange.stepped_case import SteppedCase
 
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of all files in the zip
-# our own files in C, of each version and kind
-OWN = {
-    ("3.0", "ModelExchange"): ("fmi3.h", "fmi3.c", "instance.h", "rates.h", "model_exchange.h"),
-    ("3.0", "CoSimulation"): ("fmi3.h", "fmi3.c", "instance.h", "stepping.h", "co_simulation.h"),
-    ("2.0", "CoSimulation"): ("fmi2.h", "fmi2.c", "instance.h", "stepping.h"),
-}
 
 
 def zipped(package: Package, fmi: str, platforms: Sequence[str]) -> bytes:
     """The FMU with machine code for these platforms. Raises BuildError where a compiler fails."""
-    own, folder = OWN[fmi, package.kind], own_files("vibrocap.exchange.fmu") / "c"
+    folder = own_files("vibrocap.exchange.fmu") / "c"
+    own = (f"fmi{fmi[0]}.h", f"fmi{fmi[0]}.c", "instance.h", "stepping.h")
     sources = {**package.sources, **{each: (folder / each).read_text(encoding="utf-8") for each in own}}
     token = _token(package, sources)
     sources["variables.h"] = package.header.replace("@TOKEN@", token)
@@ -65,7 +60,7 @@ def header(
 ) -> str:
     """variables.h: places of the memory, its values at the start, and the table of variables.
 
-    values: of the memory at the start, without zeros at its end; own: lines of one kind of FMU
+    values: of the memory at the start, without zeros at its end; own: further lines
     """
     statuses = [f'    case {code}: return "{text}";' for code, text in stepped.statuses.items()]
     begun = [f"  values[{i}] = {value.hex()};" for i, value in enumerate(values) if value]
@@ -85,16 +80,10 @@ def header(
 
 def _row(each: Variable) -> str:
     causalities = {"parameter": "PARAMETER_OF_CASE", "input": "INPUT", "output": "START" if each.starts else "OTHER"}
-    least, most = (_number(bound) for bound in (each.port.least, each.port.most))
+    least, most = (number(float(bound)) for bound in (each.port.least, each.port.most))
     causality = causalities.get(each.causality, "OTHER")
     factor = float(each.port.scale).hex()
     return f'  {{"{each.name}", {factor}, {least}, {most}, {each.place}, {each.type}, {causality}}},'
-
-
-def _number(bound: float) -> str:
-    if math.isinf(bound):
-        return "HUGE_VAL" if bound > 0.0 else "-HUGE_VAL"
-    return float(bound).hex()
 
 
 HEADER = """/* What the variables of this FMU are, where they stand in memory, and their start values. */

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
-from vibrocap.physics.dimensions.units import one_way, over_seconds, parameter_keys, shortest
+from vibrocap.physics.dimensions.units import one_way, parameter_keys, shortest
 from vibrocap.physics.parameters import parameter_table
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
@@ -18,8 +18,7 @@ class Variable:
 
     place: in the memory of its type, by an expression of C; port: its name, unit, factor and bounds
     causality: "parameter", "input", "output", "local" or "independent"; starts: whether the value of the port is
-    its start value, else it is computed; derivative: name of the state whose rate this is; values: the type of an
-    enumeration
+    its start value, else it is computed; values: the type of an enumeration
     """
 
     port: Port
@@ -29,7 +28,6 @@ class Variable:
     causality: str = "output"
     variability: str = "continuous"
     starts: bool = False
-    derivative: str = ""
     values: str = ""
 
     @property
@@ -64,13 +62,13 @@ def time(stepped: SteppedCase) -> Variable:
     return Variable(stepped.time, "time", "TIME", causality="independent")
 
 
-def parameters(stepped: SteppedCase, places: Iterable[int]) -> list[Variable]:
-    """The parameters of the case, by their paths, in SI without the unit in them; places: of each in the memory."""
+def parameters(stepped: SteppedCase) -> list[Variable]:
+    """The parameters of the case, by their paths, in SI without the unit in them."""
     given = {"causality": "parameter", "variability": "fixed", "starts": True}
     found = []
-    for each, place in zip(stepped.parameters, places, strict=True):
+    for i, each in enumerate(stepped.parameters):
         name, meaning = _in_words(stepped, each.name)
-        found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {place}", **given))
+        found.append(Variable(dataclasses.replace(each, name=name), meaning, f"PARAMETER + {i}", **given))
     return found
 
 
@@ -95,28 +93,15 @@ def states(stepped: SteppedCase) -> list[Variable]:
     ]
 
 
-def rates(stepped: SteppedCase) -> list[Variable]:
-    """The rates of the states."""
-    found = []
-    for i, each in enumerate(stepped.states):
-        unit = each.unit if stepped.system.units is None else over_seconds(each.unit)
-        rate = Port(f"der({each.name})", unit, each.scale / stepped.time.scale)
-        found.append(
-            Variable(rate, f"rate of {_words(each.name)}", f"RATE + {i}", causality="local", derivative=each.name)
-        )
-    return found
-
-
-def inputs(stepped: SteppedCase, variability: str) -> list[Variable]:
-    """The input, where there is one. variability: "discrete" for one that is held, else "continuous".
+def inputs(stepped: SteppedCase) -> list[Variable]:
+    """The input, where there is one, held from step to step.
 
     A machine whose motion the drive imposes feels nothing of a held input but its slope and curvature: three inputs.
     """
-    held = variability == "discrete"
-    imposed = held and stepped.system.machine.imposes_motion
-    meanings = ["what drives the machine, from when it is set on" if held else "what drives the machine"]
-    meanings += ["slope of the drive from then on", "its curvature"] if imposed else []
-    given = {"causality": "input", "variability": variability, "starts": True}
+    meanings = ["what drives the machine, from when it is set on"]
+    if stepped.system.machine.imposes_motion:
+        meanings += ["slope of the drive from then on", "its curvature"]
+    given = {"causality": "input", "variability": "discrete", "starts": True}
     return [
         Variable(each, meaning, f"HELD + {i}", **given)
         for i, (each, meaning) in enumerate(zip(stepped.inputs, meanings, strict=False))

@@ -76,7 +76,7 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
-    result = []
+    result: list[tuple] = [("cyclic", system.cyclic)]
     for part, record in system.parts.items():
         fixed = tuple(
             (info.name, getattr(record, info.name))
@@ -147,25 +147,20 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         "momentum": placed.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
-    for number, each in enumerate(others, start=2):
+    for number in range(2, 1 + len(flow.contacts)):
         observables |= _contact_observables(flow, number)
-        if system.machine.follows_load:
-            observables[numbered("reaction", number)] = each.normal
     contact = system.state_names.index(system.machine.contact_states[0])
     balance = Balance(
         momentum=expression(observables["momentum"]),
         outer=expression(flow.outer_force),
-        friction=expression(flow.sliding_friction),
+        friction=expression(first.sliding),
         share=expression(first.contact.slips),
         middle=first.middle if isinstance(first.middle, Expression) else None,
         acceleration=expression(flow.rates[contact]),
         normal=_normal_balance(graph, placed, mechanical, flow),
     )
-    reaction = flow.reaction
-    if reaction is not None:
-        inertia, own, *slopes = reaction
-        made = sum(slope * taken for slope, taken in zip(slopes, flow.tangential, strict=True))
-        observables["reaction"] = (own + made) / inertia
+    reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
+    observables |= {name: reaction for name, reaction in reactions if reaction is not None}
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside or others:
         observables["outer_force"] = flow.outer_force
@@ -208,7 +203,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
         normal_height=None
-        if flow.loads or reaction is None
+        if flow.loads or "reaction" not in expressed
         else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
 

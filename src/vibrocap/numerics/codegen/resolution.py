@@ -59,7 +59,7 @@ class SharpArgument:
 class Sharpness:
     """The sharp nodes of some rates and guards.
 
-    internal: whether any of them depends on an internal state of the law, or on the velocity of a further contact
+    internal: whether any of them depends on an internal state of the law, or on the velocity of another contact
     arguments: of those exponentials and hyperbolic tangents that depend on the contact velocity alone
     """
 
@@ -77,7 +77,7 @@ def sharpness(
 ) -> Sharpness:
     """What in these rates could hide within a step.
 
-    contact: the contact velocity; internal: the internal states of the law, and velocities of further contacts
+    contact: the contact velocity; internal: the internal states of the law, and velocities of other contacts
     bounded: quotients whose divisors are watched elsewhere: no quotient by one of these is asked
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
@@ -100,15 +100,20 @@ def sharpness(
     return Sharpness(tuple(found), of_internal, tuple(arguments))
 
 
-def system_sharpness(equations: Equations) -> Sharpness:
-    """What in the equations of a system could hide within a step."""
-    internal = [equations.graph.node("state", i) for i in equations.internal_states]
-    internal += equations.imposed_velocities
+def system_sharpness(equations: Equations) -> tuple[Sharpness, int]:
+    """What in the equations of a system could hide within a step, and the contact on which it depends, if on one."""
+    velocities = [each.velocity for each in equations.contacts]
+    internal = [equations.graph.node("state", i) for each in equations.contacts for i in each.internal]
     rates = (*equations.rates, *equations.switches)
     # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
     # load grows without end, and shortens the steps. So do its derivatives along a tangent, by the same divisor.
     bounded = (*equations.loads, *equations.quotients)
-    return sharpness(equations.graph, rates, equations.contact_velocity, internal, bounded)
+    found = [
+        sharpness(equations.graph, rates, own, [*internal, *velocities[:i], *velocities[i + 1 :]], bounded)
+        for i, own in enumerate(velocities)
+    ]
+    number = next((i for i, sharp in enumerate(found) if not sharp.internal), 0)
+    return found[number], number
 
 
 def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:
@@ -151,7 +156,7 @@ def lacunary(equations: Equations) -> bool:
     states = draw.uniform(0.1, 0.9, len(equations.rates))
     states[[each.state for each in equations.contacts]] = 0.0
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
-    for node in system_sharpness(equations).nodes:
+    for node in system_sharpness(equations)[0].nodes:
         op, *operands = graph.nodes[node]
         slopes = [sensitivity(Expression(graph, operands[-1]), each.velocity.index) for each in equations.contacts]
         with np.errstate(all="ignore"):
@@ -165,13 +170,12 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
 
     order: of the series
     """
-    sharp = system_sharpness(equations)
+    sharp, number = system_sharpness(equations)
     head = "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
     if not sharp.nodes:
         return "\n".join([head, "    return 0.0 * h", ""])
     text = Lines(polynomials)
-    graph, contact = equations.graph, equations.contact_velocity.index
-    imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
+    graph, contacts = equations.graph, {each.velocity.index: i for i, each in enumerate(equations.contacts)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
     lost = gaps(equations, sharp.nodes)
@@ -185,11 +189,16 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
     def leaf(index: int, over: bool, velocity: Interval) -> Interval | None:
         """What is given, at the start or over the step, with the contact velocity in between."""
         op, *operands = graph.nodes[index]
-        if index == contact:
+        if index in contacts and contacts[index] == number:
             return velocity
-        if index in imposed:  # as the difference of two rates that nearly cancel its enclosure would be far too wide
-            row = f"IMPOSED + {imposed[index]} * (ORDER + 1) * LANES"
-            return around(row, row, equations.contact_state, over)
+        if index in contacts:  # as the difference of rates that nearly cancel its enclosure would be far too wide
+            row, each = f"VELOCITY_OF[{contacts[index]}]", equations.contacts[contacts[index]]
+            low, high = around(row, row, each.state, over)
+            if over and each.kind != "smooth":  # its side lasts the step
+                side = text.name(text.entry(f"SIDE + {contacts[index]} * LANES"))
+                low = text.name(text.chosen(f"{side} > 0.0", f"max({low}, 0.0)", low))
+                high = text.name(text.chosen(f"{side} < 0.0", f"min({high}, 0.0)", high))
+            return low, high
         if op == "state":
             row = f"SERIES + {operands[0]} * (ORDER + 1) * LANES"
             return around(f"STATE + {operands[0]} * LANES", row, operands[0], over)
@@ -229,7 +238,7 @@ def resolution_source(equations: Equations, order: int, polynomials: bool) -> st
         if not felt:
             continue
         least = most = weight(slopes, step)
-        if contact in reachable(graph, felt):
+        if not contacts.keys().isdisjoint(reachable(graph, felt)):
             # A bound that is much too large is safe for what is negligible, and not for what is resolved.
             at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
             least = text.smaller(most, text.larger(*at_ends))

@@ -82,6 +82,7 @@ def _series(
         """Write a coefficient to its place in the series at once: values wait in registers, of which there are few."""
         code.store(f"SERIES + {row * (order + 1) + k} * LANES", value)
 
+    contact, *further = equations.contacts
     for k in range(order + 1):
         for i in range(states):
             keep(i, k, settled_coefficient(writer, i, k))
@@ -90,15 +91,15 @@ def _series(
                 keep(i, 0, code.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
-        if not equations.contacts[0].is_state:
-            keep(rows, k, settled_coefficient(writer, equations.contact_state, k, equations.contact_velocity))
-        if equations.hold is not None and equations.limit is not None and k < order:
+        if not contact.is_state:
+            keep(rows, k, settled_coefficient(writer, contact.state, k, contact.velocity))
+        if contact.hold is not None and contact.limit is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
-            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
+            held = writer.coefficient(contact.hold.index, k) if resting is None else resting.hold(k)
             keep(rows + 1, k, held)
-            keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+            keep(rows + 2, k, writer.coefficient(contact.limit.index, k))
         if k < order:
-            pairs = (pair for each in equations.contacts[1:] for pair in (each.hold, each.limit) if pair is not None)
+            pairs = (pair for each in further for pair in (each.hold, each.limit) if pair is not None)
             for i, value in enumerate(pairs, start=held_from):
                 keep(i, k, writer.coefficient(value.index, k))
         for number, term in watched.at_order(k) if watched else ():

@@ -35,8 +35,6 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "RATE_ROWS": layout.rates or (-1,) * layout.rows,
         "WHOLE_ROWS": layout.whole_rows,
         "WHOLE_COUNT": len(layout.whole_rows),
-        "SET_VALUED": equations.hold is not None,
-        "KINKED": equations.kinked,
         "MAYBE_STIFF": equations.maybe_stiff,
         "SEVERAL": equations.several,
         "STICKS": tuple(int(each.sticks) for each in equations.contacts),
@@ -44,7 +42,6 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "STATE_OF": tuple(each.state for each in equations.contacts),
         "SHARED": len({each.state for each in equations.contacts}) < len(equations.contacts),
         "BASE": equations.base,
-        "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
         "TURN_COUNT": len(equations.turns),
         "TURN_STATES": tuple(state for state, _ in equations.turns) or (-1,),
@@ -58,32 +55,30 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": limits_are_constant(equations),
     }
-    for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
-        constants[name] = series + i * row_size
-    if equations.contacts[0].is_state:
-        constants["VELOCITY"] = series + equations.contact_state * row_size
-    constants["IMPOSED"] = series + (layout.rows + 4 + layout.switches) * row_size
-    constants["SHIFT"] = constants["IMPOSED"] + layout.imposed * row_size
+    velocity, hold, limit, *places = (series + (layout.rows + i) * row_size for i in range(5))
+    constants |= dict(zip(("GUARD", "SWITCH"), places, strict=True))
+    imposed = series + (layout.rows + 4 + layout.switches) * row_size
+    constants["SHIFT"] = imposed + layout.imposed * row_size
     constants["HELD"] = constants["SHIFT"] + layout.shifts * row_size
     constants["REACTION"] = constants["HELD"] + 2 * layout.held * row_size
-    velocities, holds, limits = [constants["VELOCITY"]], [constants["HOLD"]], [constants["LIMIT"]]
-    imposed, held = constants["IMPOSED"], constants["HELD"]
+    held, velocities, holds, limits = constants["HELD"], [], [hold], [limit]
+    for i, each in enumerate(equations.contacts):
+        velocities.append(series + each.state * row_size if each.is_state else imposed if i else velocity)
+        imposed += row_size if i and not each.is_state else 0
     for each in equations.contacts[1:]:
-        velocities.append(series + each.state * row_size if each.is_state else imposed)
         holds.append(held)
         limits.append(held + row_size)
-        imposed += 0 if each.is_state else row_size
         held += 2 * row_size if each.sticks else 0
     constants |= {"VELOCITY_OF": tuple(velocities), "HOLD_OF": tuple(holds), "LIMIT_OF": tuple(limits)}
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
-    sharp = system_sharpness(equations)
-    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal}
+    sharp, number = system_sharpness(equations)
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "SHARP_CONTACT": number}
     constants["LACUNARY"] = lacunary(equations)
     no_series = (each.sticks and no_series_at_rest(each.velocity, equations.rates) for each in equations.contacts)
     constants["ROUGH"] = tuple(map(int, no_series))
-    constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
+    constants["GAPS"] = bool(gaps(equations, sharp.nodes))
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= slow_constants(layout)
@@ -201,7 +196,7 @@ def integrands_source(
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
-    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contact_velocity)
+    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contacts[0].velocity)
     values = [writer.name(power) for power in equations.integrals]
     # The last one times the acceleration of the piece, see `accumulators.look`.
     values += [f"{friction} * {velocity}", friction]

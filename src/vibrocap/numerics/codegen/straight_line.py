@@ -220,10 +220,10 @@ def function_source(head: str, lines: Sequence[str]) -> str:
     return "\n".join([f"def {head}:", *indented(lines or ['"""There is none."""']), ""])
 
 
-def chosen_source(head: str, chosen: str, bodies: Sequence[Sequence[str]], before: Sequence[str] = ()) -> str:
-    """A function whose body is one of several, by the value of one of its arguments, behind the lines of all."""
+def chosen_source(head: str, chosen: str, bodies: Sequence[Sequence[str]]) -> str:
+    """A function whose body is one of several, by the value of one of its arguments."""
     lines = [line for i, body in enumerate(bodies) for line in (f"if {chosen} == {i}:", *indented(body))]
-    return function_source(head, [*before, *lines])
+    return function_source(head, lines)
 
 
 def stored_source(name: str, graph: Any, values: Sequence[Expression], arguments: str = "point, side, lane") -> str:

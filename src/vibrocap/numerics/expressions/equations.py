@@ -208,31 +208,6 @@ class Equations:
         return self.corners is not None or depends_on_time(self.rates)
 
     @property
-    def contact_velocity(self) -> Expression:
-        """Of the first contact."""
-        return self.contacts[0].velocity
-
-    @property
-    def contact_state(self) -> int:
-        """Number of the state that moves one to one with it."""
-        return self.contacts[0].state
-
-    @property
-    def hold(self) -> Expression | None:
-        """Of the first contact."""
-        return self.contacts[0].hold
-
-    @property
-    def limit(self) -> Expression | None:
-        """Of the first contact."""
-        return self.contacts[0].limit
-
-    @property
-    def kinked(self) -> bool:
-        """Whether what acts on the first contact has a kink at rest."""
-        return self.contacts[0].kind == "kinked"
-
-    @property
     def several(self) -> bool:
         """Whether there are several contacts."""
         return len(self.contacts) > 1
@@ -247,16 +222,6 @@ class Equations:
     def imposed_velocities(self) -> tuple[Expression, ...]:
         """Of further contacts, where they are no states."""
         return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
-
-    @property
-    def pinned(self) -> tuple[Expression, ...]:
-        """Velocities that decide the state of the first contact where one of them is zero."""
-        return tuple(each.velocity for each in self.contacts[1:] if each.sticks and not each.is_state)
-
-    @property
-    def resting(self) -> tuple[int, ...]:
-        """Velocities that are exactly zero while a further contact sticks."""
-        return tuple(each.state for each in self.contacts[1:] if each.sticks and each.is_state)
 
     @property
     def guards(self) -> tuple[Expression, ...]:

@@ -172,15 +172,11 @@ class Speed:
 
 
 def speeds(equations: Equations) -> list[Speed]:
-    """All on which sharp functions may depend, the velocity of the first contact before the others."""
-    found = [Speed(equations.contact_velocity, "VELOCITY", equations.contact_state, equations.hold is not None)]
-    pinned = [velocity.index for velocity in equations.pinned]
-    for i, velocity in enumerate(equations.imposed_velocities):
-        row = f"IMPOSED + {i} * (ORDER + 1) * LANES"
-        found.append(Speed(velocity, row, equations.contact_state, velocity.index in pinned))
-    for i in equations.internal_states:
-        row = f"SERIES + {i} * (ORDER + 1) * LANES"
-        found.append(Speed(equations.graph.node("state", i), row, i, i in equations.resting))
+    """All on which sharp functions may depend: the velocities of the contacts and the states of their laws."""
+    contacts = equations.contacts
+    found = [Speed(each.velocity, f"VELOCITY_OF[{i}]", each.state, each.sticks) for i, each in enumerate(contacts)]
+    for i in (i for each in contacts for i in each.internal):
+        found.append(Speed(equations.graph.node("state", i), f"SERIES + {i} * (ORDER + 1) * LANES", i, False))
     return found
 
 

@@ -31,7 +31,6 @@ LANE_PRIMITIVES = (
     *("align_stack", "all_lanes", "bits", "exponent", "floor", "load", "mantissa", "max", "min", "power_of_two"),
     *("square_root", "store", "where", "whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
-INSTANT = Recipe("instant", ALONE)  # the equations at an instant, alone
 DRIVEN = Recipe("follow", ("driven",))  # of a law under an imposed motion
 
 

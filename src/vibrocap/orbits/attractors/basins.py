@@ -9,10 +9,11 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
-from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
+from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
@@ -22,7 +23,6 @@ from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.ranges import cell_middles
 
 PHASE = "phase"
-STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel
 SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
 FORWARD, NO_TRAVEL, BACK = 1, 0, -1
 MOST_STARTS = 10_000_000
@@ -131,7 +131,7 @@ def basins(
         y=values[1],
         phase=float(phase),
         initial={name: value for name, value in start.items() if name not in axes},
-        direction=_directions(found, label, drift).reshape(shape),
+        direction=_directions(system, found, label, drift).reshape(shape),
         label=label.reshape(shape),
         drift=drift.reshape(shape),
         attractors=found,
@@ -171,12 +171,13 @@ def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns)
     return np.where(label >= 0, known[np.maximum(label, -1)], np.where(label == NOT_TOLD, runs.drift, math.nan))
 
 
-def _directions(found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarray) -> np.ndarray:
-    """Sign of the drift; NOT_SETTLED or FAILED where there is none to speak of."""
-    least = [STILL if each.motion.orbit is not None else SURE * each.motion.drift_error for each in found]
-    bound = np.array([*least, STILL])[np.maximum(label, -1)]
-    sign = np.where(np.abs(drift) > bound, np.sign(np.nan_to_num(drift)), NO_TRAVEL)
-    return np.where((label >= 0) | (label == NOT_TOLD), sign, label).astype(np.int8)
+def _directions(system: System, found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Direction of the drift; NOT_SETTLED or FAILED where there is none to speak of."""
+    left = residue(system, "drift", SETTLED)
+    residues = [left if each.motion.orbit is not None else SURE * each.motion.drift_error for each in found]
+    known = (label >= 0) | (label == NOT_TOLD)
+    trust = Trust(np.full(label.shape, FINISHED), known, np.array([*residues, left])[np.maximum(label, -1)])
+    return np.where(known, np.nan_to_num(trust.direction(drift)), label).astype(np.int8)
 
 
 def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float] | None]]:

@@ -7,10 +7,11 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.motion.trust import stands_still
 from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.maps.differences import differ, slopes_along
-from vibrocap.orbits.maps.settling_runs import iterates
+from vibrocap.orbits.maps.settling_runs import SETTLED, iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, is_driven
 from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System
@@ -20,7 +21,6 @@ from vibrocap.quantities.dimensional import Dimensional
 ALIGNING = 0.1  # share of the periods in which directions turn towards those that grow most; not averaged
 BATCHES = 16  # of the periods, from whose means the error is estimated
 BLOCK = 4096  # periods of which derivatives are computed at a time
-STILL = 1e-6  # of natural sizes in a period: what moves less is at an equilibrium
 ASKED = 8  # periods whose derivative is compared with differences
 
 
@@ -109,7 +109,7 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     certified = True
     directions = np.random.default_rng(0).normal(size=(len(moving), len(moving)))
     flow = None if is_driven(map_.system) else _flow(map_, states, parameters)[:, moving] / size
-    if flow is not None and np.max(np.abs(flow[-1])) * map_.period(parameters) < STILL:
+    if flow is not None and stands_still(flow[-1] * map_.period(parameters), SETTLED):
         flow = None  # an equilibrium: every direction counts
     if flow is not None:
         directions[:, 0] = flow[0]
@@ -166,7 +166,7 @@ def _averaged(
     map_: StroboscopicMap, growth: np.ndarray, period: float, finished: bool, doubt: float
 ) -> LyapunovExponents:
     """Means of the logarithms of growth [periods, directions] per time, and their errors, at least `doubt`."""
-    least = FORGOTTEN if map_.equations.hold is not None else 0.0
+    least = FORGOTTEN if map_.resting else 0.0
     used = growth[round(ALIGNING * len(growth)) :]
     lost = np.any(used <= least, axis=0)
     rates = np.log(np.where(used <= least, 1.0, used)) / period

@@ -7,6 +7,7 @@ one run for each cycle: every other run on it is near a point of its path.
 
 import numpy as np
 
+from vibrocap.motion.trust import RESIDUE
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
 from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, judged, state_vector
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibria
@@ -14,7 +15,7 @@ from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_r
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 STILL = 1e-4  # of natural sizes in a drive period: a run that settled and moves less is at an equilibrium
-NEAR = 10.0 * SETTLED  # of an equilibrium, over natural sizes
+NEAR = RESIDUE * SETTLED  # of an equilibrium, over natural sizes
 LONGER = 4
 MOST_CYCLES = 32  # runs that are tried to be closed
 LOOKED_AT = 200  # drive periods at most, from whose returns a cycle is guessed

@@ -9,6 +9,7 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trust import stands_still
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
@@ -20,6 +21,7 @@ from vibrocap.orbits.closing.periodic_solution import (
 from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurrence, returns_of
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.differences import contradicted
+from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
@@ -27,7 +29,7 @@ from vibrocap.physics.system import System
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
 MOST_RETURNS = 64  # of a cycle, unless told otherwise
 QUIET = 3.0  # longest times between returns without one, after which a section is no longer met
-STILL, LOOKS = 1e-6, 64  # of natural sizes, by which a motion at rest may move; instants at which it is looked at
+LOOKS = 64  # instants at which a motion at rest is looked at
 STEADY = 1e-3  # of its own value, by which a velocity may change that is constant
 BESIDE = 1e-6  # of a cycle: an event so soon after a return belongs to it
 
@@ -142,7 +144,7 @@ def _equilibrium(motion: Trajectory) -> OrbitStatus | None:
     """
     times = np.linspace(0.9 * motion.end, motion.end, LOOKS)
     late = section_states(motion.system, motion.states(times).T, np.array(motion.system.scales(), dtype=float))
-    if np.max(np.ptp(late, axis=0)) > STILL:
+    if not stands_still(np.ptp(late, axis=0), SETTLED):
         return None
     names = [numbered("contact_velocity", k + 1) for k in range(motion.piece_sides.shape[1])]
     slides = [np.ptp(each) < STEADY * abs(each[-1]) for each in (motion.at(times, name) for name in names)]
@@ -155,10 +157,9 @@ def _within(motion: Trajectory, begin: float, end: float) -> tuple[np.ndarray, A
     middle = 0.5 * (begin + (marks[0] if marks else end))
     state = motion.states([middle])[:, 0]
     sides = tuple(float(side) for side in motion.piece_sides[motion.piece_at(np.array([middle]))[0]])
-    contacts = (motion.state_names.index(motion.system.machine.contact_states[0]), *equations(motion.system).resting)
-    for place, side in zip(contacts, sides, strict=False):
-        if side == 0.0:
-            state[place] = 0.0
+    for contact, side in zip(equations(motion.system).contacts, sides, strict=True):
+        if side == 0.0 and contact.is_state:
+            state[contact.state] = 0.0
     return state, sides[0] if len(sides) == 1 else sides, end - begin
 
 

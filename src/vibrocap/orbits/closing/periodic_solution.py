@@ -206,7 +206,7 @@ def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray) -> np.ndarr
     """
     moving = map_.smooth_states
     values = np.linalg.eigvals(jacobian[np.ix_(moving, moving)]).astype(complex)
-    if map_.equations.hold is not None:
+    if map_.resting:
         values[np.abs(values) <= FORGOTTEN] = 0.0
     return values[np.argsort(-np.abs(values), kind="stable")]
 

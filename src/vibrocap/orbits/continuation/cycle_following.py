@@ -256,7 +256,7 @@ def _turns(points: list[BranchPoint], after: int) -> bool:
 
 
 def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
-    """(least, largest) speed of sliding along a cycle."""
+    """(least, largest) speed of sliding along a cycle, of the contact that comes nearest to rest."""
     from scipy.optimize import minimize_scalar  # only here: it takes long to load
 
     system = closure.system.with_parameters({closure.path: closure.parameter(point.x)})
@@ -264,11 +264,14 @@ def _speeds(closure: CycleMap, point: BranchPoint) -> tuple[float, float]:
     periods = closure.period(point.x) / system.drive.period
     motion = simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
     times = np.linspace(0.0, motion.end, SAMPLES)
-    speeds = np.abs(motion.at(times, "contact_velocity"))
+    names = [numbered("contact_velocity", i + 1) for i in range(motion.piece_sides.shape[1])]
+    speeds, name = min(
+        ((np.abs(motion.at(times, name)), name) for name in names), key=lambda each: np.min(each[0]) / np.max(each[0])
+    )
     k = int(np.argmin(speeds))
 
     def speed(time: float) -> float:
-        return abs(float(motion.at(np.array([time]), "contact_velocity")[0]))
+        return abs(float(motion.at(np.array([time]), name)[0]))
 
     ends = times[max(k - 1, 0)], times[min(k + 1, SAMPLES - 1)]
     least: Any = minimize_scalar(speed, bounds=ends, method="bounded", options={"xatol": 1e-11 * motion.end})

@@ -46,14 +46,15 @@ class SteadyEquations:
             said = f"should not be driven in time, but its drive is {system.drive.name}"
             raise ArgumentError("system", f"{said}: it has no equilibria; orbit(system) finds its steady motions")
         self.system = system
-        self.recording = equations(system if path is None else recorded_with(system, path))
+        recorded = system if path is None else recorded_with(system, path)
+        self.recording = equations(recorded)
         self.graph, self.path = self.recording.graph, path
         # One of another form keeps the row of its own: the parameter is put in before anything is evaluated.
-        self.row = np.array(parameter_values(system if path is None else recorded_with(system, path)))
+        self.row = np.array(parameter_values(recorded))
         self.index = -1 if path is None else self.recording.parameter_paths.index(path)
         if path is not None:
             self.row[self.index] = float(system.parameter(path))
-        names, aside = system.state_names, {*system.switched, system.cyclic}
+        names, aside = system.state_names, {*system.switched, recorded.cyclic}
         self.unknowns = np.array([i for i, name in enumerate(names) if name not in aside], dtype=int)
         self.sizes = np.array(evaluate(self.recording.scales, 0.0, [0.0] * len(names), 1.0, self.row), dtype=float)
         self.sizes = np.where(self.sizes > 0.0, self.sizes, 1.0)

@@ -297,7 +297,8 @@ def _nearer(one: np.ndarray, other: np.ndarray, like: np.ndarray) -> bool:
 
 
 def recorded_with(system: System, path: str) -> System:
-    """The system, or one whose equations hold the parameter as a number where a whole value is part of their form."""
-    if path in equations(system).parameter_paths:
+    """The system, or one whose equations hold the parameter as a number where its value decides their form."""
+    value = float(system.parameter(path))
+    if path in equations(system).parameter_paths and (value != 0.0 or system.cyclic == system.machine.cyclic):
         return system
-    return system.with_parameters({path: float(system.parameter(path)) + 0.3819660112501051})
+    return system.with_parameters({path: value + 0.3819660112501051})

@@ -61,8 +61,6 @@ class StroboscopicMap:
         self.states = len(system.state_names)
         self.mirror = np.array(self.equations.symmetry, dtype=float)
         self.cyclic = self.equations.cyclic_state
-        contact = ("state", self.equations.contact_state)
-        self.imposed = self.equations.graph.nodes[self.equations.contact_velocity.index] != contact  # in part
         switched = [name in system.switched for name in system.state_names]
         self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
         self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
@@ -71,7 +69,9 @@ class StroboscopicMap:
         return type(self), (self.system, self.tolerance, self.threads, self.plain)  # the equations are recorded anew
 
     def of(self, system: System) -> "StroboscopicMap":
-        """The same map of another system of this form."""
+        """The same map of another system, of this form but for what its numbers free."""
+        if system.cyclic != self.system.cyclic:
+            return type(self)(system, self.tolerance, self.threads, self.plain)
         other = object.__new__(type(self))
         vars(other).update(vars(self), system=system)
         return other
@@ -79,8 +79,7 @@ class StroboscopicMap:
     @property
     def resting(self) -> tuple[int, ...]:
         """Velocities among the states that are exactly zero while their contact, whichever, rests."""
-        first = () if self.equations.hold is None else (self.equations.contact_state,)
-        return (*first, *self.equations.resting)
+        return tuple(dict.fromkeys(each.state for each in self.equations.contacts if each.sticks))
 
     def parameters(self) -> np.ndarray:
         """Parameter vector of the system."""
@@ -115,12 +114,10 @@ class StroboscopicMap:
         state: [states] or [states, runs], then an array [runs] for each contact
         """
         parameters = self.equations.filled(parameters)
-        contacts = self.equations.contacts
-        velocities = [self.equations.contact_velocity, *(each.velocity for each in contacts[1:])]
-        sides = []
-        for k, velocity in enumerate(evaluate(velocities, 0.0, list(state), 1.0, parameters)):
-            sticks = (contacts[k].hold if k else self.equations.hold) is not None
-            side = np.where((velocity == 0.0) & sticks, 0.0, np.where(velocity < 0.0, -1.0, 1.0))
+        contacts, sides = self.equations.contacts, []
+        velocities = evaluate([each.velocity for each in contacts], 0.0, list(state), 1.0, parameters)
+        for contact, velocity in zip(contacts, velocities, strict=True):
+            side = np.where((velocity == 0.0) & contact.sticks, 0.0, np.where(velocity < 0.0, -1.0, 1.0))
             sides.append(side if side.ndim else float(side))
         return sides[0] if len(sides) == 1 else tuple(sides)
 
@@ -131,13 +128,8 @@ class StroboscopicMap:
         A contact that is pushed a little while it sticks stops at once: the map does not depend on that push.
         """
         free = np.ones(states.shape, dtype=bool)
-        if self.equations.hold is not None:
-            velocity, none = self._contact_velocity(states, parameters, 0.0)
-            free[:, self.equations.contact_state] = np.abs(velocity) > none
-        for contact in self.equations.resting:
-            free[:, contact] = states[:, contact] != 0.0
-        # a further contact at rest leaves the one coordinate of all no freedom
-        free[np.any(self.at_rest(states, parameters), axis=1), self.equations.contact_state] = False
+        for contact, (_, rests) in zip(self.equations.contacts, self._at_rest(states, parameters, 0.0), strict=True):
+            free[rests, contact.state] = False
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False
@@ -147,20 +139,15 @@ class StroboscopicMap:
                 free[closed, self.system.state_names.index(name)] = False
         return free
 
-    def _contact_velocity(self, states: np.ndarray, parameters: np.ndarray, time: Any) -> tuple[Any, Any]:
-        """(velocity of the first contact, how much of it is none): nothing where it is a state itself."""
-        recorded, contact = self.equations, self.equations.contact_state
-        values = recorded.filled(parameters, time).T
-        wanted = [recorded.contact_velocity, recorded.scales[contact]]
-        velocity, size = evaluate(wanted, time, states.T, 1.0, values)
-        return velocity, AT_REST * (np.abs(states[:, contact]) + size) if self.imposed else 0.0
-
-    def at_rest(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Which further contacts at imposed distances stand, or turn, at states [runs, states]: [runs, contacts]."""
-        values = self.equations.filled(parameters).T
-        velocities = evaluate(list(self.equations.pinned), 0.0, states.T, 1.0, values)
-        found = [np.abs(np.broadcast_to(velocity, len(states))) < AT_REST for velocity in velocities]
-        return np.array(found, dtype=bool).reshape(len(found), len(states)).T
+    def _at_rest(self, states: np.ndarray, parameters: np.ndarray, time: Any) -> list[tuple[np.ndarray, np.ndarray]]:
+        """(velocity [runs], in which runs it rests) of each contact: at exactly 0 where it is a state itself."""
+        contacts, scales = self.equations.contacts, self.equations.scales
+        values, found = self.equations.filled(parameters, time).T, []
+        for contact in contacts:
+            velocity, size = evaluate([contact.velocity, scales[contact.state]], time, states.T, 1.0, values)
+            none = 0.0 if contact.is_state else AT_REST * (np.abs(states[:, contact.state]) + size)
+            found.append((velocity, contact.sticks & ~(np.abs(velocity) > none)))
+        return found
 
     def run(
         self,
@@ -180,10 +167,13 @@ class StroboscopicMap:
         """
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
-        if self.imposed and self.equations.hold is not None:  # a contact at rest, but for rounding, rests
-            velocity, none = self._contact_velocity(states, parameters, 0.0 if start is None else start)
-            states, contact = states.copy(), self.equations.contact_state
-            states[:, contact] -= np.where(np.abs(velocity) <= none, velocity, 0.0)
+        states, moved = states.copy(), np.zeros(len(states), dtype=bool)
+        for contact, (velocity, rests) in zip(
+            self.equations.contacts, self._at_rest(states, parameters, 0.0 if start is None else start), strict=True
+        ):
+            if not contact.is_state:  # at rest but for rounding, it rests; of several by one state the first
+                states[:, contact.state] -= np.where(rests & ~moved, velocity, 0.0)
+                moved |= rests
         times = {"mark_distance": mark_distance, "start": start}
         return ensemble_run(recording, parameters, states, budget, **times, **options)
 
@@ -240,7 +230,7 @@ class StroboscopicMap:
         jacobian: [runs, states, states] by the tangents, which is changed; of a machine that imposes distances
         Two pushes have to agree, so that a turn between them is not taken for a turn at one instant.
         """
-        shared = self.equations.contact_state
+        shared = self.equations.contacts[0].state
         parameters = np.broadcast_to(parameters, (len(states), parameters.shape[1]))
         (far, near), reliable = self._differences(states, parameters, shared, budget, distance, False)
         smooth = np.append(self.smooth_states, self.cyclic)

@@ -45,11 +45,6 @@ class ControlledMachine:
         return self
 
     @property
-    def cyclic(self) -> Any:
-        """That of the machine, but for one that is measured: then the motion depends on it."""
-        return None if self.machine.cyclic in self.measured_states else self.machine.cyclic
-
-    @property
     def turns(self) -> Mapping[str, float]:
         """Those of the machine that are not measured."""
         return {name: turn for name, turn in self.machine.turns.items() if name not in self.measured_states}

@@ -89,6 +89,9 @@ class StrokeComputedTorque(ComputedTorque):
         """Whether the stroke counts from the middle."""
         return self.origin == 0.0
 
+    def compared(self, machine) -> None:
+        """None: it is the stroke that follows."""
+
     def measures(self, machine) -> tuple[str, ...]:
         """The angle and its rate, and r''."""
         return "angle", "angle_rate", CURVATURE

@@ -83,6 +83,10 @@ class Controller(Part):
         """Natural size of each of its states, given that of the command."""
         return tuple(1.0 if name in self.switched else effort for name in self.states)
 
+    def compared(self, machine: Any) -> str | None:
+        """The state that follows the reference; None where it is a function of states that does."""
+        return self.measures(machine)[0]
+
     def command(self, t, measured, own, reference, slope):
         """u. measured: as `measures` names it; own: its states; reference, slope: r and r' (0 where not asked for)."""
         raise NotImplementedError

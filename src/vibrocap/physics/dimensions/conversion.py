@@ -6,13 +6,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, is_positive, listed, shown, suggestion
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scales
 from vibrocap.physics.dimensions.units import (
     UNDECLARED,
     Key,
     Units,
     effort_of,
+    force_keys,
     one_way,
     parameter_keys,
     same_without_units,
@@ -20,7 +21,8 @@ from vibrocap.physics.dimensions.units import (
     state_units,
     undeclared,
 )
-from vibrocap.physics.parameters import ParameterError, ParameterInfo, PartInSI, parameter_table
+from vibrocap.physics.names import number_in
+from vibrocap.physics.parameters import FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context, Declared
 
 
@@ -60,6 +62,36 @@ def with_gravity(given: Mapping[str, Any], machine: Any) -> Mapping[str, Any]:
     if machine.gravity is not None or not any(key.startswith("inclination") for key in given):
         return given
     return {"gravity_m_per_s2": STANDARD_GRAVITY_M_PER_S2, **given}
+
+
+def constant_load(parts: Mapping[str, Any], contact: int, scales: Scales) -> float | None:
+    """Load in N on a contact, counted from 1; None where it follows the motion."""
+    machine = parts["machine"]
+    machine = parts["environment"].placed(machine) if "environment" in parts else machine
+    return None if machine.follows_load else float(machine.loads()[contact - 1]) * scales.of(FORCE)
+
+
+def with_coefficients(values: Mapping[str, Any], law: type, load: float | None) -> WithoutUnits:
+    """What is given in SI of a law, its forces as coefficients of the load in N; None: that is no constant.
+
+    Forces come from records whose load is not known; under a load that follows the motion they are no coefficients.
+    """
+    found = WithoutUnits({}, {}, Complaints())
+    for key, value in values.items():
+        info = force_keys(law).get(key)
+        if info is None:
+            found.values[key] = value
+            continue
+        found.values[info.name], found.keys[info.name] = value, key
+        if info.name in values:
+            found.complaints.add(key, f"is {info.name} once more; give one of them")
+        elif load is None or not is_positive(load):
+            words = f"is a force, which is no coefficient under a load that follows the motion; give {info.name}"
+            found.complaints.add(key, f"{words}, as of a record with its normal force, or a constant load")
+        elif is_number(value):
+            assert info.dimension is not None
+            found.values[info.name] = value / load**info.dimension.coefficient
+    return found
 
 
 INITIAL = "initial."
@@ -248,7 +280,7 @@ def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tupl
             kind = type(machine).__name__
             raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
         in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
-        return {**given, **_parts_in_turn(in_si, scales, type(machine))}, scales
+        return {**given, **_parts_in_turn(in_si, scales, machine)}, scales
     fields = [info.name for info in parameter_table(machine.part.si_scales)]
     try:
         own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
@@ -261,13 +293,14 @@ def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tupl
 def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> dict[str, Any]:
     """The parts without units; ParameterError with every complaint, named by the keys that were given.
 
-    machine: its class
+    machine: its class, or itself where it is not among them
     """
     found: dict[str, Any] = {}
     kinds = {name: part.part if isinstance(part, PartInSI) else type(part) for name, part in given.items()}
+    kinds["machine"] = machine if isinstance(machine, type) else type(machine)
     complaints: list[Complaint] = []
-    for name, part in given.items():
-        kind, effort = kinds[name], effort_of(name, {**kinds, "machine": machine})
+    for name in sorted(given, key=lambda each: each not in ("machine", "environment")):
+        part, kind, effort = given[name], kinds[name], effort_of(name, kinds)
         said = part.values if isinstance(part, PartInSI) else ()  # what is said of these comes with their conversion
         complaints += [Complaint(f"{name}.{each}", UNDECLARED) for each in undeclared(kind) if each not in said]
         if not isinstance(part, PartInSI):
@@ -279,16 +312,26 @@ def _parts_in_turn(given: Mapping[str, Any], scales: Scales, machine: Any) -> di
                 raise ArgumentError(name, f"should be in SI like the machine, {way}, got {part!r}")
             found[name] = part
             continue
-        values = with_gravity(part.values, machine) if name == "environment" else part.values
+        values, asked = part.values, {}
+        if name == "environment":
+            values = with_gravity(values, kinds["machine"])
+        if contact := number_in(name, "friction"):
+            load = 1.0 if complaints else constant_load({"machine": machine, **found}, contact, scales)
+            known = with_coefficients(values, kind, load)
+            values, asked = known.values, known.keys
+            complaints += [each.about(f"{name}.{each.field}") for each in known.complaints]  # type: ignore[attr-defined]
         plain = part_without_units(part.part, values, Units(scales, effort, {}))
         complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
         try:
             found[name] = part.part(**plain.values)
         except ParameterError as error:
-            complaints += [_as_given(each, name, values, plain.values, plain.keys) for each in error.complaints]
+            keys = {own: asked.get(key, key) for own, key in plain.keys.items()}
+            complaints += [
+                _as_given(each, name, {**values, **part.values}, plain.values, keys) for each in error.complaints
+            ]
     if complaints:
         raise ParameterError("the system", complaints)
-    return found
+    return {name: found[name] for name in given}
 
 
 def _as_given(

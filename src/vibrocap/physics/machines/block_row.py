@@ -69,11 +69,6 @@ class BlockRow(Row):
         position = coordinate("x", "place of each block", "m", rate="sliding_velocity", count=bodies)
         return {"position": position, "_loads": some_block_rubs}
 
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest."""
-        return self.belt_speed == 0.0
-
     def parts(self, q):
         """Blocks on the belt, on springs and dampers to the wall and to each other."""
         belt = Support("belt", x=self.belt_speed * q.time)

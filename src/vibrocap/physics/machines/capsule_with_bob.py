@@ -7,8 +7,7 @@ from pydantic import BeforeValidator
 
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.elementary import cos, sin
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
 
 LOADS = ("weight", "dynamic")
@@ -63,7 +62,7 @@ class PendulumScales(Scales):
         return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 
-class CapsuleWithBob(Described):
+class CapsuleWithBob(Machine):
     """What swings or turns about a pivot on a capsule: a bob at the distance 1, under a torque P (Liu et al. 2019).
 
     With B = lambda + 1 - cos^2(theta), theta from upright,

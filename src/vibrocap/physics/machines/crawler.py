@@ -38,11 +38,10 @@ class Crawler(Row):
 
     @classmethod
     def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
-        """The states, of which the first gap and the first two bodies have the names that other machines give them."""
-        inner = (*(f"displacement_{i}" for i in range(2, bodies)), *(f"velocity_{i}" for i in range(3, bodies + 1)))
-        states = ("displacement", "velocity_2", "position", "velocity", *inner)
+        """The first gap, body 1, and the other gaps."""
         gaps = {numbered("displacement", i): coordinate("z", f"opening of gap {i}", "m") for i in range(1, bodies)}
-        return {"states": states, **gaps, "position": coordinate("X", "place of body 1", "m")}
+        first = gaps.pop("displacement")
+        return {"displacement": first, "position": coordinate("X", "place of body 1", "m"), **gaps}
 
     def parts(self, q):
         """Bodies in a row, each gap with its spring, damper and drive."""
@@ -75,7 +74,7 @@ class Crawler(Row):
     def scene(self, t, y):
         """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""
         places = [y[2]]
-        for z in (y[0], *y[4 : 4 + self.bodies - 2]):
+        for z in (y[0], *y[4::2]):
             places.append(places[-1] + APART + z)
         return row_of_bodies(places, "spring")
 

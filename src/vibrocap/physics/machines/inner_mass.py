@@ -7,8 +7,7 @@ from pydantic import BeforeValidator
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
 
 WEIGHT = "weight"
 ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
@@ -48,7 +47,7 @@ class InnerMassScales(Scales):
         return self.inner_mass_kg, self.length_unit_m, time
 
 
-class WithInnerMass(Described):
+class WithInnerMass(Machine):
     """A body of mass lambda in which a mass 1 moves to and fro, on one contact under a constant load or its weight."""
 
     mass_ratio: Any

@@ -5,8 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Stop, coordinate
 
 NARROWEST, LOWEST = 0.3, 0.2  # distance at which the bodies meet, and height at which the mass lies on them
@@ -15,7 +14,7 @@ Stance = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=NARROWEST, 
 
 
 @parameters
-class LinkageCrawler(Described):
+class LinkageCrawler(Machine):
     """Two bodies, both rubbing, with an actuator between them; two rods of the length l, hinged, carry a mass m on top.
 
     Pushed apart the bodies let the mass down, drawn together they lift it, so that what moves one of them moves the
@@ -58,7 +57,6 @@ class LinkageCrawler(Described):
     source: ClassVar[str] = "vibrocap"
     displacement = coordinate("z", "opening of the bodies", "m")
     position = coordinate("X", "place of body 1", "m")
-    symmetry: ClassVar = (1, -1, -1, -1)
     normal_load: ClassVar = "dynamic"
 
     def parts(self, q):

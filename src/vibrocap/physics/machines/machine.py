@@ -1,38 +1,36 @@
-"""The contract of a machine with one sliding contact or several: one file per machine in this folder.
+"""The contract of a machine: it says what it is made of, and all else follows (`vibrocap.physics.mechanics`).
 
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
 import dataclasses
-from collections.abc import Mapping
+import functools
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from types import FunctionType
 from typing import Any, ClassVar, Literal
 
-from vibrocap.physics.bodies import Body, Link, Mechanism, Shape, block
+from vibrocap.physics.bodies import Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
-from vibrocap.physics.elementary import cos, sin, sqrt
-from vibrocap.physics.mechanics.stops import IMPACT, rebounds
+from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, table, whole_pattern
+from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
+from vibrocap.physics.mechanics.pictures import filled
+from vibrocap.physics.mechanics.stops import IMPACT, stopped
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
 
 __all__ = [
     "IMPACT",
-    "Body",
     "Contact",
-    "Link",
     "Machine",
-    "Mechanism",
     "NonNegative",
     "Number",
     "Positive",
     "SIScales",
     "Scales",
     "Shape",
-    "cos",
     "parameter",
     "parameters",
-    "rebounds",
-    "sin",
-    "sqrt",
 ]
 
 IMPOSED = ("displacement", "number")  # efforts that are motions
@@ -52,8 +50,8 @@ class Contact:
 
         b N = n + s_1 R_1 + s_2 R_2 + ...
 
-    It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it says what a
-    true one would be. None: the machine does not say.
+    It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it is what a
+    true one would be. None: not known.
     """
 
     velocity: Any
@@ -63,102 +61,192 @@ class Contact:
     reaction: tuple | None = None
 
 
-# What machines once said of their contacts, under what stands in place of it.
-BEFORE = {
-    "write `contact_states`, a tuple of one name for each contact, of the state that moves with its velocity": (
-        "contact_state",
-    ),
-    "write `contacts(self, t, y, drive)`, which gives a tuple of one `Contact` for each contact": (
-        *("contacts", "contact_velocity", "holding_force", "further_velocities", "further_holding_forces"),
-    ),
-    "write `loads(self)`, a tuple of the load on each contact, or leave it out where the parameters normal_load, "
-    "normal_load_2 and so on are the loads": ("load", "further_loads"),
-    "write it as the `reaction` of a `Contact`, (b, n, s_1, ...)": ("reaction",),
-    "give each `Contact` its `acceleration` and its `response`": ("coupled", "coupling"),
-}
+class Derived:
+    """A constant of a class that follows from what its machines are made of; computed when it is first asked for.
+
+    value: of (what is the same of all machines of the class, the class); by default what has the constant's name there
+    """
+
+    def __init__(self, value: Callable[[Any, type], Any] | None = None):
+        self.value = value
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.value = self.value or (lambda kind, _: getattr(kind, name))
+
+    def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
+        assert self.value is not None
+        return self.value(owner.kind(), owner)
 
 
-def _arguments(function: Any) -> tuple[str, ...]:
-    """Names of the arguments of a function; of what is none, none."""
-    code = getattr(function, "__code__", None)
-    return () if code is None else code.co_varnames[: code.co_argcount]
+def result(name: str, doc: str) -> Any:
+    """A function of a machine that is what the formulas of this name give."""
+
+    def function(self, t, y, drive=0.0, frictions=None):
+        return self.evaluated(name, t, y, drive, frictions)
+
+    function.__name__, function.__qualname__, function.__doc__ = name, f"Machine.{name}", doc
+    return function
+
+
+def _units(kind: Kind, owner: type["Machine"]) -> dict[str, str]:
+    """Of coordinates and their rates."""
+    pairs = ((name, kind.rates[name], each.unit) for name, each in owner.all_coordinates.items())
+    return {state: unit for name, rate, own in pairs for state, unit in ((name, own), (rate, f"{own}/s"))}
 
 
 class Machine(Part):
-    """What every machine offers, as scalar functions of time, mechanical state y, drive and friction forces.
+    """A machine says in `parts` what it is made of, as a function of its coordinates; all else follows.
 
-    Its contacts stand in one order everywhere, from one to as many as there are: in `contact_states`, `loads`,
-    `contacts` and in the friction forces that `rates` and the others are given, a tuple.
+    A class declares its parameters, its coordinates, `angle = coordinate("theta", "angle of the pendulum", "rad")`, its
+    `name` and:
 
-    states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
-    for a machine that is held to its place. turns: states on which everything depends with a period, such as the angle
-    of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
-    travelled.
-    contact_states: of each contact, the state that moves one to one with its sliding velocity. Where distances between
-    contacts are imposed, they share one state, which stands there for each of them.
-    symmetry: sign of each state under the half-period symmetry. switched: those of the states that are whole numbers:
-    they say which branch of the equations holds (a stop touched or not), have the rate 0.0 and change only where a
-    guard of `switches` falls to zero; a run starts with all of them at 0, and with the branch that its other states ask
-    for.
-    switch_events: the name of what happens at each guard, "impact" for instance. strikes_ground: those of them at which
-    the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states
-    that stay as they are while a switched state is not 0, by the name of that state. bound_kinds: what is reached at
-    each of `bounds`.
-    place: the state whose rate is the velocity of the first contact plus `ground_speed`; None: `cyclic`.
     effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
-    that it imposes.
+    that it imposes, `q.drive`: along `q.imposed(path)` what this takes is shown as the actuator's
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
-    the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
-    gravity: its parts normal to the line and along it, against forward, as `tilted` gives them; of the class that on
-    level ground, None where the units of the machine say nothing of it. weighs: whether its equations hold all of its
-    weight along a slope; else `masses` says how the environment adds it.
-    over_ground: whether all contacts are of bodies with the ground, which stands or moves at `ground_speed`.
-    imposes_motion: whether the drive is a motion, by its effort. `driven_by` tells the machine of slope and curvature;
-    contact velocities then depend on the time, and jump where the slope does.
+    the load besides a force
+    gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
+    but for None: the units of the machine say nothing of it, and only the environment does
+
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic`
+    is None where travel means nothing. What follows, of the class:
+
+    states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
+    where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
+    state whose rate is the velocity of the first contact plus `ground_speed` (of the first that one coordinate alone
+    moves). turns: states on which everything depends with a period, such as the angle of a rotor, by name with it
+    contact_states: of each contact, in one order everywhere, the state that moves one to one with its sliding velocity;
+    where distances between contacts are imposed, they share one
+    switched: states that are whole numbers, 1 or -1 while a stop is touched, else 0. They have the rate 0.0 and change
+    where a guard of `switches` falls to zero; a run starts with all of them at 0 and the branch that its other states
+    ask for. switch_events: what happens at each guard. strikes_ground: those of them at which the ground takes an
+    impulse, so that `momentum` may change
+    symmetry: sign of each state under the half-period symmetry
+    channels: of energy, as in `powers`: drive, damper, the belts and what else moves in time, impacts
+
+    Frictions are one tuple, of all contacts.
     """
 
     name: ClassVar[str]
-    states: ClassVar[tuple[str, ...]]
-    cyclic: ClassVar[str | None]
-    turns: ClassVar[Mapping[str, float]] = {}
-    contact_states: ClassVar[tuple[str, ...]]
-    symmetry: ClassVar[tuple[int, ...]]
-    switched: ClassVar[tuple[str, ...]] = ()
-    switch_events: ClassVar[tuple[str, ...]] = ()
-    strikes_ground: ClassVar[tuple[str, ...]] = ()
-    locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    bound_kinds: ClassVar[tuple[str, ...]] = ()
-    channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque", "displacement", "number"]] = "force"
-    place: ClassVar[str | None] = None
     si_scales: ClassVar[type[Scales]] = FreeScales
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
-    state_units: ClassVar[Mapping[str, str]] = {}
-    gravity: ClassVar[Any] = None
-    weighs: ClassVar[bool] = False
-    over_ground: ClassVar[bool] = True
+    gravity: ClassVar[Any] = Derived()
+    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(kind.states))
+    declared: ClassVar[Mapping[str, Any]] = {}
     imposes_motion: ClassVar[bool] = False
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
 
+    states: ClassVar[Any] = Derived()
+    contact_states: ClassVar[Any] = Derived()
+    switched: ClassVar[Any] = Derived()
+    switch_events: ClassVar[Any] = Derived()
+    strikes_ground: ClassVar[Any] = Derived()
+    channels: ClassVar[Any] = Derived()
+    stops: ClassVar[Any] = Derived()
+    place: ClassVar[Any] = Derived()
+    cyclic: ClassVar[Any] = Derived(lambda kind, owner: _cyclic(owner))
+    turns: ClassVar[Any] = Derived(
+        lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
+    )
+    state_units: ClassVar[Any] = Derived(_units)
+
     def __init_subclass__(cls, **given: Any):
-        """TypeError for a class that speaks of its contacts in the words of `BEFORE`, with what to write instead."""
+        """TypeError for a class that defines what follows from its parts."""
         super().__init_subclass__(**given)
+        if own := [name for name in vars(cls) if name in FOLLOWS]:
+            raise TypeError(f"{cls.__name__}: {', '.join(own)}: should be left out, it follows from `parts`")
         cls.imposes_motion = cls.effort in IMPOSED
-        own = {name: value for name, value in vars(cls).items() if name != "contacts" or not callable(value)}
-        said = ((wanted, [name for name in names if name in own]) for wanted, names in BEFORE.items())
-        found = [f"{', '.join(names)}: {wanted}" for wanted, names in said if names]
-        functions = ("rates", "powers", "switches", "after_switch", "wall_force", "actuator")
-        if names := [name for name in functions if "force" in _arguments(own.get(name))]:
-            found.append(f"{', '.join(names)}: take the friction forces of all contacts as one tuple, `frictions`")
-        if found:
-            raise TypeError(f"{cls.__name__}: {'; '.join(found)}")
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, (Coordinate, Signal))}
+        cls.declared = {**cls.declared, **own}
+        for name in own:
+            delattr(cls, name)
+        every = [(name, each) for name, each in cls.declared.items() if isinstance(each, Coordinate)]
+        cls.signals = {name: each for name, each in cls.declared.items() if isinstance(each, Signal)}
+        cls.counts = {name: each.count for name, each in every if each.count}
+        several = [(name, each, i + 1) for name, each in every for i in range(each.count or 1)]
+        cls.all_coordinates = {numbered(name, i): each for name, each, i in several}
+        cls.coordinates = {numbered(name, i): numbered(each.rate_of(name), i) for name, each, i in several}
+
+    def parts(self, q: Any) -> Iterable:
+        """What the machine is made of, at coordinates q."""
+        raise MechanicsError("should give what the machine is made of: def parts(self, q)")
+
+    @classmethod
+    def kind(cls) -> Kind:
+        """What is the same of all its machines."""
+        if "_kind" not in vars(cls):
+            cls._kind = Kind(cls)
+            cls._forms: dict[tuple, Form] = {}
+        return cls._kind
+
+    @classmethod
+    def form(cls, pattern: tuple, level: bool = True) -> Form:
+        """The form of its machines with these parameters that are no numbers."""
+        cls.kind()
+        if (pattern, level) not in cls._forms:
+            cls._forms[pattern, level] = Form(cls, pattern, cls.states, level)
+        return cls._forms[pattern, level]
+
+    # --- evaluation --------------------------------------------------------------------------------------------------
+
+    def _form(self) -> tuple[Form, list]:
+        """Its form, and its numbers."""
+        cls, values = type(self), vars(self)
+        given = [values[info.name] for info in table(cls)]
+        numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
+        pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
+        return cls.form(pattern, self.level), numbers
 
     @property
-    def symmetric(self) -> bool:
-        """Whether the machine's equations are their own mirror image, with these parameters."""
-        return True
+    def derived(self) -> Any:
+        """The mechanics of its form, as formulas."""
+        return self._form()[0].derived
+
+    def evaluated(self, name: str, t: Any = 0.0, y: Any = None, drive: Any = 0.0, frictions: Any = None) -> Any:
+        """What the formulas of this name give (`RESULTS`)."""
+        form, numbers = self._form()
+        program, contacts = form.program(name), len(form.derived.speeds)
+        normal, along = self.gravity or (0.0, 0.0)
+        inputs = [t, drive, normal, along, *numbers]
+        inputs.extend((0.0,) * len(form.states) if y is None else y)
+        inputs.extend((0.0,) * contacts if frictions is None else frictions)
+        for waveform in self._signals():  # asked for no more than the formulas need
+            for quantity in ("value", "slope", "curvature"):
+                needed = waveform is not None and len(inputs) in program.inputs
+                inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
+        return program(inputs)
+
+    def constant(self, name: str) -> bool:
+        """Whether the formulas of this name depend on its numbers alone."""
+        return self._form()[0].program(name).inputs.isdisjoint(self.derived.inputs.changing)
+
+    def _signals(self) -> list:
+        """The waveform of each signal, that of the drive first where it imposes a motion."""
+        own = [each.default for each in type(self).signals.values()]
+        return [self.imposed, *own] if self.imposes_motion else own
+
+    def _with(self, name: str, value: Any) -> "Machine":
+        """The same machine with another attribute."""
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {name: value})
+        return copy
+
+    def driven_by(self, drive) -> "Machine":
+        """The machine under a drive, whose value each function is given; of a motion it knows slope and curvature."""
+        return self._with("imposed", drive) if self.imposes_motion else self
+
+    def tilted(self, normal, along) -> "Machine":
+        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
+        return self._with("gravity", (normal, along))
+
+    @property
+    def level(self) -> bool:
+        """Whether it stands on level ground, under the gravity of its class."""
+        return self.gravity is type(self).gravity
+
+    # --- what a class may say itself ---------------------------------------------------------------------------------
 
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
@@ -168,46 +256,26 @@ class Machine(Part):
         """Natural size of the force or torque of a drive, over which the error of an actuator's is measured."""
         return 1.0
 
-    def driven_by(self, drive) -> "Machine":
-        """The machine under a drive, whose value each function is given; of a motion it knows slope and curvature."""
-        if not self.imposes_motion:
-            return self
-        copy = object.__new__(type(self))
-        vars(copy).update(vars(self) | {"imposed": drive})
-        return copy
-
-    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
-        """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
-        return {}
-
     def check_scales(self, scales: Scales) -> None:
         """ArgumentError for parameters that mean something else in these units."""
 
-    def ground_speed(self):
-        """Speed at which the ground moves under the contact."""
-        return 0.0
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """A box for each body that rubs, a disc for each other one, and what joins them."""
+        results = self.evaluated("scene", t, y)
+        shapes = self._form()[0].shapes
+        return tuple(dataclasses.replace(each, points=points) for each, points in zip(shapes, results, strict=True))
 
-    def masses(self) -> Mapping[str, Any]:
-        """Every mass on which gravity acts along the line, by the state that is its velocity, over the ground or
-        relative to the body at the first contact; the mass of that body stands at its contact state.
-
-        With these a machine whose masses all move along the line can stand on a slope; one with further contacts counts
-        the weight of their bodies to the forces on them itself, by `gravity`. One whose masses also move
-        normal to it has their sum here and reads the rest of gravity's effect from `gravity`. Empty, the default: the
-        machine does not know its weight.
-        """
-        return {}
+    # --- what follows ------------------------------------------------------------------------------------------------
 
     @property
-    def level(self) -> bool:
-        """Whether it stands on level ground, under the gravity of its class."""
-        return self.gravity is type(self).gravity
+    def follows_load(self) -> bool:
+        """Whether the load on each contact is its `reaction`, which the motion makes, and no constant."""
+        return self.derived.moving_loads
 
-    def tilted(self, normal, along) -> "Machine":
-        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
-        copy = object.__new__(type(self))
-        vars(copy).update(vars(self) | {"gravity": (normal, along)})
-        return copy
+    @property
+    def symmetric(self) -> bool:
+        """Whether its equations are their own mirror image, with these numbers."""
+        return all(condition == 0.0 for condition in self.evaluated("mirror"))
 
     @property
     def imposes_distances(self) -> bool:
@@ -215,91 +283,111 @@ class Machine(Part):
         return len({*self.contact_states}) < len(self.contact_states)
 
     @property
-    def follows_load(self) -> bool:
-        """Whether the load on each contact is its `reaction`, which the motion makes, and no constant."""
-        return False
+    def locked(self) -> Mapping[str, tuple[str, ...]]:
+        """States that stay as they are while a rigid stop is touched, by the name of its state."""
+        held = {name: self.derived.stops[i] for name, i in self.stops.items() if self.derived.stops[i].rigid}
+        names = {name: stopped(self.derived, stop) for name, stop in held.items()}
+        return {name: (each, self.derived.rates[each]) for name, each in names.items()}
+
+    @property
+    def bound_kinds(self) -> tuple[str, ...]:
+        """What is reached at each of `bounds`: a run ends at each stop that is neither elastic nor rigid."""
+        ends = [stop for stop in self.derived.stops if not stop.switches]
+        return tuple("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+
+    @property
+    def over_ground(self) -> bool:
+        """Whether all contacts are of bodies with the ground, which stands or moves uniformly, the same under all."""
+        speeds = {*self._form()[0].program("ground_speeds").results}
+        return len(speeds) == 1 and None not in speeds and self.constant("ground_speeds")
+
+    def ground_speed(self):
+        """Speed at which the ground moves uniformly under all contacts."""
+        return self.evaluated("ground_speeds")[0] if self.over_ground else 0.0
+
+    def weight_along(self) -> tuple:
+        """What gravity pulls along the speed of each contact, on a slope."""
+        return self.evaluated("weight_along")
 
     def loads(self) -> tuple:
-        """Normal load on each contact, where it is constant; of loads that follow the motion what they are at rest.
+        """Load on each contact where it is constant; of loads that follow the motion what they are at rest."""
+        return self.evaluated("loads")
 
-        By default the parameters `normal_load`, `normal_load_2` and so on.
-        """
-        return tuple(getattr(self, numbered("normal_load", i + 1)) for i in range(len(self.contact_states)))
+    rates = result("rates", "y', given the drive and the friction force at each contact.")
+    switches = result("switches", "Guards, positive while their branch lasts: a stop is reached, left, reached behind.")
+    bounds = result("bounds", "What is positive while the equations hold: ways to the stops at which a run ends.")
+    energy = result("energy", "Kinetic and potential energy, but for that of the weight along a slope.")
+    momentum = result("momentum", "Momentum whose rate is `outer_force` and `wall_force` less all friction.")
+    line_momentum = result("line_momentum", "Momentum of all masses along the line.")
+    vertical_momentum = result(
+        "vertical_momentum",
+        "Momentum normal to the ground, whose rate is the reaction of the one contact less its load at rest; or None.",
+    )
+    outer_force = result("outer_force", "Force from outside along the line of sliding, its weight on a slope included.")
+    wall_force = result("wall_force", "Force of a rigid stop on the ground that is touched.")
+    powers = result("powers", "Power into the machine through each of `channels`, but for -R v of each contact.")
 
     def contacts(self, t, y, drive) -> tuple[Contact, ...]:
-        """Its contacts, each as a `Contact`."""
-        raise NotImplementedError
-
-    def vertical_momentum(self, t, y) -> Any:
-        """Momentum normal to the ground, whose rate is the reaction of the one contact less its load at rest.
-
-        Given, it makes the load of a motion a short series. None: the `reaction` of the contact alone is used.
-        """
-        return None
-
-    def rates(self, t, y, drive, frictions) -> tuple:
-        """y', given the drive and the friction force at each contact. With its holding force as friction the
-        acceleration of a contact is zero, to the rounding of its terms, which is how one at rest is integrated.
-        """
-        raise NotImplementedError
-
-    def switches(self, t, y, drive, frictions) -> tuple:
-        """Guards of the branches of the equations, each positive while its branch lasts.
-
-        Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
-        first derivative that is not zero says whether the branch lasts.
-        """
-        return ()
+        """Its contacts."""
+        return tuple(Contact(*each) for each in self.evaluated("contacts", t, y, drive))
 
     def after_switch(self, which, t, y, drive, frictions) -> tuple:
-        """All states after guard number `which` of `switches` has fallen to zero.
+        """All states after guard number `which` of `switches` has fallen to zero."""
+        return self.evaluated("after_switch", t, y, drive, frictions)[which]
 
-        It may change velocities, too, if it keeps `momentum`, or if its name stands in `strikes_ground`. Energy that is
-        lost then is work of the channel `impact`.
-        """
-        raise NotImplementedError
+    def room(self) -> Mapping[str, tuple[Any, Any]]:
+        """Between which values of a state a motion may start, by name, of those that stops bound."""
+        return {name: (low, high) for name, low, high in self.evaluated("room")}
 
-    def bounds(self, t, y) -> tuple:
-        """What is positive as long as the equations hold: a run ends where one of them falls to zero."""
-        return ()
-
-    def room(self) -> Mapping[str, tuple[float, float]]:
-        """Between which values of a state a motion may start, by name, of those that rigid stops bound."""
-        return {}
-
-    def energy(self, t, y):
-        """Kinetic and potential energy."""
-        raise NotImplementedError
-
-    def momentum(self, t, y):
-        """Momentum along the line of sliding, whose rate is `outer_force` and `wall_force` less all friction."""
-        raise NotImplementedError
-
-    def line_momentum(self, t, y):
-        """Momentum of all masses along the line: `momentum`, unless contacts are not all with the ground."""
-        return self.momentum(t, y)
-
-    def outer_force(self, t, y, drive):
-        """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
-        return 0.0
-
-    def wall_force(self, t, y, drive, frictions):
-        """Force of a wall on the ground that stops a body: as much as the other forces need, friction among them."""
-        return 0.0
-
-    def powers(self, t, y, drive, frictions):
-        """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v of each
-        contact.
-        """
-        raise NotImplementedError
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
+        """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
+        if not self.imposes_motion or not (found := self.evaluated("actuator", t, y, 0.0, frictions)):
+            return {}
+        name = "actuator_torque" if self.effort == "number" else "actuator_force"
+        named = {numbered(name, i): force for i, force in enumerate(found[:-1], start=1)}
+        return {**named, "actuator_power": found[-1]}
 
     def mechanism(self, t, y) -> Mechanism | None:
-        """Its bodies, joints and links, at a state, for programs of rigid bodies (`Mechanism`); None, the default,
-        where such a program has no parts for it: imposed motions, stops, bodies that move in a plane.
-        """
-        return None
+        """Its bodies, joints and links, at a state; None where programs of rigid bodies have no parts for it."""
+        results = self.evaluated("mechanism", t, y)
+        bodies = self._form()[0].bodies
+        return None if bodies is None else filled(bodies, results)
 
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
-        place = self.place or self.cyclic
-        return block(0.0 if place is None else y[self.states.index(place)], self.name)
+
+OWN = {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
+FOLLOWS = {
+    name
+    for name, value in vars(Machine).items()
+    if name[0] != "_" and name not in OWN and isinstance(value, (Derived, property, FunctionType))
+}
+
+
+def _cyclic(kind: type[Machine]) -> str | None:
+    """The place of the first contact, where nothing depends on it."""
+    form, place = kind.form(whole_pattern(kind)), kind.kind().place
+    at = 4 + len(form.inputs.parameters) + form.states.index(place)
+    names = ("rates", "energy", "contacts", "switches", "bounds")
+    return None if any(at in form.program(name).inputs for name in names) else place
+
+
+SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # of states, at which it is seen whether anything depends on one
+
+
+@functools.lru_cache(maxsize=256)
+def free_place(machine: Machine) -> str | None:
+    """The place of a machine where nothing depends on it at its numbers, as without a spring; else None."""
+    if machine.place is None or machine.imposes_motion:
+        return None
+    at, found = machine.states.index(machine.place), []
+    frictions = tuple(0.3 - 0.2 * i for i in range(len(machine.contact_states)))
+    try:
+        for touching, moved in itertools.product((0.0, 1.0), (0.0, 0.41, -0.37)):
+            y = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
+            y = [touching if name in machine.switched else x for name, x in zip(machine.states, y, strict=True)]
+            y[at] += moved
+            given, state = (0.7, y, 0.4), (0.7, y)
+            known = (machine.rates(*given, frictions), machine.energy(*state), machine.contacts(*given))
+            found.append((*known, machine.switches(*given, frictions), machine.bounds(*state)))
+    except (ValueError, ZeroDivisionError):  # beyond what the machine can reach
+        return None
+    return machine.place if found[0] == found[1] == found[2] and found[3] == found[4] == found[5] else None

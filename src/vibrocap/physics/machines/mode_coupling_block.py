@@ -4,13 +4,12 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
 
 @parameters
-class ModeCouplingBlock(Described):
+class ModeCouplingBlock(Machine):
     """Block on a belt, on springs that couple its motion along the belt, x, to that towards it, y.
 
     The smallest model in which friction makes vibrations though its coefficient is constant (Hoffmann, Fischer,
@@ -45,11 +44,6 @@ class ModeCouplingBlock(Described):
     gravity: ClassVar = None
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
-
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest, and with a load that does not follow the motion."""
-        return self.belt_speed == 0.0 and self.contact_stiffness == 0.0
 
     def parts(self, q):
         """The block on its springs, pressed on the belt."""

@@ -4,13 +4,21 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Machine,
+    NonNegative,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
 
 
 @parameters
-class Oscillator(Described):
+class Oscillator(Machine):
     """Block of mass m on a spring k and a damper c, on a belt of the speed v_b, moved by the force of the drive.
 
     The oldest machine of dry friction (Den Hartog 1931), and with a running belt the standard test of stick-slip. The
@@ -39,11 +47,6 @@ class Oscillator(Described):
     position = coordinate("x", "place of the block", "m", rate="sliding_velocity")
     si_scales: ClassVar = SIScales
     si_load: ClassVar = "1 where the coefficients of the law are forces in N"
-
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest."""
-        return self.belt_speed == 0.0
 
     @classmethod
     def pulled(cls, speed: float, **given: float) -> "Oscillator":

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.machines.machine import Positive, Shape, parameter, parameters
 from vibrocap.physics.machines.oscillator import Oscillator
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes, stops_alike
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
 
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 
@@ -54,11 +54,6 @@ class OscillatorWithStops(Oscillator):
 
     source: ClassVar[str] = "denhartog1931; shaw1983"
     name: ClassVar[str] = "oscillator-with-stops"
-
-    @property
-    def symmetric(self) -> bool:
-        """Only on a belt at rest, with stops on both sides that are alike, at the same distance."""
-        return super().symmetric and stops_alike(self)
 
     @model_validator(mode="after")
     def _told_of_stops_that_there_are(self):

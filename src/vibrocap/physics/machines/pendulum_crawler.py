@@ -7,8 +7,7 @@ from pydantic import BeforeValidator
 from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.elementary import atan, cos, sin, sqrt
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Spring, coordinate
 
 MOTIONS = ("angle", "displacement")
@@ -24,7 +23,7 @@ Motion = Annotated[str, BeforeValidator(_checked_motion)]
 
 
 @parameters
-class PendulumCrawler(Described):
+class PendulumCrawler(Machine):
     """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
 
     With s = sin(theta), the displacement of the bob along the line, the balance of momentum alone is left:
@@ -55,7 +54,6 @@ class PendulumCrawler(Described):
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
 
     position = coordinate("X", "place of the capsule", "m", rate="centre_velocity")
-    gravity: ClassVar = (1.0, 0.0)
 
     def _angle(self, given):
         """theta, of what the drive says."""

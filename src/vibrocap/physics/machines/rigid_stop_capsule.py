@@ -37,11 +37,6 @@ class RigidStopCapsule(TwoMassCapsule):
     source: ClassVar[str] = "liu2013; brogliato2016"
     name: ClassVar[str] = "rigid-stop-capsule"
 
-    @property
-    def symmetric(self) -> bool:
-        """Only with stops on both sides at the same distance."""
-        return self.back_gap is not None and self.back_gap == self.gap
-
     def parts(self, q):
         """With the stops."""
         stop = Stop(q.displacement, self.gap, self.back_gap, restitution=self.restitution)

@@ -5,8 +5,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from vibrocap.physics.machines.described import Described
-from vibrocap.physics.machines.machine import Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
 from vibrocap.physics.names import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
@@ -43,7 +42,7 @@ class Numbered(NamedTuple):
     role: str
 
 
-class Row(Described):
+class Row(Machine):
     """Bodies 1, 2, ... in a row, each with a contact of its own; `row_of` makes the class of each number of them."""
 
     called: ClassVar[tuple[str, str]]  # what a body and the row are: ("body", "crawler") of "two-body-crawler"

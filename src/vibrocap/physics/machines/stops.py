@@ -42,13 +42,6 @@ def elastic_stop(machine: Any, stretch: Any, **more: Any) -> Stop:
     )
 
 
-def stops_alike(machine: Any) -> bool:
-    """Whether a machine has stops on both sides that are alike, at the same distance."""
-    stiff = machine.back_stop_stiffness in (None, machine.stop_stiffness)
-    damped = machine.back_stop_damping in (None, machine.stop_damping or 0.0)
-    return machine.back_gap == machine.gap and stiff and damped
-
-
 def stop_shapes(x, gap, back_gap, half=0.15) -> tuple[Shape, ...]:
     """The stops about a place x; a mass of this half width touches them where it has gone its way."""
     behind = () if back_gap is None else (_stop("stop behind", x - back_gap - half),)

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes, stops_alike
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
@@ -50,11 +50,6 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     source: ClassVar[str] = "liu2013"
     name: ClassVar[str] = "vibro-impact-capsule"
-
-    @property
-    def symmetric(self) -> bool:
-        """Only with stops on both sides that are alike, at the same distance."""
-        return stops_alike(self)
 
     def parts(self, q):
         """With the stops."""

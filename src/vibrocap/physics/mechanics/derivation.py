@@ -14,6 +14,7 @@ push of the actuator. The row of time is the power that supports put in, for tim
 """
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -70,6 +71,18 @@ class Derivation(Motion):
             bent = m.along.slope(i) * m.along.curvature + m.height.slope(i) * m.height.curvature
             force = force - as_sum(m.mass) * bent - as_sum(m.inertia) * (m.turn.slope(i) * m.turn.curvature)
         return force
+
+    def mass_matrix(self) -> tuple:
+        """M, written."""
+        return tuple(tuple(written(self.inertia(i, j)) for j in self.names) for i in self.names)
+
+    def numbers(self) -> tuple:
+        """(what, number, most) of what may not be negative, nor more than that."""
+        found = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
+        found += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
+        found += [("the damping of a Damper", as_sum(each.damping), math.inf) for each in self.dampers]
+        found += [("the restitution of a Stop", as_sum(each.restitution), 1.0) for each in self.stops if each.rigid]
+        return tuple((what, written(number), most) for what, number, most in found)
 
     # --- accelerations -----------------------------------------------------------------------------------------------
 
@@ -159,9 +172,10 @@ class Derivation(Motion):
 
     def loads(self) -> tuple:
         """Constant loads, or those at rest."""
-        return tuple(written(self._load_at_rest(each)) for each in self.contacts)
+        return tuple(written(self.load_at_rest(each)) for each in self.contacts)
 
-    def _load_at_rest(self, contact: Contact) -> Sum:
+    def load_at_rest(self, contact: Contact) -> Sum:
+        """A load that is constant or given, or the dynamic one at rest."""
         if not is_word(contact.load):
             return Quantity.of(contact.load).value
         normal = 1.0 if self.gravity is None else self.normal
@@ -199,7 +213,7 @@ class Derivation(Motion):
         """The reaction of a load that is a function of place or time, among loads that follow the motion."""
         if not self.moving_loads or (is_word(contact.load) and contact.load == "dynamic"):
             return None
-        return (1.0, written(self._load_at_rest(contact)), *(0.0 for _ in self.contacts))
+        return (1.0, written(self.load_at_rest(contact)), *(0.0 for _ in self.contacts))
 
     def _borne(self, contact: Contact) -> bool:
         """Whether the load that the motion makes is said: where it is the load, or else differs from the weight."""
@@ -307,9 +321,9 @@ class Derivation(Motion):
             else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
         )
 
-    def weighing(self) -> tuple:
-        """Of each contact's speed the mass whose weight along a slope pulls there."""
-        return tuple(written(total(as_sum(m.mass) * m.along.slope(i) for m in self.masses)) for i in self.rubbing)
+    def weight_along(self) -> tuple:
+        """What the weight of all pulls along the speed of each contact."""
+        return tuple(written(self.weight(i)) for i in self.rubbing)
 
     def outer_force(self) -> Any:
         """The force along the same, but for friction and rigid stops."""

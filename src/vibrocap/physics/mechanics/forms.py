@@ -1,6 +1,5 @@
 """The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
 
-import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -8,15 +7,16 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
+from vibrocap.physics.mechanics.mirror import conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import mechanism_of, mechanism_results, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import IMPACT, ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
-from vibrocap.physics.names import number_in, numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 
-BELT = "belt"  # channel of the energy that supports put in
+BELT = "belt"  # channel of the energy that supports put in, and whatever else moves in time
 NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong to the form of the equations
 NUMBER = object()  # stands for a parameter that is a number
 
@@ -30,12 +30,6 @@ def whole_pattern(kind: type) -> tuple:
     """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
     values = (info.default for info in table(kind))
     return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
-
-
-def own_states(kind: Any) -> tuple[str, ...]:
-    """Switched states that a class declares itself: `q.NAME` in its parts, changed by its own `after_switch`."""
-    declared = inspect.getattr_static(kind, "switched")
-    return tuple(name for name in declared if number_in(name, "touching") == 0) if isinstance(declared, tuple) else ()
 
 
 class Form:
@@ -63,7 +57,6 @@ class Form:
             at or None,
             kind.counts,
             {i: at[name] for name, i in kind.stops.items()} if states else {},
-            own_states(kind),
         )
         self._programs: dict[str, Program] = {}
 
@@ -86,8 +79,7 @@ class Form:
     def powers(self) -> tuple:
         drive, damper, support = self.derived.powers()
         known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
-        own = [known[name] for name in self.kind.kind().channels]
-        return (*own, *(0.0 for _ in self.kind.channels[len(own) :]))  # a channel of one's own stands last
+        return tuple(known[name] for name in self.kind.kind().channels)
 
     def outcomes(self) -> tuple:
         """All states after each guard."""
@@ -125,7 +117,10 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "actuator": lambda form: form.derived.actuators(),
     "loads": lambda form: form.derived.loads(),
     "ground_speeds": lambda form: form.derived.ground_speeds(),
-    "masses": lambda form: form.derived.weighing(),
+    "mirror": lambda form: conditions(form.derived),
+    "inertia": lambda form: form.derived.mass_matrix(),
+    "numbers": lambda form: form.derived.numbers(),
+    "weight_along": lambda form: form.derived.weight_along(),
     "switches": lambda form: guards(form.derived),
     "bounds": lambda form: ends(form.derived),
     "room": lambda form: rooms(form.derived),
@@ -137,21 +132,20 @@ class Kind:
 
     def __init__(self, kind: Any):
         pattern = whole_pattern(kind)
-        whole = Form(kind, pattern, ()).derived
+        whole = self.whole = Form(kind, pattern, ()).derived
         stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
         self.contact_states = tuple(whole.speeds)
         self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
-        self.switched = (*self.stops, *own_states(kind))
+        self.switched = tuple(self.stops)
         pairs = ((name, whole.rates[name]) for name in whole.names)
         self.states = (*(name for pair in pairs for name in pair), *self.switched)
         self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
         bounces = [stop for _, stop in stops if stop.restitution is not None]
         self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()
-        moved = any(each.along.slope(TIME) or each.height.slope(TIME) or each.turn.slope(TIME) for each in whole.bodies)
-        moved = moved and not whole.imposes
+        moved = any(each.slope(TIME) for _, each in whole.everything()) and not whole.imposes
         self.channels = ("drive", "damper", *((BELT,) if moved else ()), *((IMPACT,) if bounces else ()))
         self.place = whole.place
         self.rates = dict(whole.rates)
         dynamic = any(is_word(each.load) and each.load == "dynamic" for each in whole.contacts)
-        rises = any(m.height.slope(name) for m in whole.masses for name in whole.names)
+        rises = any(i in whole.names or i[0] == "imposed" for m in whole.masses for i in m.height.slopes)
         self.gravity = (1.0, 0.0) if rises or dynamic else None

@@ -250,6 +250,10 @@ class Coordinate:
     repeats: float | None = None
     count: int | None = None
 
+    def rate_of(self, name: str) -> str:
+        """The name of the rate of the coordinate of a name."""
+        return self.rate or ("velocity" if name == "position" else f"{name}_rate")
+
 
 @dataclasses.dataclass(frozen=True)
 class Signal:

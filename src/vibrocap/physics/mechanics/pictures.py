@@ -14,7 +14,7 @@ SIZES = ("mass", "place", "rate", "stiffness", "damping", "actuation")
 
 def mechanism_of(motion: Any) -> Mechanism | None:
     """Bodies on slides and on hinges of the length 1; None where a part is neither at a joint nor between bodies."""
-    if motion.imposes or motion.stops or motion.own or any(isinstance(each, Point) for each in motion.bodies):
+    if motion.imposes or motion.stops or any(isinstance(each, Point) for each in motion.bodies):
         return None
     used: set[int] = set()
 

@@ -10,6 +10,7 @@ of the drive jumps.
 """
 
 import itertools
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -75,7 +76,7 @@ class Motion:
     coordinates: the names of all, each with the name of its rate   counts: of those that are several, how many
     gravity: (g_n, g_t); None: not known, and nothing weighs
     states: formulas by name; None: only what does not depend on them
-    touching: of stops by their number, the states that say whether they are touched   own: other switched states
+    touching: of stops by their number, the states that say whether they are touched
     """
 
     def __init__(
@@ -87,10 +88,9 @@ class Motion:
         states: Mapping[str, Any] | None = None,
         counts: Mapping[str, int] | None = None,
         touching: Mapping[int, Any] | None = None,
-        own: tuple[str, ...] = (),
     ):
         self.describe, self.names, self.counts, self.inputs = describe, tuple(coordinates), counts or {}, inputs
-        self.coordinates, self.gravity, self.touching, self.own = coordinates, gravity, touching or {}, own
+        self.coordinates, self.gravity, self.touching = coordinates, gravity, touching or {}
         self.normal, self.back = map(Sum.of, gravity or (0.0, 0.0))
         self.imposes = "drive" in inputs.signals
         self.rates = dict(coordinates)
@@ -99,12 +99,10 @@ class Motion:
         if states is not None:
             self._move(states)
 
-    def at(self, states: Mapping[str, Any]) -> Any:
-        """The same at other states."""
-        return type(self)(
-            *(self.describe, self.coordinates, self.inputs, self.gravity),
-            *(states, self.counts, self.touching, self.own),
-        )
+    def at(self, states: Mapping[str, Any], touching: Mapping[int, Any] | None = None) -> Any:
+        """The same at other states; touching: stops besides, by their number."""
+        given = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts
+        return type(self)(*given, self.touching if touching is None else touching)
 
     @property
     def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
@@ -123,8 +121,6 @@ class Motion:
             setattr(q, name, each)
         for name, count in self.counts.items():
             setattr(q, name, tuple(found[numbered(name, i + 1)] for i in range(count)))
-        for name in self.own:
-            setattr(q, name, Quantity(places[name]))
         q.imposed = self._imposed
         return q
 
@@ -148,13 +144,22 @@ class Motion:
         self.paths = [_path(each) for each in self.contacts]
         self.stretches = {id(each): Quantity.of(each.stretch) - each.rest for each in self.springs}
 
+    def everything(self) -> Iterator[tuple[Any, Quantity]]:
+        """Each part with its places, its stretch, its path or its energy."""
+        yield from ((each, x) for each in self.bodies for x in (each.along, each.height, each.turn))
+        yield from ((each, each.way) for each in self.stops)
+        yield from zip(self.contacts, self.paths, strict=True)
+        for each in self._of(Spring, Damper, Drive, Potential):
+            for name in {"stretch", "rest", "path", "energy"} & vars(each).keys():
+                yield each, Quantity.of(getattr(each, name))
+
     def _of(self, *kinds: type) -> list[Any]:
         return [each for each in self.parts if isinstance(each, kinds)]
 
     def _find_speeds(self) -> None:
         """Which coordinate gives its rate to the sliding velocity of which contact."""
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
-        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate((*self.names, *self.own))}
+        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate(self.names)}
         self._take(self._space(sample, unit, nothing, nothing))
         self.pivots: dict[str, int] = {}
         self.speeds: list[str] = []  # of the contacts, names of states
@@ -164,17 +169,32 @@ class Motion:
             self.speeds, self.place = [self.rates[self.names[0]]] * len(self.contacts), self.names[0]
             return
         for k, (contact, path) in enumerate(zip(self.contacts, self.paths, strict=True)):
-            moved = [name for name in self.names if path.slope(name)]
-            free = [name for name in moved if name not in self.pivots]
-            if not free:
-                why = "no coordinate moves it" if not moved else "its sliding velocity follows from those before it"
+            if not self._pivoted(k, set()):
+                why = "its sliding velocity follows from those before it"
+                why = why if any(map(path.slope, self.names)) else "no coordinate moves it"
                 raise MechanicsError(f"contact {k + 1} ({contact.body.name}): {why}")
-            pivot = free[-1]
-            self.pivots[pivot] = k
-            if contact.speed is not None or len(moved) > 1 or path.slope(pivot).number != 1.0:
+        self.pivots = dict(sorted(self.pivots.items(), key=operator.itemgetter(1)))
+        alone = [name for name, k in self.pivots.items() if self.paths[k].slopes.keys() & {*self.names} == {name}]
+        for pivot, k in self.pivots.items():
+            contact = self.contacts[k]
+            if contact.speed is not None or pivot not in alone or self.paths[k].slope(pivot).number != 1.0:
                 self.rates[pivot] = contact.speed or numbered("sliding_velocity", k + 1)
             self.speeds.append(self.rates[pivot])
-        self.place = next(iter(self.pivots))
+        self.place = [*alone, *self.pivots][0]
+        names = [*self.names, *self.rates.values()]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise MechanicsError(f"two states have the name {twice[0]!r}")
+
+    def _pivoted(self, k: int, asked: set[str]) -> bool:
+        """Find the coordinate that gives its rate to a contact; another contact may have to take another one."""
+        moved = [name for name in reversed(self.names) if self.paths[k].slope(name)]
+        for name in sorted(moved, key=self.pivots.__contains__):  # free ones first
+            if name not in asked:
+                asked.add(name)
+                if name not in self.pivots or self._pivoted(self.pivots[name], asked):
+                    self.pivots[name] = k
+                    return True
+        return False
 
     def _judge(self) -> None:
         """MechanicsError for what the parts cannot mean."""

@@ -14,7 +14,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import RESIDUE, TRAVEL
+from vibrocap.motion.trust import TRAVEL, residue
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
@@ -22,7 +22,7 @@ from vibrocap.studies.plan.axes import even_in_logarithm
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6
-ZERO = 1e-6  # no travel: up to RESIDUE thresholds of settling, or ZERO where nothing settles
+ZERO = 1e-6  # no travel: up to the residue of settled motions (`motion.trust`), or ZERO where nothing settles
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
@@ -151,7 +151,7 @@ def study_view(
 
     measure: a variable, by default the first measure that the study took
     at: values at which dimensions are fixed, by path; the nearest value of the axis is taken
-    dead_band: sizes of travel up to this are none; by default 10 times the threshold to which the runs settled
+    dead_band: sizes of travel up to this are none; by default the residue of settled motions
     Raises ViewError for a measure or a path that the study does not have, and where dimensions are left over.
     """
     complaints = Complaints()
@@ -175,7 +175,9 @@ def study_view(
         axes, points = _scattered(chosen)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
     case, settle = case_of(dataset), dataset.attrs.get("settle")
-    band = float(dataset.attrs.get("dead_band", RESIDUE * float(settle) if settle else ZERO))
+    band = float(
+        dataset.attrs.get("dead_band", residue(case.system, asked, float(settle)) if settle and case else ZERO)
+    )
     if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
         band = float(f"{band * float(size):.2g}")
     return View(

@@ -45,7 +45,7 @@ def read_records(
         are time, force, velocity, displacement, acceleration, normal_force, and of a contact that turns torque,
         angular_velocity, angle, angular_acceleration; "record" names the column of a text file that says which record
         a row belongs to
-    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}, as the library pint knows them
+    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}
     name: of the record, where there is one [default: the file's name, or the record's name in it]
     dt, sampling_rate: s or Hz, where there is no column of time
     normal_force: N, where there is no such column; a friction coefficient is multiplied by it

@@ -1,15 +1,14 @@
-"""Units of measured quantities: what a unit measures and its factor to SI, as the library pint reads it.
+"""Units of measured quantities: what a unit measures and its factor to SI.
 
 A turning contact has a torque, an angle and an angular velocity in the places of force, displacement and velocity.
-Radians count as a unit of their own here, so that an angle is no number and an angular velocity no frequency.
 """
 
 import dataclasses
 import functools
 import re
-from typing import Any
 
 from vibrocap.arguments import suggestion
+from vibrocap.records.reading.unit_sizes import unit_size
 
 # dimension: the usual units, the SI one first
 DIMENSIONS: dict[str, tuple[str, ...]] = {
@@ -44,7 +43,7 @@ TURNING = {
 ROTARY = ("torque", "angle", "angular speed", "angular acceleration")
 LINEAR = ("force", "length", "speed", "acceleration", "stress", "number")
 
-# spellings that pint has not, or has for something that no record holds (gram, number-metre)
+# other spellings, and those that would mean what no record holds (gram)
 SPELLINGS = {
     "-": "1",
     "none": "1",
@@ -68,7 +67,7 @@ _BETWEEN = r"\s*[ ._*·⋅-]?\s*"
 
 @dataclasses.dataclass(frozen=True)
 class Unit:
-    """A unit: its name, what it measures (a key of DIMENSIONS, or of what else pint calls it), its factor to SI."""
+    """A unit: its name, what it measures (a key of DIMENSIONS, or something else), its factor to SI."""
 
     name: str
     dimension: str
@@ -76,34 +75,14 @@ class Unit:
 
 
 @functools.cache
-def _registry() -> Any:
-    """pint's units, with decimal factors, so that a millimetre is 0.001 m to the last bit."""
-    from decimal import Decimal
-
-    from pint import UnitRegistry
-
-    return UnitRegistry(non_int_type=Decimal)  # type: ignore[arg-type]
-
-
-@functools.cache
 def _dimensions() -> dict[tuple, str]:
     """The name of a dimension by its SI base units."""
-    return {_parsed(units[0].replace(" ", "*"))[1]: name for name, units in DIMENSIONS.items()}  # type: ignore[index]
-
-
-@functools.cache
-def _parsed(text: str) -> tuple[float, tuple] | None:
-    """(factor, base units with exponents) of a text that pint understands."""
-    registry = _registry()
-    try:
-        factor, base = registry.get_base_units(registry.parse_units(text))
-    except Exception:  # pint raises nearly every kind of error for what is no unit
-        return None
-    return float(factor), tuple(sorted((str(name), float(power)) for name, power in base._units.items()))
+    named = {name: units[0] for name, units in DIMENSIONS.items()} | {"mass": "kg", "frequency": "Hz"}
+    return {size[1]: name for name, unit in named.items() if (size := unit_size(unit))}
 
 
 def _spelt(text: str) -> str:
-    """A text in pint's spelling: micro, division, powers and torques as instruments write them."""
+    """A text as `unit_size` reads it: micro, division, powers and torques as instruments write them."""
     text = text.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg")
     if text in SPELLINGS or text.lower() in SPELLINGS:
         return SPELLINGS.get(text, SPELLINGS.get(text.lower(), text))
@@ -128,7 +107,7 @@ def _power(match: re.Match) -> str:
 def unit_named(text: str) -> Unit | None:
     """The unit that a text means; None where it is no unit.
 
-    Understood is what pint knows, and other spellings of micro, of division, of powers and of torques: "µm",
+    Understood is what `unit_size` knows, and other spellings of micro, of division, of powers and of torques: "µm",
     "m_per_s", "m_s", "m s-1", "mm/sec", "Nm", "N-m", "lb-ft". Capital letters count (mN, MN; nm, Nm), unless only one
     of the usual units is spelt so: "MM/S" is mm/s.
     """
@@ -140,7 +119,7 @@ def unit_named(text: str) -> Unit | None:
         return _unit(text, usual[text])
     small = [name for name in usual if name.lower() == text.lower()]
     tried = [_spelt(text), usual[small[0]] if len(small) == 1 else "", text.lower() if len(text) > 3 else ""]
-    if small:  # "KN" is kN, not what pint makes of it; "NM" may be nm or N m, and is neither
+    if small:  # "KN" is kN; "NM" may be nm or N m, and is neither
         tried = [tried[1]] if text != "Nm" and len(small) == 1 else tried[:1] if _spelt(text) != text else []
     for spelling in tried:
         found = _unit(text, spelling) if spelling else None
@@ -151,20 +130,18 @@ def unit_named(text: str) -> Unit | None:
 
 @functools.cache
 def _usual() -> dict[str, str]:
-    """pint's spelling of each usual unit."""
+    """The spelling of each usual unit."""
     found = {name: SPELLINGS.get(name, name.replace(" ", "*")) for names in DIMENSIONS.values() for name in names}
     return found | {name.replace("*", ""): name for name in found.values() if re.search(r"N\*m+$", name)}
 
 
 def _unit(text: str, spelling: str) -> Unit | None:
-    parsed = _parsed(spelling)
+    parsed = unit_size(spelling)
     if parsed is None:
         return None
     factor, base = parsed
-    dimension = _dimensions().get(base)
-    if dimension is None:
-        dimension = {(("kilogram", 1.0),): "mass", (("second", -1.0),): "frequency"}.get(base, "something else")
-    usual = [name for name in DIMENSIONS.get(dimension, ()) if _parsed(_usual()[name]) == parsed]
+    dimension = _dimensions().get(base, "something else")
+    usual = [name for name in DIMENSIONS.get(dimension, ()) if unit_size(_usual()[name]) == parsed]
     same = [name for name in usual if _usual()[name] == spelling]
     return Unit([*same, *usual, text.replace("µ", "u")][0], dimension, factor)
 

@@ -1,4 +1,1 @@
-"""Who computes the tiles of a study: processes of this machine or the workers of a cluster.
-
-Given: a study and the folder of its store. Given back: counts of how runs ended; who computes a tile stores it.
-"""
+"""Workers that compute the tiles of a study, which the one writer of its store takes from them; how large tiles are."""

@@ -54,7 +54,7 @@ def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
         else:
             found.append((part.__module__, part.__qualname__))
     if complaints:
-        raise CaseError(complaints, "the cluster")
+        raise CaseError(complaints, "the study")
     return tuple(dict.fromkeys(found))
 
 

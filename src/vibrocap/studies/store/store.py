@@ -60,21 +60,10 @@ from vibrocap.studies.tile import tile_indices
 
 
 class Store:
-    """The folder of one study's results; `opened_for_writing` gives one to its one writer.
+    """The folder of one study's results; `opened_for_writing` gives one to its one writer. study: as it was begun."""
 
-    study: as it was begun. made_by: with what tiles are computed now, where that is something else; each says so.
-    """
-
-    def __init__(
-        self,
-        path: Path,
-        study: Study,
-        tile: tuple[int, ...],
-        lock: Lock | None = None,
-        made_by: Mapping[str, str] | None = None,
-    ):
-        self.path, self.study, self.tile, self.made_by = path, study, tile, made_by
-        self._lock = lock
+    def __init__(self, path: Path, study: Study, tile: tuple[int, ...], lock: Lock):
+        self.path, self.study, self.tile, self._lock = path, study, tile, lock
 
     @functools.cached_property
     def _files(self) -> ZarrFiles:
@@ -91,28 +80,23 @@ class Store:
             done = names(self.path, DONE)
         return [index for index in self.indices if tile_name(index) not in done]
 
-    def is_done(self, index: Index) -> bool:
-        """Whether a tile is stored."""
-        with kept(self.path):
-            return kind(self.path, f"{DONE}/{tile_name(index)}") == FILE
+    def write(self, index: Index, arrays: Mapping[str, np.ndarray], made_by: Mapping[str, str] | None = None) -> None:
+        """Store a tile; StoreError, with nothing lost that was stored before, where the folder does not take it.
 
-    def check_place(self) -> None:
-        """StoreError where the folder is no longer there, or another one."""
-        if self._lock is not None:
-            self._lock.check()
-
-    def write(self, index: Index, arrays: Mapping[str, np.ndarray]) -> None:
-        """Store a tile; StoreError, with nothing lost that was stored before, where the folder does not take it."""
-        self.check_place()
+        made_by: with what it was computed, where that is not with what the study was begun; the tile says so
+        """
+        self._lock.check()
         chunks = self._files.chunks(index, arrays)
-        mark = mark_text(self.study.identity, index, chunks, self.made_by)
+        mark = mark_text(self.study.identity, index, chunks, made_by)
         with kept(self.path):
+            if made_by and kind(self.path, MIXED) is None:
+                write(self.path, {MIXED: b""})
             write(self.path, _among_results(chunks))
             write(self.path, {f"{DONE}/{tile_name(index)}": mark})
 
     def finish(self) -> None:
         """Say in the store that all tiles are there; StoreError where a file of one is not."""
-        self.check_place()
+        self._lock.check()
         with kept(self.path):
             there = {name: names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
@@ -170,11 +154,15 @@ class Store:
 
 @dataclasses.dataclass(frozen=True)
 class Opened:
-    """A store to be written: the lock on it, which is to be released, and what was found damaged in it."""
+    """A store to be written: the lock on it, which is to be released, and what was found damaged in it.
+
+    made_by: with what tiles are computed here, where that is not with what the study was begun
+    """
 
     store: Store
     lock: Lock
     damage: tuple[str, ...] = ()
+    made_by: Mapping[str, str] | None = None
 
 
 def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resume: bool, mixed: bool = False) -> Opened:
@@ -208,16 +196,14 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             found = [f"was begun with something else: {text}" for text in other]
             ways = "begin anew, or continue with --mixed (mixed=True), which marks what is computed now"
             raise CaseError([*found, f"the rest would not have the bits that it had there; {ways}"], str(path))
-        store = Store(path, begun, tuple(record["tile"]), lock, study.code if other else None)
+        store = Store(path, begun, tuple(record["tile"]), lock)
         store.refuse_strange()
         store.clean()
         with kept(path):
-            if other and kind(path, MIXED) is None:
-                write(path, {MIXED: b""})
             verification = verified(path, record)
         if not verification.ok:
             store.mend(verification)
-        return Opened(store, lock, tuple(verification.lines()))
+        return Opened(store, lock, tuple(verification.lines()), study.code if other else None)
     except BaseException:
         lock.release()
         raise

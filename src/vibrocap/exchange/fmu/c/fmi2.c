@@ -35,7 +35,7 @@ EXPORT fmi2Status FMI(SetupExperiment)(
     fmi2Real stop) {
   instance *c = i;
   UNUSED(stop_defined), UNUSED(stop);
-  if (in_phase(c, INSTANTIATED, INSTANTIATED, "fmi2SetupExperiment")) return fmi2Error;
+  if (in_phase(c, INSTANTIATED, "fmi2SetupExperiment")) return fmi2Error;
   if (tolerance_defined && !take_tolerance(&c->now, tolerance))
     return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
   if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
@@ -44,7 +44,7 @@ EXPORT fmi2Status FMI(SetupExperiment)(
 
 EXPORT fmi2Status FMI(EnterInitializationMode)(fmi2Component i) {
   instance *c = i;
-  if (in_phase(c, INSTANTIATED, INSTANTIATED, "fmi2EnterInitializationMode")) return fmi2Error;
+  if (in_phase(c, INSTANTIATED, "fmi2EnterInitializationMode")) return fmi2Error;
   c->now.phase = INITIALIZING;
   c->now.stale = 1;
   return fmi2OK;
@@ -52,7 +52,7 @@ EXPORT fmi2Status FMI(EnterInitializationMode)(fmi2Component i) {
 
 EXPORT fmi2Status FMI(ExitInitializationMode)(fmi2Component i) {
   instance *c = i;
-  if (in_phase(c, INITIALIZING, INITIALIZING, "fmi2ExitInitializationMode") || begin(c)) return fmi2Error;
+  if (in_phase(c, INITIALIZING, "fmi2ExitInitializationMode") || begin(c)) return fmi2Error;
   c->now.phase = STEPPING;
   c->now.stale = 1;
   return fmi2OK;
@@ -143,7 +143,7 @@ EXPORT fmi2Status FMI(DoStep)(fmi2Component i, fmi2Real time, fmi2Real length, f
   instance *c = i;
   int event;
   UNUSED(no_state_before);
-  if (in_phase(c, STEPPING, STEPPING, "fmi2DoStep")) return fmi2Error;
+  if (in_phase(c, STEPPING, "fmi2DoStep")) return fmi2Error;
   return STATUS(go_on(c, time, length, 0, &event));
 }
 

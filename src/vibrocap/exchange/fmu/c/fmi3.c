@@ -1,6 +1,6 @@
-/* FMI 3.0: what both kinds of FMU have in common. */
+/* FMI 3.0, co-simulation: event mode and early return at every event. */
 #include "fmi3.h"
-#include "instance.h"
+#include "stepping.h"
 
 static void tell(instance *c, int status, const char *text) {
   char line[500];
@@ -8,9 +8,6 @@ static void tell(instance *c, int status, const char *text) {
   ((fmi3LogMessageCallback)c->log)(
       c->environment, (fmi3Status)status, status == ERROR ? "logStatusError" : "logStatusWarning", line);
 }
-
-static int take_tolerance(data *d, double tolerance);
-static int take_time(data *d, double time);
 
 #define STATUS(status) ((fmi3Status)(status))
 #define SIZED(n, count) \
@@ -30,7 +27,7 @@ EXPORT fmi3Status FMI(EnterInitializationMode)(
     fmi3Float64 stop) {
   instance *c = i;
   UNUSED(stop_defined), UNUSED(stop);
-  if (in_phase(c, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
+  if (in_phase(c, INSTANTIATED, "fmi3EnterInitializationMode")) return fmi3Error;
   if (tolerance_defined && !take_tolerance(&c->now, tolerance))
     return STATUS(WRONG("tolerance should be " TOLERANCES ", got %g", tolerance));
   if (!take_time(&c->now, start / TIME_FACTOR)) return STATUS(WRONG("startTime should be " STARTS ", got %g", start));
@@ -132,6 +129,56 @@ EXPORT fmi3Status FMI(DeserializeFMUState)(fmi3Instance i, const fmi3Byte bytes[
   return STATUS(deserialize(i, bytes, size, state));
 }
 
+/* Steps. */
+
+EXPORT fmi3Status FMI(ExitInitializationMode)(fmi3Instance i) {
+  instance *c = i;
+  if (in_phase(c, INITIALIZING, "fmi3ExitInitializationMode") || begin(c)) return fmi3Error;
+  c->now.phase = c->event_mode ? EVENTS : STEPPING;
+  c->now.stale = 1;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(EnterEventMode)(fmi3Instance i) {
+  instance *c = i;
+  if (in_phase(c, STEPPING, "fmi3EnterEventMode")) return fmi3Error;
+  c->now.phase = EVENTS;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(UpdateDiscreteStates)(
+    fmi3Instance i, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *states,
+    fmi3Boolean *time_defined, fmi3Float64 *time) {
+  instance *c = i;
+  if (in_phase(c, EVENTS, "fmi3UpdateDiscreteStates")) return fmi3Error;
+  UNUSED(time);
+  *again = *terminate = *nominals = *states = *time_defined = false;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(EnterStepMode)(fmi3Instance i) {
+  instance *c = i;
+  if (in_phase(c, EVENTS, "fmi3EnterStepMode")) return fmi3Error;
+  c->now.phase = STEPPING;
+  return fmi3OK;
+}
+
+EXPORT fmi3Status FMI(DoStep)(
+    fmi3Instance i, fmi3Float64 time, fmi3Float64 length, fmi3Boolean no_state_before, fmi3Boolean *events,
+    fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last) {
+  instance *c = i;
+  int event, status;
+  UNUSED(no_state_before);
+  *events = *terminate = *early = false;
+  if (in_phase(c, STEPPING, "fmi3DoStep")) return fmi3Error;
+  status = go_on(c, time, length, c->event_mode && c->early_return, &event);
+  *last = event || status ? time_now(&c->now) * TIME_FACTOR : time + length;
+  *events = event;
+  *early = event && *last < time + length;
+  *terminate = status == DISCARD;
+  return STATUS(status);
+}
+
 /* What this FMU does not offer. */
 #define ABSENT(Name, ...)                                                                                             \
   EXPORT fmi3Status FMI(Name)(fmi3Instance i, __VA_ARGS__) {                                                          \
@@ -164,6 +211,15 @@ ABSENT(SetShiftDecimal, REFERENCES, const fmi3Float64 *shifts)
 ABSENT(SetShiftFraction, REFERENCES, const fmi3UInt64 *counters, const fmi3UInt64 *resolutions)
 ABSENT(ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
 ABSENT(GetOutputDerivatives, REFERENCES, const fmi3Int32 *orders, fmi3Float64 *values, size_t count)
+ABSENT(CompletedIntegratorStep, fmi3Boolean no_state_before, fmi3Boolean *event_mode, fmi3Boolean *terminate)
+ABSENT(SetTime, fmi3Float64 time)
+ABSENT(SetContinuousStates, const fmi3Float64 states[], size_t n)
+ABSENT(GetContinuousStates, fmi3Float64 states[], size_t n)
+ABSENT(GetContinuousStateDerivatives, fmi3Float64 rates[], size_t n)
+ABSENT(GetNominalsOfContinuousStates, fmi3Float64 nominals[], size_t n)
+ABSENT(GetEventIndicators, fmi3Float64 indicators[], size_t n)
+ABSENT(GetNumberOfEventIndicators, size_t *n)
+ABSENT(GetNumberOfContinuousStates, size_t *n)
 
 #define ABSENT_ALONE(Name)                                                                                            \
   EXPORT fmi3Status FMI(Name)(fmi3Instance i) {                                                                       \
@@ -173,6 +229,7 @@ ABSENT(GetOutputDerivatives, REFERENCES, const fmi3Int32 *orders, fmi3Float64 *v
 ABSENT_ALONE(EnterConfigurationMode)
 ABSENT_ALONE(ExitConfigurationMode)
 ABSENT_ALONE(EvaluateDiscreteStates)
+ABSENT_ALONE(EnterContinuousTimeMode)
 
 EXPORT fmi3Instance FMI(InstantiateScheduledExecution)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
@@ -184,20 +241,14 @@ EXPORT fmi3Instance FMI(InstantiateScheduledExecution)(
 EXPORT fmi3Instance FMI(InstantiateModelExchange)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
-  return made(name, token, environment, (void (*)(void))log, MODEL_EXCHANGE);
+  return made(name, token, environment, (void (*)(void))log, 0);
 }
 
 EXPORT fmi3Instance FMI(InstantiateCoSimulation)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference required[], size_t required_count,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate) {
-  instance *c = made(name, token, environment, (void (*)(void))log, !MODEL_EXCHANGE);
+  instance *c = made(name, token, environment, (void (*)(void))log, 1);
   if (c) c->event_mode = event_mode, c->early_return = early_return;
   return c;
 }
-
-#if MODEL_EXCHANGE
-#include "model_exchange.h"
-#else
-#include "co_simulation.h"
-#endif

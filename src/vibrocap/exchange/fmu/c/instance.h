@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED };
+enum { INSTANTIATED, INITIALIZING, EVENTS, STEPPING, TERMINATED };
 
 /* Everything that a copy of the state holds. Values are dimensionless: those of variables are values times factors. */
 typedef struct {
@@ -34,7 +34,7 @@ typedef struct {
 /* The numbers of fmi2Status and fmi3Status. */
 enum { DONE, WARNING, DISCARD, ERROR, FATAL };
 
-/* What each version of FMI and each kind of FMU does in its own way. */
+/* What each version of FMI does in its own way, and what steps the motion. */
 static void tell(instance *c, int status, const char *text);
 static void to_start(data *d);
 static void refresh(instance *c);
@@ -54,10 +54,10 @@ static int say(instance *c, int status, const char *form, ...) {
 #define WRONG(...) say(c, ERROR, __VA_ARGS__)
 #define UNUSED(x) ((void)(x))
 
-static int in_phase(instance *c, int one, int other, const char *function) {
-  static const char *const names[] = {"before initialization", "initialization mode", "event mode",
-                                      "continuous-time mode",  "step mode",           "after the end"};
-  if (c->now.phase == one || c->now.phase == other) return DONE;
+static int in_phase(instance *c, int phase, const char *function) {
+  static const char *const names[] = {"before initialization", "initialization mode", "event mode", "step mode",
+                                      "after the end"};
+  if (c->now.phase == phase) return DONE;
   return WRONG("%s cannot be called now (%s)", function, names[c->now.phase]);
 }
 
@@ -96,7 +96,7 @@ static instance *made(
   c->environment = environment;
   snprintf(c->name, sizeof c->name, "%s", name ? name : "");
   if (!right_kind) {
-    WRONG("this FMU is for %s only", KIND_OF_FMU);
+    WRONG("this FMU is for co-simulation only");
   } else if (!token || strcmp(token, TOKEN) != 0) {
     WRONG("the token is %s, that of this FMU is %s", token ? token : "missing", TOKEN);
   } else {

@@ -15,7 +15,6 @@ from vibrocap.numerics.kernel.generated.equations import contact_velocity, holdi
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
     MANIFOLDS,
-    SET_VALUED,
     SEVERAL,
     SHARED,
     SLOWED,
@@ -223,7 +222,7 @@ def cross(floats, ints, trace, lane, event, c, h):
             meet(floats, ints, lane, c, h)
         else:
             come_to_rest(floats, ints, lane, c, h)
-            if SET_VALUED:
+            if STICKS[c] == 1:
                 rest(floats, ints, lane)
             else:
                 turn_round(floats, ints, lane, c)

@@ -1,7 +1,5 @@
 """What is known of the equations of one system: constants, so that what they rule out is not compiled."""
 
-SET_VALUED = True  # whether the contact can stick
-KINKED = False  # whether the law has a kink at rest
 MAYBE_STIFF = False  # whether a contact has a law with a force for every velocity
 SEVERAL = False  # whether there are several contacts
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
@@ -11,7 +9,8 @@ FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
 LACUNARY = False  # whether series of the law from rest may be lacunary, or one has a logarithm
 ROUGH = (0,)  # of each contact: 1 where it can stick and a power of its speed has no Taylor series at rest
 GAPS = False  # whether most terms of a series from rest vanish: the law has a power of the speed from the third on
-SHARP_INTERNAL = False  # whether any of them depends on an internal state
+SHARP_INTERNAL = False  # whether any of them depends on an internal state, or on several contacts
+SHARP_CONTACT = 0  # the contact on whose velocity they depend otherwise
 WATCHED = False  # whether the true load of the contact is looked at, which friction takes as constant
 CYCLIC = 2  # the state on which nothing depends
 TURN_COUNT = 0  # coordinates that turn, on which everything depends with a period
@@ -20,7 +19,6 @@ TURN_RADII = (1.0,)  # their periods over 2 pi
 RETURNING = False  # whether returns tell that a motion has settled
 PLACE = 0  # the coordinate that is largest there, or has turned, where a motion returns that comes to rest nowhere
 PLACE_TURN = 0.0  # its period, if it turns
-CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
 MIRROR = (-1,)  # sign of each state under the half-period symmetry
 STICKS = (1,)  # of each contact: 1 where it can stick
 KINKS = (0,)  # of each contact: 1 where it has a force for every velocity, with a kink at rest

@@ -11,12 +11,13 @@ from vibrocap.numerics.kernel.generated.facts import (
     MANIFOLDS,
     SEVERAL,
     SHARP,
+    SHARP_CONTACT,
     SLOW_CONTACT,
     SLOWED,
     STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import SIDE, WORK, ZEROS
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.loop.one_step import NEAR
 from vibrocap.numerics.kernel.loop.turning_simd import ahead_simd, still_simd
@@ -58,8 +59,8 @@ def first_events(floats, ints, plain, slow, longest, h):
             for m in range(MANIFOLDS):
                 if SLOWED and SLOW_CONTACT[m] == c:
                     fine = fine & (ahead | ~(load(floats, SLOW + m * LANES) > 0.0))
-            if SHARP and c == 0:
-                fine = fine & resolved_simd(floats, own, load(floats, VELOCITY), change, h, plain & fine)
+            if SHARP and c == SHARP_CONTACT:
+                fine = fine & resolved_simd(floats, own, load(floats, VELOCITY_OF[c]), change, h, plain & fine)
             ahead = ahead | stays
             if SEVERAL:
                 open_still = asked & chosen & ~(ahead & fine)

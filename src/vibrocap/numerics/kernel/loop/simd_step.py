@@ -32,16 +32,16 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 )
 from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
-    KINKED,
     KINKS,
     MAYBE_STIFF,
     RETURNING,
-    SET_VALUED,
     SEVERAL,
     SHARED,
     SHARP,
+    SHARP_CONTACT,
     SLOWED,
     STATE_OF,
+    STICKS,
     WATCHED,
 )
 from vibrocap.numerics.kernel.generated.lane import (
@@ -65,7 +65,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     ZERO_PROGRESS,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
@@ -111,11 +111,9 @@ def step_simd(floats, ints, trace, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
     align_stack()
     every = all_lanes()
-    side = load(floats, SIDE)
     period = load(floats, PERIOD)
     remaining = load(floats, UNTIL) - load(floats, TIME)
     longest, last, before, clear = taylor_steps(floats)
-    start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
     slow = damped
@@ -154,7 +152,7 @@ def step_simd(floats, ints, trace, running):
         wanted = moving & ~gentle & ~turning
         longest, damped = stabilised_step(floats, every, wanted, longest, load(floats, TOLERANCE))
     if SLOWED and bits(slow) != 0:
-        longest = before_turning(floats, side, start, slow, longest)
+        longest = before_turning(floats, slow, longest)
     h = min(remaining, longest)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     for c in range(CONTACTS):
@@ -173,8 +171,10 @@ def step_simd(floats, ints, trace, running):
     if SLOWED and bits(slow) != 0:
         settled, near, far = settled_lanes(floats, h, longest)
         plain = plain & (~slow | (settled & near))
-    if SHARP and not (KINKED or SET_VALUED):
-        plain = plain & resolved_simd(floats, side, start, excursion(floats, VELOCITY + every, h), h, plain)
+    if SHARP and STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0:
+        side, start = load(floats, SIDE + SHARP_CONTACT * LANES), load(floats, VELOCITY_OF[SHARP_CONTACT])
+        change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + every, h)
+        plain = plain & resolved_simd(floats, side, start, change, h, plain)
     plain, h, event, which = first_events(floats, ints, plain, slow, longest, h)
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
@@ -193,12 +193,11 @@ def step_simd(floats, ints, trace, running):
                 h = where(found, h * root_simd(floats, leading, last, found), h)
                 event = event | found
                 which = where(found, 1.0 * (CONTACTS + i), which)
-    end = series_value(floats, VELOCITY + every, h)
     if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     if SLOWED:
         follow_manifolds(floats, slow, settled, near, far, plain, h, where(slow, max(h, free), 0.0))
-    move_simd(floats, ints, trace, plain, h, end)
+    move_simd(floats, ints, trace, plain, h)
     if SEVERAL or BRANCHES > 0:
         store(floats, EVENT_CONTACT, which)
     if SHARED:
@@ -223,9 +222,8 @@ def within_piece(floats, row, h):
     return least_of_cubic(floats, row + every, others, h) > 0.0
 
 
-def move_simd(floats, ints, trace, plain, h, end):
-    """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
-    pieces."""
+def move_simd(floats, ints, trace, plain, h):
+    """Put the lanes at the ends of their steps, after the hook for measuring saw the pieces."""
     every = all_lanes()
     store(floats, STEP, h)
     measured = plain & whole_above(ints, WINDOW_START, -1)
@@ -243,7 +241,7 @@ def move_simd(floats, ints, trace, plain, h, end):
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
-        following = end if row == VELOCITY else series_value(floats, row + every, h)
+        following = series_value(floats, row + every, h)
         finite = finite & (abs(following) <= 1e300)
         store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
     time = load(floats, TIME)

@@ -8,6 +8,7 @@ from vibrocap.numerics.kernel.generated.facts import (
     PLACE,
     PLACE_TURN,
     SHARP,
+    SHARP_CONTACT,
     SLOW_CONTACT,
     SLOW_STATE,
     STATE_OF,
@@ -46,7 +47,7 @@ def out_of_doubt(floats, c, slow, h):
     return h
 
 
-def before_turning(floats, side, start, slow, h):
+def before_turning(floats, slow, h):
     """Step lengths within which contacts on a slow manifold do not turn and laws are resolved; cut a few times."""
     for _ in range(CUTS):
         fine = slow | ~slow
@@ -55,10 +56,11 @@ def before_turning(floats, side, start, slow, h):
                 c = SLOW_CONTACT[m]
                 off = ~(load(floats, SLOW + m * LANES) > 0.0)
                 none = off & ~off
-                ahead, change = ahead_simd(floats, c, load(floats, SIDE + c * LANES), none, none, none, h)
+                side = load(floats, SIDE + c * LANES)
+                ahead, change = ahead_simd(floats, c, side, none, none, none, h)
                 fine = fine & (off | ahead)
-                if SHARP and c == 0:
-                    fine = fine & resolved_simd(floats, side, start, change, h, slow)
+                if SHARP and c == SHARP_CONTACT:
+                    fine = fine & resolved_simd(floats, side, load(floats, VELOCITY_OF[c]), change, h, slow)
         fine = fine | ~slow
         if bits(~fine) == 0:
             break

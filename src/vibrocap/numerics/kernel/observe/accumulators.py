@@ -15,7 +15,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomi
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.generated.ensemble import ASKED, INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK, STEP
 from vibrocap.numerics.kernel.generated.equations import integrands
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.facts import STATE_OF
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED
@@ -70,7 +70,7 @@ def look(floats, ints, lane, s, out):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane, out)
-    row = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
+    row = SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane
     floats[out + FRICTION + 2] *= polynomial_slope(floats, row, LANES, ORDER, s)
 
 

@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKS, SEVERAL, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEP, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.linear_system import (
@@ -109,11 +109,11 @@ def implicit_stages(floats, ints, lane, h):
             floats[POINT + i] = total
         if SHIFTS > 0:  # p = v - g, p' = v' - g'
             now, rate, _ = reference_at(floats, t + NODES[stage] * h, lane)
-            floats[POINT + CONTACT_STATE] += before - now
+            floats[POINT + STATE_OF[0]] += before - now
             rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
-            floats[RATE + CONTACT_STATE] += rate + h * TIME_WEIGHTS[stage] * curvature
+            floats[RATE + STATE_OF[0]] += rate + h * TIME_WEIGHTS[stage] * curvature
             for i in range(ROWS):
-                floats[RATE + i] -= h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + CONTACT_STATE] * slope
+                floats[RATE + i] -= h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATE_OF[0]] * slope
         else:
             rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
         start = STAGE + stage * ROWS
@@ -164,14 +164,14 @@ def implicit_series(floats, ints, lane, h):
 
 def velocity_series(floats, ints, lane, h):
     """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
-    if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+    if VELOCITY_OF[0] == SERIES + STATE_OF[0] * (ORDER + 1) * LANES:
         return  # it is a state
     v0 = velocity_at(floats, ints, lane, 0.0)
     v1 = velocity_at(floats, ints, lane, 0.25 * h)
     v2 = velocity_at(floats, ints, lane, 0.5 * h)
     v3 = velocity_at(floats, ints, lane, 0.75 * h)
     v4 = velocity_at(floats, ints, lane, h)
-    through_five(floats, VELOCITY + lane, v0, v1, v2, v3, v4, h)
+    through_five(floats, VELOCITY_OF[0] + lane, v0, v1, v2, v3, v4, h)
 
 
 def velocity_at(floats, ints, lane, s):
@@ -220,7 +220,7 @@ def moving_series(floats, ints, lane, h):
     Of g_i the series in memory know all terms, whatever p.
     """
     implicit_series(floats, ints, lane, h)
-    state = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
+    state = SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane
     followed = SHIFT + int(floats[REFERENCE]) * (ORDER + 1) * LANES + lane
     for k in range(1, ORDER + 1):
         floats[state + k * LANES] -= floats[followed + k * LANES]
@@ -262,7 +262,7 @@ def doubt_of_signs(floats, lane, h):
             start, end = floats[row], series_value(floats, row, h)
             doubt = max(doubt, doubt_of_sign(floats, STATE_OF[c], lane, start, end))
             none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane]
-            if c > 0 and not (side * start > 0.0) and side * end < -none:
+            if SEVERAL and not (side * start > 0.0) and side * end < -none:
                 doubt = BEYOND_DOUBT  # it turned where the step starts, which rounding hid: explicit steps tell
     return doubt
 

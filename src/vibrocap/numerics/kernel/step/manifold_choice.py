@@ -16,13 +16,14 @@ from vibrocap.numerics.kernel.generated.facts import (
     PAIR,
     SEVERAL,
     SHARP,
+    SHARP_CONTACT,
     SHARP_INTERNAL,
     SLOW_CONTACT,
     SLOW_STATE,
     STATE_OF,
 )
 from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, PERIOD, SIDE, STATE, STIFF, TIME
-from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
 from vibrocap.numerics.kernel.step.resolved import excursion, resolved, seen
@@ -87,9 +88,9 @@ def resolved_for_long(floats, h):
     """
     if not resolved(floats, 0, h):
         return False
-    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or floats[SIDE] == 0.0:
+    if SHARP_INTERNAL or not FOLLOWS_LOAD or not SHARP or floats[SIDE + SHARP_CONTACT] == 0.0:
         return True
-    return seen(floats, 0, h, excursion(floats, VELOCITY, h))
+    return seen(floats, 0, h, excursion(floats, VELOCITY_OF[SHARP_CONTACT], h))
 
 
 def pays(floats, h):

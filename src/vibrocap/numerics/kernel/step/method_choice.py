@@ -18,7 +18,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TIME,
     WORK,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import guards_at
 from vibrocap.numerics.kernel.step.implicit import (
@@ -106,13 +106,13 @@ def time_to_rest(floats, lane):
     implicit step should not go far beyond. The series in memory need not be that of the present state: only its first
     two coefficients are used, which the Taylor series of every step provides.
     """
-    v, slope = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane]
-    found = -v / slope if v * slope < 0.0 else math.inf
-    for c in range(1, CONTACTS):
-        if KINKS[c] == 1:
-            row, none = VELOCITY_OF[c] + lane, NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane]
-            if abs(floats[row]) > none and floats[row] * floats[row + LANES] < 0.0:
-                found = min(found, -floats[row] / floats[row + LANES])
+    found = math.inf
+    for c in range(CONTACTS):
+        if KINKS[c] == 1 or not SEVERAL:
+            v, slope = floats[VELOCITY_OF[c] + lane], floats[VELOCITY_OF[c] + LANES + lane]
+            none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+            if abs(v) > none and v * slope < 0.0:
+                found = min(found, -v / slope)
     return found
 
 
@@ -143,7 +143,7 @@ def leave_implicit(ints, lane):
 
 
 def polished_step(floats, ints, lane, h, longest):
-    """(event, length) of an implicit step that ends where the contact velocity vanishes.
+    """(event, length) of an implicit step that ends where the velocity of a contact alone vanishes.
 
     The dense output is less exact than the step, so the step is repeated with the length at which the velocity vanishes
     at its very end. Where that step would not be exact enough, or where only the dense output saw an event, a shorter
@@ -160,7 +160,7 @@ def polished_step(floats, ints, lane, h, longest):
         h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
         v = floats[SIDE + lane] * end_velocity(floats, ints, lane, h)
         error = implicit_stages(floats, ints, lane, h)
-        root, _touch = first_root(floats, VELOCITY + lane, ORDER, floats[SIDE + lane], 0, h)
+        root, _touch = first_root(floats, VELOCITY_OF[0] + lane, ORDER, floats[SIDE + lane], 0, h)
         if error <= 1.0 and v > 0.0 and root < 0.0:
             break
     floats[IMPLICIT_STEP + lane] = h
@@ -205,7 +205,7 @@ def length_to_rest(floats, ints, lane, h, longest):
             low = h
         else:
             high = h
-        slope = side * series_slope(floats, VELOCITY + lane, h)
+        slope = side * series_slope(floats, VELOCITY_OF[0] + lane, h)
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
         if newton and abs(following - h) <= EPSILON * (floats[TIME + lane] + h):
@@ -224,4 +224,4 @@ def end_velocity(floats, ints, lane, h):
     implicit_stages(floats, ints, lane, h)
     implicit_series(floats, ints, lane, h)
     velocity_series(floats, ints, lane, h)
-    return series_value(floats, VELOCITY + lane, h)
+    return series_value(floats, VELOCITY_OF[0] + lane, h)

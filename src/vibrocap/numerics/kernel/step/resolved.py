@@ -12,11 +12,12 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import (
     GAPS,
-    KINKED,
+    KINKS,
     LACUNARY,
-    SET_VALUED,
     SHARP,
+    SHARP_CONTACT,
     SHARP_INTERNAL,
+    STICKS,
 )
 from vibrocap.numerics.kernel.generated.lane import (
     FAR_SPEED,
@@ -26,7 +27,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     SAFE_SPEED,
     SIDE,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import series_tail
 
@@ -43,10 +44,10 @@ def excursion(floats, row, h):
 
 def resolved(floats, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
-    if not SHARP or (floats[SIDE + lane] == 0.0 and not SHARP_INTERNAL):
+    if not SHARP or (floats[SIDE + SHARP_CONTACT * LANES + lane] == 0.0 and not SHARP_INTERNAL):
         return True  # nothing to see; or at rest for the whole step
-    start = floats[VELOCITY + lane]
-    change = excursion(floats, VELOCITY + lane, h)
+    start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
+    change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, h)
     if LACUNARY and not telling(floats, lane, h):
         return h <= 8.0 * EPSILON * floats[PERIOD + lane]
     if not SHARP_INTERNAL and not (GAPS and abs(start) <= FAINT * change):
@@ -60,10 +61,10 @@ def resolved(floats, lane, h):
 
 def seen(floats, lane, h, change):
     """The same by the proof for this very step, over which the contact velocity changes by so much at most."""
-    start = floats[VELOCITY + lane]
+    start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
     low, high = start - change, start + change
-    if KINKED or SET_VALUED:  # the side lasts the step
-        if floats[SIDE + lane] > 0.0:
+    if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] > 0:  # the side lasts the step
+        if floats[SIDE + SHARP_CONTACT * LANES + lane] > 0.0:
             low = max(low, 0.0)
         else:
             high = min(high, 0.0)
@@ -119,14 +120,15 @@ def learn(floats, lane, h, least, most):
 
 def hidden(floats, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
-    if not (KINKED or SET_VALUED) and least == 0.0:
+    if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] == 0 and least == 0.0:
         return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE)
-    side = floats[SIDE + lane]
-    floats[SIDE + lane] = 1.0
+    place = SIDE + SHARP_CONTACT * LANES + lane
+    side = floats[place]
+    floats[place] = 1.0
     count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
-    floats[SIDE + lane] = -1.0
+    floats[place] = -1.0
     count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
-    floats[SIDE + lane] = side
+    floats[place] = side
     return count
 
 

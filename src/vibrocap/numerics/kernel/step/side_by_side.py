@@ -4,9 +4,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, m
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import GAPS, KINKED, LACUNARY, SET_VALUED, SHARP_INTERNAL
+from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, LACUNARY, SHARP_CONTACT, SHARP_INTERNAL, STICKS
 from vibrocap.numerics.kernel.generated.lane import TOLERANCE
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn, telling
 from vibrocap.numerics.kernel.step.taylor import (
@@ -60,8 +60,8 @@ def resolved_simd(floats, side, start, change, h, moving):
             for lane in range(LANES):
                 if (open_still >> lane) & 1:
                     length = floats[STEP + lane]
-                    reached = excursion(floats, VELOCITY + lane, length)
-                    own = abs(floats[VELOCITY + lane])
+                    reached = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, length)
+                    own = abs(floats[VELOCITY_OF[SHARP_CONTACT] + lane])
                     learn(floats, lane, length, own - reached, own + reached)
             fine = fine | asked_before(floats, resting, least, most)
     shown = moving | ~moving
@@ -70,7 +70,7 @@ def resolved_simd(floats, side, start, change, h, moving):
     if bits(~fine) == 0:
         return fine & shown
     low, high = start - change, start + change
-    if KINKED or SET_VALUED:
+    if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] > 0:
         low = where(side > 0.0, max(low, 0.0), low)
         high = where(side < 0.0, min(high, 0.0), high)
     return (fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)) & shown

@@ -19,7 +19,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.facts import KINKED, KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
+from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     DAMPED_STEP,
     DECAY_RATE,
@@ -29,7 +29,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     TOLERANCE,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.rows import VELOCITY, VELOCITY_OF
+from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, clear_of_bounds, last_terms, taylor_step, unlike
@@ -72,12 +72,12 @@ def series_step(floats, ints, lane, remaining):
     last, before = last_terms(floats, lane)
     if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
-    speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
     allowed = floats[TOLERANCE + lane]
-    if KINKED:  # close to rest the sign of the velocity counts, see `taylor_step`
-        allowed = min(allowed, 0.1 * (speed + slope * longest))
-    if not (stretch > PLAIN_REACH) or (SEVERAL and allowed < floats[TOLERANCE + lane]):
+    if not (stretch > PLAIN_REACH):
         return longest, False
+    if KINKS[0] == 1 and not SEVERAL:  # close to rest the sign of the velocity counts, see `taylor_step`
+        speed, slope = abs(floats[VELOCITY_OF[0] + lane]), abs(floats[VELOCITY_OF[0] + LANES + lane])
+        allowed = min(allowed, 0.1 * (speed + slope * longest))
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
         return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
     longest, _ = stabilised_step(floats, lane, True, longest, allowed)
@@ -95,8 +95,8 @@ def starts_from_rest(ints, lane):
 
 
 def near_turning(floats, lane, h):
-    """Whether within a step of length h a further contact is so close to rest that the sign of its velocity counts."""
-    for c in range(1, CONTACTS):
+    """Whether within a step of length h a contact is so close to rest that the sign of its velocity counts."""
+    for c in range(CONTACTS):
         row = VELOCITY_OF[c] + lane
         reach = abs(floats[row]) + abs(floats[row + LANES]) * h
         if KINKS[c] == 1 and 0.1 * reach < floats[TOLERANCE + lane] * floats[SCALE + STATE_OF[c] * LANES + lane]:

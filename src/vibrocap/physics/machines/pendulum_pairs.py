@@ -1,0 +1,91 @@
+"""Capsules with two pendulums: side by side at one pivot, or the second on the bob of the first."""
+
+from typing import Any, ClassVar
+
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
+
+
+def _ratio(default: float, symbol: str, whose: str, over: str) -> Any:
+    """A mass over that of the first bob."""
+    return parameter(default, symbol, f"{whose} over {over}", "mass", in_si=whose)
+
+
+CAPSULE = _ratio(6.0, "lambda", "mass of the capsule", "that of the first bob, M/m")
+BOB = _ratio(0.5, "mu", "mass of the second bob", "that of the first, m_2/m")
+ROD = parameter(0.6, "l_2", "length of the second rod over that of the first", "distance", in_si="second rod")
+DAMPER = parameter(0.5, "nu", "viscous damper of each joint", "torsional damping")
+
+
+class PendulumPair(Machine):
+    """What both have in common: units of the first pendulum, angles from upright, a load that follows the motion."""
+
+    mass_ratio: Any
+    effort: ClassVar = "torque"
+    source: ClassVar[str] = "vibrocap"
+    si_scales: ClassVar = PendulumScales
+    si_names: ClassVar = {"mass_ratio": "capsule_mass", "mass_ratio_2": "second_mass"}
+    angle = coordinate("theta", "angle of each rod from upright", "rad", count=2)
+    position = coordinate("X", "place of the capsule", "m")
+
+
+@parameters
+class TwoPendulumCapsule(PendulumPair):
+    """Capsule with two pendulums side by side; the drive turns the second with a share of its torque.
+
+    With s_i = sin(theta_i), c_i = cos(theta_i), the masses m_1 = 1 and m_2 = mu and the lengths l_1 = 1 and l_2,
+
+        (lambda + 1 + mu) X'' = sum m_i l_i (c_i theta_i'' - s_i theta_i'^2) - R
+        m_i l_i^2 theta_i'' = m_i l_i (c_i X'' + s_i) - rho_i theta_i - nu theta_i' + a_i drive,     a_1 = 1, a_2 = a
+
+    from Lagrange's equations. Time is in units of sqrt(l/g), length in l, mass in m of the first pendulum.
+    """
+
+    mass_ratio: Positive = CAPSULE
+    mass_ratio_2: Positive = BOB
+    length_2: Positive = ROD
+    stiffness: NonNegative = parameter(2.0, "rho_1", "torsional spring of the first", "torsional stiffness")
+    stiffness_2: NonNegative = parameter(1.0, "rho_2", "torsional spring of the second", "torsional stiffness")
+    damping: NonNegative = DAMPER
+    share: Number = parameter(-0.5, "a", "torque of the drive on the second over that on the first", "share")
+    name: ClassVar[str] = "two-pendulum-capsule"
+
+    def parts(self, q):
+        """The capsule and its pendulums."""
+        capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
+        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
+        bob_2 = Mass("bob 2", self.mass_ratio_2, on=capsule, x=-far * sin(second), z=far * cos(second))
+        springs = Spring(self.stiffness, first), Spring(self.stiffness_2, second)
+        dampers = [Damper(self.damping, angle) for angle in q.angle]
+        return [capsule, bob, bob_2, *springs, *dampers, Drive(first), Drive(second, self.share), Contact(capsule)]
+
+
+@parameters
+class DoublePendulumCapsule(PendulumPair):
+    """Capsule with a double pendulum: the second rod is hinged to the bob of the first, the drive turns the first.
+
+    With the place of each bob, x_1 = X - sin(theta_1), z_1 = cos(theta_1), x_2 = x_1 - l_2 sin(theta_2) and
+    z_2 = z_1 + l_2 cos(theta_2), and the stretches s_1 = theta_1, s_2 = theta_2 - theta_1: Lagrange's equations of
+
+        T = [lambda X'^2 + x_1'^2 + z_1'^2 + mu (x_2'^2 + z_2'^2)]/2,     V = z_1 + mu z_2 + rho (s_1^2 + s_2^2)/2
+
+    with the forces drive - nu s_1' along theta_1, -nu s_2' along s_2 and -R along X. Time is in units of sqrt(l/g),
+    length in l, mass in m of the first pendulum.
+    """
+
+    mass_ratio: Positive = CAPSULE
+    mass_ratio_2: Positive = BOB
+    length_2: Positive = ROD
+    stiffness: NonNegative = parameter(6.0, "rho", "torsional spring of each joint", "torsional stiffness")
+    damping: NonNegative = DAMPER
+    name: ClassVar[str] = "double-pendulum-capsule"
+
+    def parts(self, q):
+        """The capsule, with one bob on another."""
+        capsule, (first, second), far = Mass("capsule", self.mass_ratio, x=q.position), q.angle, self.length_2
+        bob = Mass("bob", 1.0, on=capsule, x=-sin(first), z=cos(first))
+        bob_2 = Mass("bob 2", self.mass_ratio_2, on=bob, x=-far * sin(second), z=far * cos(second))
+        joints = [(Spring(self.stiffness, s), Damper(self.damping, s)) for s in (first, second - first)]
+        return [capsule, bob, bob_2, joints, Drive(first), Contact(capsule)]

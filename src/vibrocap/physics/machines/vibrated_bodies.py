@@ -1,0 +1,103 @@
+"""Bodies that vibration across the ground conveys: a part on a feeder, and a robot on bristles."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
+from vibrocap.physics.elementary import sin, sqrt
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, Scales, parameter, parameters
+from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Point, Spring, Support, coordinate
+
+
+@parameters
+class WeightScales(Scales):
+    """Scales of a machine that has weight: mass and length of one's choice, and time in sqrt(l/g_0)."""
+
+    mass_unit_kg: Scale = parameter(..., "m", "unit of mass", unit="kg")
+    length_unit_m: Scale = parameter(..., "l", "unit of length", unit="m")
+    gravity_m_per_s2: Scale = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        """m, l, sqrt(l/g_0)."""
+        return self.mass_unit_kg, self.length_unit_m, math.sqrt(self.length_unit_m / self.gravity_m_per_s2)
+
+
+@parameters
+class Feeder(Machine):
+    """Part on a plate that vibrates along and across, as vibratory feeders do (Sloot and Kruyt 1996).
+
+    The load rises and falls with the plate, so that friction holds on one way and lets go on the other. With x and z of
+    the plate, and the place s of the part on it,
+
+        m (s'' + x'') = drive - R,     N = m (1 + z''),     x = a sin(Omega t),     z = b sin(Omega t + psi)
+
+    The run ends where the part leaves the plate, at N = 0. A run has the period of its drive: choose it so that the
+    plate repeats in it. Time is in units of sqrt(l/g) for a length l of one's choice.
+    """
+
+    mass: Positive = parameter(1.0, "m", "mass of the part", "mass")
+    stroke: Number = parameter(0.4, "a", "amplitude of the plate along", "distance")
+    lift: Number = parameter(0.3, "b", "amplitude of the plate across", "distance")
+    rate: Positive = parameter(1.0, "Omega", "angular frequency of the plate", "frequency")
+    phase: Number = parameter(0.9, "psi", "phase of the motion across", "phase")
+    name: ClassVar[str] = "feeder"
+    source: ClassVar[str] = "sloot1996"
+    si_scales: ClassVar = WeightScales
+    position = coordinate("s", "place of the part on the plate", "m")
+
+    def parts(self, q):
+        """The part on its plate."""
+        turn = self.rate * q.time
+        plate = Support("plate", x=self.stroke * sin(turn), z=self.lift * sin(turn + self.phase))
+        part = Mass("part", self.mass, on=plate, x=q.position)
+        return [plate, part, Contact(part, on=plate), Drive(q.position)]
+
+
+@parameters
+class BristleRobot(Machine):
+    """Bristle robot: a body on two leaning legs; the drive pushes it up and down, the legs turn this into travel.
+
+    After Cicconofri and DeSimone (2015), with springs along and across each leg, and loads that differ as it pitches.
+    Body at x = X + s + 1/2 + u, z = 1 - h, turned by phi; feet at x_1 = X, x_2 = X + 1 + w; hips at 1/2 behind and
+    before the middle of the body. From foot to hip it is d_x, d_z, and the leg is stretched by
+
+        e = (s d_x + d_z)/sqrt(1 + s^2) - sqrt(1 + s^2),     b = (d_x - s d_z)/sqrt(1 + s^2)
+
+        T = [m (x'^2 + z'^2) + J phi'^2 + m_f (x_1'^2 + x_2'^2)]/2,     V = m z + sum (k e^2 + k_b b^2)/2
+
+    Lagrange's equations with the forces -c e' and -c b', the drive along z + r sin(phi), -R_1 and -R_2 along x_1 and
+    x_2. Time is in units of sqrt(l/g), length in the distance l of the hips.
+    """
+
+    mass: Positive = parameter(4.0, "m", "mass of the body", "mass")
+    inertia: Positive = parameter(0.4, "J", "inertia of the body", "inertia")
+    foot_mass: Positive = parameter(0.2, "m_f", "mass of each foot", "mass")
+    stiffness: Positive = parameter(40.0, "k", "stiffness of a leg along it", "stiffness")
+    bending_stiffness: Positive = parameter(10.0, "k_b", "stiffness of a leg across", "stiffness")
+    damping: NonNegative = parameter(3.0, "c", "viscous dampers along and across a leg", "viscous damping")
+    lean: Number = parameter(0.5, "s", "how far the feet stand behind the hips", "distance")
+    arm: Number = parameter(0.2, "r", "how far the motor is in front of the middle of the body", "distance")
+    name: ClassVar[str] = "bristle-robot"
+    source: ClassVar[str] = "cicconofri2015"
+    si_scales: ClassVar = WeightScales
+    sag = coordinate("h", "how far the body has sunk", "m")
+    pitch = coordinate("phi", "angle of the body", "rad")
+    shift = coordinate("u", "how far the body is in front of its place at rest over foot 1", "m")
+    stretch = coordinate("w", "distance of the feet, less that of the hips", "m")
+    position = coordinate("X", "place of foot 1", "m")
+
+    def parts(self, q):
+        """Feet, body and legs."""
+        feet = [Mass(f"foot {i + 1}", self.foot_mass, x=q.position + i * (1.0 + q.stretch)) for i in (0, 1)]
+        middle = q.position + self.lean + 0.5 + q.shift
+        body = Mass("body", self.mass, x=middle, z=1.0 - q.sag, inertia=self.inertia, angle=q.pitch)
+        motor = Point("motor", on=body, x=self.arm)
+        found, length = [*feet, body, motor, Drive(motor.height)], sqrt(1.0 + self.lean * self.lean)
+        for foot, side, speed in zip(feet, (-0.5, 0.5), ("velocity", "velocity_2"), strict=True):
+            hip = Point(f"hip of {foot.name}", on=body, x=side)
+            ahead, up = hip.along - foot.along, hip.height - foot.height
+            along, across = (self.lean * ahead + up) / length, (ahead - self.lean * up) / length
+            found += [hip, Spring(self.stiffness, along, rest=length), Spring(self.bending_stiffness, across)]
+            found += [Damper(self.damping, along), Damper(self.damping, across), Contact(foot, speed=speed)]
+        return found

@@ -1,0 +1,108 @@
+"""On which numbers the equations of a machine are their own mirror image.
+
+The half-period symmetry reverses all states, the drive and friction. Rates and forces along a speed are odd under it,
+masses and loads are even. Terms of the other parity must vanish at all states: their factors are conditions. What
+depends on time explicitly is neither, as half a period later it is another.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from vibrocap.physics.mechanics.formulas import Formula
+from vibrocap.physics.mechanics.parts import Stop, as_sum
+from vibrocap.physics.mechanics.sums import Product, Sum, written
+
+ODD, EVEN, NEITHER = -1, 1, math.nan
+ODD_FUNCTIONS = ("sin", "tanh", "atan", "neg")
+
+
+def conditions(motion: Any) -> tuple:
+    """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
+    turned = {motion.inputs.drive.operands[0], *(each.operands[0] for each in motion.inputs.states)}
+    turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
+    parts, found = Parts(turned, motion.inputs.changing, motion.inputs.t.operands[0]), []
+    for quantity, parity in _quantities(motion.at(motion.states, touching={})):
+        found += parts.other(Sum.of(quantity), parity)
+    for each in motion.stops:
+        found += _stop_conditions(each)
+    found = sorted((each for each in found if each), key=lambda each: len(str(each.terms)))
+    if any(each.number is not None for each in found):
+        return (1.0,)
+    zero: set[Formula] = set()
+    rest = []
+    for each in found:
+        if not all(zero & {atom for atom, _ in product} for product in each.terms):  # else it follows from the others
+            rest.append(written(each))
+            zero |= {rest[-1]} if len(each.terms) == 1 and isinstance(rest[-1], Formula) else set()
+    return tuple(rest)
+
+
+def _quantities(motion: Any) -> Iterator[tuple[Any, int]]:
+    """What follows for a motion, each with its parity."""
+    yield from ((each.rate, ODD) for each in motion.along.values())
+    for i in motion.names:
+        yield motion.push(i), ODD
+        yield from ((motion.inertia(i, j), EVEN) for j in motion.names)
+    for path in motion.paths:
+        yield from ((path.rate, ODD), (path.curvature, ODD))
+        yield from ((slope, EVEN) for i, slope in path.slopes.items() if i in motion.names)
+    yield from ((each.way.value, ODD) for each in motion.stops)
+    for contact in motion.contacts:
+        if motion.moving_loads:
+            yield motion.load_at_rest(contact), EVEN
+        if motion.moving_loads and isinstance(contact.load, str):
+            yield motion.push(contact.body.lift), EVEN
+            yield from ((motion.inertia(contact.body.lift, i), ODD) for i in motion.names)
+
+
+def _stop_conditions(stop: Stop) -> list[Sum]:
+    """The stop behind is as far and as hard as the one in front."""
+    if stop.back_gap is None:
+        return [Sum.of(1.0)]
+    pairs = [(stop.gap, stop.back_gap)]
+    pairs += [(stop.stiffness, stop.back_stiffness)] if stop.back_stiffness is not None else []
+    pairs += [(stop.damping or 0.0, stop.back_damping)] if stop.back_damping is not None else []
+    return [as_sum(front) - as_sum(back) for front, back in pairs]
+
+
+class Parts:
+    """The parities of formulas, by inputs that change their sign, among those that change at all."""
+
+    def __init__(self, turned: set[int], changing: set[int], time: int):
+        self.turned, self.changing, self.time = turned, changing | turned, time
+        self._known: dict[Any, tuple[float, bool]] = {}
+
+    def other(self, whole: Sum, parity: int) -> list[Sum]:
+        """The factors, of parameters alone, of what has another parity in a sum."""
+        found: dict[Product, Sum] = {}
+        for product, c in whole.terms.items():
+            if math.prod(self.of(atom)[0] ** n for atom, n in product) != parity:
+                moving = tuple(pair for pair in product if self.of(pair[0])[1])
+                fixed = tuple(pair for pair in product if not self.of(pair[0])[1])
+                found[moving] = found.get(moving, Sum()) + Sum({fixed: c})
+        return list(found.values())
+
+    def of(self, x: Any) -> tuple[float, bool]:
+        """(parity, whether it changes during a motion) of a formula."""
+        if not isinstance(x, Formula):
+            return EVEN, False
+        if x not in self._known:
+            self._known[x] = self._of(x)
+        return self._known[x]
+
+    def _of(self, x: Formula) -> tuple[float, bool]:
+        if x.op == "input":
+            (number,) = x.operands
+            if number == self.time:
+                return NEITHER, True
+            return ODD if number in self.turned else EVEN, number in self.changing
+        own = [self.of(each) for each in x.operands]
+        moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
+        if x.op in ("mul", "div"):
+            return first * others[0], moves
+        if x.op in ("add", "sub"):
+            return first if first == others[0] else NEITHER, moves
+        if x.op == "cos":
+            return first * first, moves
+        return first if x.op in ODD_FUNCTIONS or first == EVEN else NEITHER, moves
