@@ -40,6 +40,22 @@ def kernels_are_found_by_their_text():
         yield
 
 
+@pytest.fixture
+def cheap(monkeypatch):
+    """A cheap ensemble in place of the engine, and files not forced to the disk; the list of what it was asked for."""
+    from cheap_ensemble import ensemble
+
+    calls = []
+
+    def counted(system, over, **settings):
+        calls.append(over)
+        return ensemble(system, over, **settings)
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", counted)
+    monkeypatch.setattr(os, "fsync", lambda handle: None)  # takes most of the time of these tests
+    return calls
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session):
     """What is imported and collected stays to the end: it is not looked through again and again for what may go."""

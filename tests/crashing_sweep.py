@@ -23,6 +23,7 @@ import vibrocap as vc
 import vibrocap.studies.plan.code_version
 import vibrocap.studies.store.store
 import vibrocap.studies.sweep
+from stored_files import files
 from vibrocap.physics.catalogue import drives, laws, machines
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
@@ -104,16 +105,11 @@ def dying(out, step, counter=None):
         counter.write_text(str(calls))
 
 
-def tree(folder):
-    """Every file with its bytes."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
 def by_steps(folder, count, seed):
     """Die at `count` calls, spread over all of them by chance but each only once, and resume."""
     assert ended(child(lambda: dying(folder / "whole", 0, folder / "calls"))) == 0
     total = int((folder / "calls").read_text())
-    whole = tree(folder / "whole")
+    whole = files(folder / "whole")
     found = {"instants": 0, "calls": total, "different": []}
     for step in sorted(random.Random(seed).sample(range(1, total + 1), min(count, total))):
         out = folder / "killed"
@@ -121,7 +117,7 @@ def by_steps(folder, count, seed):
         assert ended(child(lambda step=step, out=out: dying(out, step))) == -signal.SIGKILL
         again = ended(child(lambda out=out: study(out)))
         found["instants"] += 1
-        if again or tree(out) != whole:
+        if again or files(out) != whole:
             found["different"].append(step)
     return found
 
@@ -131,7 +127,7 @@ def by_moments(folder, count, seed):
     begun = time.monotonic()
     assert ended(child(lambda: study(folder / "whole", 0.01))) == 0
     usual = time.monotonic() - begun
-    whole = tree(folder / "whole")
+    whole = files(folder / "whole")
     chance = random.Random(seed)
     found = {"instants": 0, "studies": 0, "different": []}
     while found["instants"] < count:
@@ -147,7 +143,7 @@ def by_moments(folder, count, seed):
             assert code == -signal.SIGKILL
             found["instants"] += 1
         found["studies"] += 1
-        if tree(out) != whole:
+        if files(out) != whole:
             found["different"].append(found["studies"])
     return found
 

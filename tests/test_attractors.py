@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from systems import capsule
 from thinned import exhaustive_but
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import bifurcation_diagram as diagrams
@@ -24,10 +25,6 @@ START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 DRIFTS = {"exponential": 0.16434774668148, "lugre": 0.10718716751667}
 CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponential(), vc.Harmonic(amplitude=1.2))
-
-
-def capsule(law, **parameters):
-    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic()).with_parameters(parameters)
 
 
 # --- starts and sets -------------------------------------------------------------------------------------------------

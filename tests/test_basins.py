@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from systems import capsule
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
@@ -16,10 +17,6 @@ from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
-
-
-def capsule(law=None, **parameters):
-    return vc.System(vc.PendulumCapsule(), law or vc.Exponential(), vc.Harmonic()).with_parameters(parameters)
 
 
 def drawn(count=12):
@@ -184,10 +181,8 @@ def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
 
 
 def test_dataset_says_what_it_holds():
-    from vibrocap.studies.orbit_datasets import basin_dataset
-
     given = drawn()
-    found = basin_dataset(given)
+    found = vc.to_xarray(given)
     assert found["direction"].dims == ("initial.angle", "initial.angle_rate")
     assert np.array_equal(found["label"].values, given.label)
     assert list(found["attractor_drift"].values) == [0.16, -0.16, 0.05]
@@ -200,8 +195,6 @@ def test_dataset_says_what_it_holds():
 
 
 def test_dataset_of_a_diagram_says_what_it_holds():
-    from vibrocap.studies.orbit_datasets import bifurcation_dataset
-
     values, shape = np.array([1.0, 1.5, 2.0]), (1, 2, 3)
     states = np.arange(2.0 * 3 * 16 * 4).reshape(*shape, 16, 4)
     given = vc.BifurcationDiagram(
@@ -214,7 +207,7 @@ def test_dataset_of_a_diagram_says_what_it_holds():
         drift=np.ones(shape),
         state_names=("angle", "angle_rate", "position", "velocity"),
     )
-    found = bifurcation_dataset(given)
+    found = vc.to_xarray(given)
     assert found["velocity"].dims == ("direction", "start", "drive.amplitude", "mark")
     assert np.array_equal(found["velocity"].values, states[..., 3])
     assert found["response_period"].sel({"drive.amplitude": 1.5}).values.tolist() == [[0, -1]]

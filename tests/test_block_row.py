@@ -8,17 +8,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
+from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.names import numbered
 
 STILL = vc.Constant(force=0.0, duration=10.0)
-
-
-def galvanetto_bishop(belt):
-    """Unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
-    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
-    return vc.System(vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt), laws, STILL)
 
 
 def test_two_masses_of_siconos():
@@ -35,7 +30,7 @@ def test_two_masses_of_siconos():
 def test_periods_of_galvanetto_and_bishop(belt, period):
     """Digits of an independent event-driven solver; block 1 sticks twice in a turn."""
     start = {"position": 1.0, "position_2": 1.0}
-    motion = vc.simulate(galvanetto_bishop(belt), initial=start, periods=120, tolerance=1e-11)
+    motion = vc.simulate(two_blocks(belt), initial=start, periods=120, tolerance=1e-11)
     assert motion.certificate.ok
     sticks = np.array([event.time for event in motion.events if event.kind == "stick"])[-5:]
     assert sticks[2:] - sticks[:-2] == pytest.approx([period] * 3, abs=1e-7)

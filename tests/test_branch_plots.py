@@ -148,7 +148,7 @@ def test_branch_in_words_and_as_a_table():
 def test_dataset_says_what_it_holds():
     pytest.importorskip("xarray")
     found = symmetric_branch()
-    data = vc.branch_dataset(found)
+    data = found.to_xarray()
     assert data["drift"].dims == ("point",)
     assert np.array_equal(data[OVER].values, found.parameter)
     assert np.array_equal(data["velocity"].values, found.states[:, 3])

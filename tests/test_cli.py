@@ -85,12 +85,6 @@ def test_help_shows_every_command_and_how_to_begin(arguments, capsys):
     assert "  vibrocap examples --to examples\n" in text
 
 
-@pytest.mark.parametrize("command", ["reproduce", "simulate", "limits"])
-def test_help_of_a_command_shows_an_example(command, capsys):
-    assert main([command, "--help"]) == OK
-    assert f"  vibrocap {command} " in capsys.readouterr().out
-
-
 def test_version(capsys):
     assert main(["--version"]) == OK
     assert capsys.readouterr().out.strip() == vc.__version__

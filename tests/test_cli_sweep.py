@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import cheap_ensemble
 import interrupts
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError, read_case
@@ -52,13 +51,6 @@ def case(tmp_path, monkeypatch):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return path
-
-
-@pytest.fixture
-def cheap(monkeypatch):
-    """A cheap ensemble in place of the engine: numbers of no meaning, some failed, some unsettled."""
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 
 def command(*arguments) -> int:
@@ -445,12 +437,6 @@ def test_measures_of_a_case_in_si_have_their_units_and_mean_something(capsys):
     listed = capsys.readouterr().out
     assert "largest_position" in listed
     assert not any(f" {name} " in listed for name in ("drift", "mean_velocity", "cost_of_transport"))
-
-
-@pytest.mark.parametrize("name", ["sweep", "plot", "measures"])
-def test_help_shows_an_example(name, capsys):
-    assert command(name, "--help") == OK
-    assert f"  vibrocap {name}" in capsys.readouterr().out
 
 
 def test_plot_names_what_it_cannot_draw(case, cheap, capsys):

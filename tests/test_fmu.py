@@ -16,16 +16,13 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from test_exchange import expected, states_at
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import Case, read_case
 from vibrocap.cli.main import main
 from vibrocap.exchange.fmu import binaries
 from vibrocap.exchange.fmu.fmu import export_fmu
 from vibrocap.files import WriteError
-from vibrocap.motion.crossings import polynomial_values
-from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.motion.simulate import initial_state
-from vibrocap.numerics.api import recorded_run
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed (extra `exchange`)")
 from fmpy.fmi2 import FMU2Slave  # noqa: E402
@@ -135,14 +132,8 @@ def at(motion, time, name):
 
 
 def literal(case, times):
-    """States of the literal kernel at instants, from the series of its steps as `Trajectory` reads them."""
-    system = case.system
-    initial = [*initial_state(system, case.initial).values()]
-    given = equations(system), parameter_values(system), initial, system.drive.period
-    record = recorded_run(*given, **case.run | {"periods": case.periods + 1}, literal=True)
-    begun = record.piece_instants[:, 0] * system.drive.period + record.piece_instants[:, 1]
-    index = np.searchsorted(begun, times, side="right") - 1
-    return polynomial_values(record.series, index, times - begun[index]).T
+    """States of the literal kernel at instants."""
+    return states_at(expected(case), case.system.drive.period, times)[0]
 
 
 # --- descriptions -----------------------------------------------------------------------------------------------------

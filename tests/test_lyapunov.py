@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from systems import capsule
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import classification, lyapunov
 from vibrocap.orbits.attractors.classification import MotionClass, ZeroOneTest, classify, zero_one_test
@@ -18,10 +19,6 @@ START = {"angle": math.pi / 3}
 FRICTIONLESS = vc.Exponential(coulomb_coefficient=0.0, static_coefficient=0.0)
 # A capsule whose motion is chaotic: the soft spring lets the pendulum buckle to either side.
 CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponential(), vc.Harmonic(amplitude=1.2))
-
-
-def capsule(law, **parameters):
-    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic()).with_parameters(parameters)
 
 
 def test_a_run_that_fails_has_no_certified_exponent(monkeypatch):

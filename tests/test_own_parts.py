@@ -1,6 +1,5 @@
 """Parts outside the package: a file of one's own goes through every command; what is wrong with one is said by name."""
 
-import importlib
 import json
 import pickle
 import shutil
@@ -10,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-import cheap_ensemble
 import vibrocap as vc
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli.main import main
@@ -359,8 +357,7 @@ def test_packages_are_looked_at_when_the_first_part_is_asked_for():
 
 
 # --- studies ----------------------------------------------------------------------------------------------------------
-def test_a_study_goes_on_only_with_the_same_file(folder, capsys, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
+def test_a_study_goes_on_only_with_the_same_file(folder, capsys, cheap):
     own = ["--parts", "mylaws.py", "--out", "map"]
     assert main([*SWEEP, *own]) == OK
     assert main([*SWEEP, *own, "--resume"]) == OK

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.commands.orbit import orbit_record
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
 START = {"position": 1.0, "position_2": 1.0}
-
-
-def two_blocks(belt):
-    """Galvanetto and Bishop: unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
-    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
-    row = vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt)
-    return vc.System(row, laws, vc.Constant(force=0.0, duration=10.0))
 
 
 @pytest.mark.slow

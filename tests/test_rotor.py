@@ -19,7 +19,6 @@ from vibrocap.motion.recording.section import brought_back, section_states, wind
 from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance
-from vibrocap.studies.orbit_datasets import branch_dataset
 
 TURN = 2.0 * math.pi
 LAW = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.15)
@@ -204,7 +203,7 @@ def test_orbits_close_modulo_turns_and_branches_keep_their_winding():
         motion = vc.simulate(system, periods=1, initial=start, tolerance=1e-12)
         gained = np.array(list(motion.state.values())) - found.states[point]
         assert gained == pytest.approx([2 * TURN, 0.0, found.drift[point], 0.0], abs=1e-9)
-    table = branch_dataset(found)
+    table = found.to_xarray()
     assert set(table["winding_angle"].values) == {2}
 
 

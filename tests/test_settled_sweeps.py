@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
@@ -32,11 +33,6 @@ def closed_form(speed):
     held, omega = 0.25, math.sqrt(2.0)
     stuck = 2.0 * held / speed
     return stuck + 2.0 / omega * (math.pi - np.arctan(omega * held / speed)), stuck
-
-
-def two_blocks(**options):
-    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
-    return vc.System(vc.TwoBlockRow(coupling_stiffness=1.2, **options), laws, vc.Constant(duration=10.0))
 
 
 def test_thousands_of_cycles_are_measured_over_whole_turns():

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import cheap_ensemble
+from stored_files import files
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
@@ -23,18 +23,7 @@ OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:6"}
 TILES = 6
 
 
-@pytest.fixture(autouse=True)
-def cheap(monkeypatch):
-    """A cheap ensemble in place of the engine; the list of what it was asked for."""
-    calls = []
-
-    def counted(system, over, **settings):
-        calls.append(over)
-        return cheap_ensemble.ensemble(system, over, **settings)
-
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", counted)
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
-    return calls
+pytestmark = pytest.mark.usefixtures("cheap")
 
 
 def stored(out, **changes):
@@ -49,11 +38,6 @@ def whole(tmp_path, tmp_path_factory):
     if not made.exists():
         stored(made)
     return Path(shutil.copytree(made, tmp_path / "whole"))
-
-
-def files(folder):
-    """Every file below a folder with its bytes."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def flip(path, at=-1):

@@ -17,8 +17,8 @@ import pytest
 import xarray as xr
 import zarr
 
-import cheap_ensemble
 import interrupts
+from stored_files import files
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, PendulumScales, System
 from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
@@ -39,27 +39,11 @@ OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "mac
 MEASURES = ("mean_velocity", "mode_sequence")
 
 
-@pytest.fixture(autouse=True)
-def cheap(monkeypatch):
-    """A cheap ensemble in place of the engine; the list of what it was asked for."""
-    calls = []
-
-    def counted(system, over, **settings):
-        calls.append(over)
-        return cheap_ensemble.ensemble(system, over, **settings)
-
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", counted)
-    monkeypatch.setattr(os, "fsync", lambda handle: None)  # takes most of the time of these tests
-    return calls
+pytestmark = pytest.mark.usefixtures("cheap")
 
 
 def stored(out, **changes):
     return sweep(SYSTEM, **{"over": OVER, "measures": MEASURES, "out": out, "tile_runs": 9} | changes)
-
-
-def files(folder):
-    """Every file below a folder with its bytes."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_tiles_cover_every_run_once_and_in_order():

@@ -1,7 +1,6 @@
 """A study may come from a stranger: nothing in it runs, and what this package does not write is refused."""
 
 import contextlib
-import importlib
 import json
 import os
 import pickle
@@ -13,7 +12,6 @@ import pytest
 import xarray as xr
 import zarr
 
-import cheap_ensemble
 from vibrocap import (
     Design,
     Exponential,
@@ -42,10 +40,7 @@ IN_SI = Path(__file__).parents[1] / "examples" / "bench-in-si.toml"
 CASE = str(Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml")
 
 
-@pytest.fixture(autouse=True)
-def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
+pytestmark = pytest.mark.usefixtures("cheap")
 
 
 def stored(out, **changes):

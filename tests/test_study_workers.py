@@ -1,7 +1,6 @@
 """Studies on processes and executors: the same bytes as on one process, whatever happens to the workers."""
 
 import contextlib
-import importlib
 import multiprocessing
 import os
 import signal
@@ -12,7 +11,7 @@ import distributed
 import psutil
 import pytest
 
-import cheap_ensemble
+from stored_files import files
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
 from vibrocap.studies.run import workers
@@ -23,20 +22,10 @@ SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"machine.mass_ratio": "1:4:13", "machine.stiffness": "1:2:5"}
 
 
-@pytest.fixture
-def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
-
-
 def stored(out, **changes):
     return sweep(
         SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "mode_sequence"), "out": out, "tile_runs": 5} | changes
     )
-
-
-def files(folder):
-    """Every file below a folder with its bytes."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_workers_need_a_folder(tmp_path):

@@ -20,11 +20,6 @@ SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
 
 
-@pytest.fixture
-def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
-
-
 def test_the_dataset_is_labelled(cheap):
     found = sweep(
         SYSTEM,

@@ -13,7 +13,9 @@ from vibrocap.physics.catalogue import controllers, drives, laws, machines, wrap
 from vibrocap.physics.parameters import parameter_table
 
 SYMBOLS_PAGE = symbols.page()
-CLASSES = [*laws().values(), *machines().values(), *drives().values(), *controllers().values()]
+KINDS = {"Machine": machines(), "Friction law": laws(), "Drive": drives(), "Controller": controllers()}
+PAGE = {part: f"{kind} `{part.name}`" for kind, parts in KINDS.items() for part in parts.values()}  # its heading
+PAGE |= {part: part.__name__ for part in (vc.Environment, vc.Actuator)}
 
 
 def page_rows(heading):
@@ -23,12 +25,10 @@ def page_rows(heading):
     return [row for found in rows for row in found]
 
 
-@pytest.mark.parametrize("part", CLASSES, ids=lambda part: part.name)
+@pytest.mark.parametrize("part", PAGE, ids=lambda part: part.name)
 def test_every_parameter_is_on_the_page_of_symbols(part):
-    kinds = (("Machine", machines()), ("Friction law", laws()), ("Drive", drives()), ("Controller", controllers()))
-    kind = next(k for k, parts in kinds if part.name in parts)
     expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(part)]
-    assert page_rows(f"{kind} `{part.name}`") == expected
+    assert page_rows(PAGE[part]) == expected
 
 
 def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
@@ -53,12 +53,6 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), periods=0.1)
     assert set(motion.names) <= names | states
     assert all(printed for printed, _, _ in page_rows(""))
-
-
-@pytest.mark.parametrize("part", [vc.Environment, vc.Actuator], ids=lambda part: part.name)
-def test_every_parameter_of_an_environment_and_an_actuator_is_on_the_page_of_symbols(part):
-    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(part)]
-    assert page_rows(part.__name__) == expected
 
 
 @pytest.mark.parametrize("name", wrappers())

@@ -9,18 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 
 ZERO_PROGRESS = vc.Constant(duration=2.0 * math.pi)
 BLOCK = vc.System(vc.Oscillator(damping=0.1, belt_speed=1.5), vc.Exponential(0.5, 1.0, 2.0), ZERO_PROGRESS)
 RANGES = {"position": (-2.0, 2.0), "sliding_velocity": (-1.5, 0.5)}  # velocities of the block from 0 to 2
-
-
-def two_blocks(belt, duration=10.0):
-    """Galvanetto and Bishop: unit masses and wall springs, coupling 1.2, friction of block i s_i/(1 + 3|v|)."""
-    laws = [vc.HyperbolicStribeck(0.0, level, 1.0 / 3.0) for level in (1.0, 1.3)]
-    row = vc.TwoBlockRow(coupling_stiffness=1.2, belt_speed=belt)
-    return vc.System(row, laws, vc.Constant(duration=duration))
 
 
 # --- attractors and basins -------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vibrocap.citations.bibliography import references_page
+from vibrocap.paper.errata import errata_page
 from vibrocap.physics import symbols
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -18,8 +19,8 @@ INDEX = ROOT / "docs" / "index.md"
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
-# Pages that the package prints; in the repository a line stands in their place.
-PRINTED = {"symbols.md": symbols.page, "references.md": references_page}
+# Pages that the package prints; in the repository a few lines stand in their place.
+PRINTED = {"symbols.md": symbols.page, "references.md": references_page, "errata.md": errata_page}
 WIDE = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"  # a page without the list of its headings
 ROW = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| (.+) \|$", re.MULTILINE)
 

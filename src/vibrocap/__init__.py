@@ -187,7 +187,6 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
     from vibrocap.studies.adaptive import adaptive_map, border
     from vibrocap.studies.dataset import open_study
-    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset, branch_dataset
     from vibrocap.studies.plan.designs import Design
     from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
@@ -244,7 +243,7 @@ __all__ += [
     "Attractor",
     "basins",
 ]
-__all__ += ["Basins", "basin_dataset", "bifurcation_diagram", "BifurcationDiagram", "bifurcation_dataset"]
+__all__ += ["Basins", "bifurcation_diagram", "BifurcationDiagram"]
 __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
 # equilibria
@@ -286,7 +285,7 @@ __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "Smoothe
 __all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
-__all__ += ["SpecialKind", "ModeChange", "branch_dataset"]
+__all__ += ["SpecialKind", "ModeChange"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]

@@ -132,18 +132,20 @@ ERRATA = (
 
 
 def errata_page() -> str:
-    """docs/errata.md."""
+    """The page of errata, in Markdown: `python -m vibrocap.paper.errata` prints it, and the site holds it."""
     head = """# Errata of the paper
 
 P. Liu, H. Yu and S. Cang, *Modelling and analysis of dynamic frictional interactions of vibro-driven
-capsule systems with viscoelastic property*. Where the paper and this software differ, this page says why.
+capsule systems with viscoelastic property*: differences between the paper and this software, with reasons.
 Each erratum names the claims that show it with numbers: `vibrocap reproduce` computes them,
 `tests/test_paper.py` keeps them.
-
-This page is written by `vibrocap.paper.errata.errata_page`.
 """
     return head + "".join(
         f"\n## {erratum.number}. {erratum.title}\n\n*{erratum.where}*\n\n**Printed.** {erratum.printed}\n\n"
         f"**Right.** {erratum.right}\n\nClaims: {', '.join(f'`{key}`' for key in erratum.claims)}.\n"
         for erratum in ERRATA
     )
+
+
+if __name__ == "__main__":
+    print(errata_page(), end="")
