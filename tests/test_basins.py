@@ -223,7 +223,7 @@ def test_drift_and_direction_of_every_kind_of_start():
     runs = settling_runs.SettlingRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured, np.ones(6, bool))
     drift = basins_module._drifts(found, label, runs)
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
-    directions = basins_module._directions(found, label, drift)
+    directions = basins_module._directions(capsule(), found, label, drift)
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
 
 

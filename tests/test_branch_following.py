@@ -8,6 +8,7 @@ import pytest
 
 import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic, transcritical
+from renumbered import renumbered
 from vibrocap.orbits.continuation import segment, special_points
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
@@ -293,3 +294,18 @@ def test_an_orbit_of_another_system_is_refused():
     away = dataclasses.replace(found, system=system.with_parameters({"drive.amplitude": 5.0}))
     with pytest.raises(ValueError, match=r"orbit should have its drive.amplitude within 1 to 3, got 5"):
         vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=away)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turned", [False, True], ids=["as it is", "numbered the other way"])
+def test_a_branch_ends_by_name_where_any_contact_stops_sticking(turned):
+    """Contact 2 rests shortly, ever later, until it turns without: the words of contact 1 do not change. Before,
+    Newton's method failed."""
+    machine = vc.TwoBodyCrawler(mass_2=1.5, stiffness=1.3, damping=0.25)
+    laws = [vc.Coulomb(0.3, 0.45), vc.Coulomb(0.15, 0.3)]
+    machine, laws = (renumbered(machine), laws[::-1]) if turned else (machine, laws)
+    system = vc.System(machine, laws, vc.Biharmonic(1.5, 0.8651952, 0.7, 0.5))
+    start = {"displacement": 1.3363628, "velocity_2": 0.9220258, "velocity": -1.1215358}
+    found = vc.branch(system, "drive.frequency", (0.865, 0.866), initial=start)
+    assert found.ends[1] is BranchEnd.ORBIT_CEASES
+    assert found.parameter[-1] == pytest.approx(0.865219107, abs=1e-8)

@@ -300,6 +300,25 @@ def test_a_motion_that_did_not_finish_is_never_certified():
         nothing.at(0.0, "position")
 
 
+def test_creep_far_below_the_natural_speed_is_no_rest():
+    """At 1.4e-11 m/s, beside a natural speed of 2,236, all of friction acts; a series leaves all numbers."""
+    start = {"position": -60.8450348, "sliding_velocity": 1.4109896e-11, "log_age": 8.79899302}
+    motion = vc.simulate(crustal(4.5e6, 1e7), periods=1, initial=start)
+    assert motion.certificate.ok
+    assert motion.state["sliding_velocity"] == pytest.approx(1.4e-11, rel=0.05)
+    carried = (motion.state["sliding_velocity"] - 1e-8) * 1e7  # with the plate, but for its creep
+    assert motion.state["position"] == pytest.approx(start["position"] + carried, abs=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("duration", [1e7, 4.73e7])
+def test_a_crustal_cycle_closes_whatever_the_idle_drive_lasts(duration):
+    start = {"position": -63.4539, "sliding_velocity": 1e-9, "log_age": 6.90776}
+    cycle = vc.orbit(crustal(4.5e6, duration), initial=start)
+    assert cycle.status is vc.OrbitStatus.CONVERGED
+    assert cycle.period == pytest.approx(1356349683.6, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_the_impulse_of_a_long_motion_is_known_to_its_rounding():
     """An impulse of 1e17 balances to a share of 1e-14; a real gap of a share of 1e-9 is still found."""

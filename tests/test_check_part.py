@@ -65,6 +65,11 @@ FAULTS = {
     "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
     "effort": (of(CAPSULE, effort="torqe"), "effort: should be one of force, torque, displacement, number, got"),
+    "impulse of the ground": (of(vc.OscillatorWithStops, strikes_ground=()), "after_switch: guard 0 changes the momen"),
+    "half": (
+        of(vc.OscillatorWithStops, after_switch=lambda self, *at: (*at[2][:2], 0.5)),
+        "touching should become whole",
+    ),
     "period": (of(HARMONIC, period=1.0), "value: is "),
     "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),
     "slope": (of(HARMONIC, slope=lambda self, t: -self.amplitude * sin(self.frequency * t)), "slope: is "),

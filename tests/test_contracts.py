@@ -183,6 +183,56 @@ def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
             assert abs(rate) <= 64 * EPSILON * size
 
 
+def account_of(parts, normal, drive):
+    """(energy, momentum, power without friction) of the bodies and links of a mechanism."""
+    places, velocities = {"": 0.0}, {"": 0.0}
+    energy = momentum = power = 0.0
+    for each in parts.bodies:
+        turns, sine, cosine = each.joint == "hinge", math.sin(each.place), math.cos(each.place)
+        velocity = velocities[each.carrier] + (-cosine * each.rate if turns else each.rate)
+        places[each.name], velocities[each.name] = each.place, velocity
+        rise = -sine * each.rate if turns else 0.0
+        energy += 0.5 * each.mass * (velocity * velocity + rise * rise) + 0.5 * each.stiffness * each.place**2
+        energy += each.mass * normal * cosine if turns else 0.0
+        momentum += each.mass * velocity
+        power += (each.actuation * drive - each.damping * each.rate) * each.rate
+    for link in parts.links:
+        opening, rate = (found[link.ahead] - found[link.behind] for found in (places, velocities))
+        energy += 0.5 * link.stiffness * opening * opening
+        power += (link.actuation * drive - link.damping * rate) * rate
+    return energy, momentum, power
+
+
+@pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
+def test_a_mechanism_has_the_energy_the_momentum_and_the_powers_of_the_machine(machine):
+    for draw in draws(SAMPLES // 2):
+        t, y, drive, frictions = machine_draw(machine, draw)
+        if (parts := machine.mechanism(t, y)) is None:
+            return
+        normal = 0.0 if machine.gravity is None else machine.gravity[0]
+        power = sum(machine.powers(t, y, drive, (0.0,) * len(frictions)))
+        wanted = machine.energy(t, y), machine.line_momentum(t, y), power
+        size = (1.0 + max(map(abs, (*y, drive, *wanted)))) ** 2
+        assert account_of(parts, normal, drive) == pytest.approx(wanted, rel=0.0, abs=64 * EPSILON * size)
+
+
+@pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
+def test_a_machine_says_whether_it_is_its_own_mirror_image(machine):
+    """The conditions on its numbers hold where rates, loads and guards of the mirrored state are the mirror image."""
+    found = []
+    for draw in draws(SAMPLES // 2):
+        t, y, drive, frictions = machine_draw(machine.driven_by(ImposedSample()), draw)
+        y = tuple(0.1 * x if name not in machine.switched else x for name, x in zip(machine.states, y, strict=True))
+        for sign in (1.0, -1.0):
+            made, later = machine.driven_by(ImposedSample(sign)), 0.0 if machine.imposes_motion else 0.2 * sign
+            at = t + later, tuple(sign * x for x in y), sign * drive, tuple(sign * each for each in frictions)
+            loads = loads_of(made, *at) if machine.follows_load else []
+            found.append([*(sign * rate for rate in made.rates(*at)), *loads, *sorted(made.switches(*at))])
+    pairs = [pair for i in range(0, len(found), 2) for pair in zip(*found[i : i + 2], strict=True)]
+    same = all(abs(a - b) <= 1e3 * EPSILON * (1.0 + abs(a)) for a, b in pairs)
+    assert machine.symmetric == same
+
+
 @each_drive
 def test_drive_keeps_its_contract(drive):
     assert complaints(drive, *DRIVE_CLAUSES, recorded) == {}

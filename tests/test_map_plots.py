@@ -183,7 +183,7 @@ def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
     assert hatched_cells(ax, CELL_STYLES[Cell.NOT_RUN][1]) == {6}
     assert hatched_cells(ax, UNSETTLED) == {20}
     assert legend_of(fig) == [
-        "no travel, |⟨X′⟩| ≤ 1e-05: 12 (6 %)",
+        "no travel, |⟨X′⟩| ≤ 1.6e-06: 12 (6 %)",
         "failed: not finite 12, too many events 1",
         "not run yet: 6 (3 %)",
         "not settled: 20 (10 %)",
@@ -212,7 +212,7 @@ def test_complete_study_has_no_words_about_what_does_not_occur():
 
 
 def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
-    assert study_view(study()).dead_band == 10.0 * 1e-6
+    assert study_view(study()).dead_band == 1.6e-6  # ten thresholds of the length over the period, 2 pi
     assert study_view(study(dead_band=1e-4)).dead_band == 1e-4
     assert study_view(study(dead_band=1e-4), dead_band=1e-3).dead_band == 1e-3
     unasked = study()
@@ -488,7 +488,7 @@ def test_one_axis_gives_lines_with_open_marks_where_unsettled():
     assert lines["exponential settled"].get_markerfacecolor() != "white"
     words = legend_of(figure(study().isel({TORQUE: 6})))
     assert any(text.startswith("failed: not finite 3") for text in words)
-    assert any(text.startswith("no travel, |⟨X′⟩| ≤ 1e-05") for text in words)
+    assert any(text.startswith("no travel, |⟨X′⟩| ≤ 1.6e-06") for text in words)
 
 
 def test_one_axis_with_words_names_them_upright():

@@ -137,6 +137,34 @@ def turns(given: Any) -> str | None:
     return None
 
 
+def branches(machine: Any) -> str | None:
+    """Its switches have names, give whole numbers to the switched states, and keep the momentum but at the ground."""
+    kept = [i for i, name in enumerate(machine.states) if name in (machine.cyclic, machine.place)]
+    switched = [i for i, name in enumerate(machine.states) if name in machine.switched]
+    for _, t, y, drive, frictions in _moving(machine):
+        guards = machine.switches(t, y, drive, frictions)
+        if len(guards) > len(machine.switch_events):
+            return f"switch_events: should name what happens at each of {len(guards)} guards"
+        for which in range(len(guards)):
+            after = machine.after_switch(which, t, y, drive, frictions)
+            if len(after) != len(y):
+                return f"after_switch: should give all {len(y)} states, got {len(after)}"
+            if any(after[i] != round(after[i]) for i in switched):
+                return f"after_switch: {', '.join(machine.switched)} should become whole numbers, got {_shown(after)}"
+            ends = machine.room()  # at a stop on the ground it stands exactly there
+            if any(after[i] != y[i] and after[i] not in ends.get(machine.states[i], ()) for i in kept):
+                return f"after_switch: {machine.place or machine.cyclic} should stay where it is"
+            gained = machine.momentum(t, after) - machine.momentum(t, y)
+            if machine.switch_events[which] in machine.strikes_ground:
+                continue
+            if not abs(gained) <= 64 * EPSILON * max(1.0, abs(machine.momentum(t, y))):
+                return (
+                    f"after_switch: guard {which} changes the momentum by {gained:g}; an impact keeps it, unless its "
+                    f"name, {machine.switch_events[which]!r}, stands in strikes_ground"
+                )
+    return None
+
+
 def _shown(values: Iterable[float]) -> str:
     return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
 
@@ -148,4 +176,4 @@ def _place(machine: Any, y: tuple) -> str:
     )
 
 
-MACHINE_CLAUSES = (declarations, units, numbers, sizes, accelerated, turns)
+MACHINE_CLAUSES = (declarations, units, numbers, sizes, accelerated, turns, branches)

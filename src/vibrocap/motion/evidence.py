@@ -281,18 +281,13 @@ def _unbalanced(field: str, value: float, bound: float, contradiction: str, tole
 
 def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
-    known, names = recording.observables, recording.integral_names
-    powers = dict(zip(names, recording.integrals, strict=True))
-    contact_channels = [name for name in motion.system.channels if name_and_number(name)[0] in CONTACT_CHANNELS]
-    machine = [powers[name] for name in motion.system.channels if name not in contact_channels]
-    taken = [
-        known[numbered("friction", i)] * known[numbered("contact_velocity", i)]
-        for i in range(1, 1 + len(recording.contacts))
-    ]
+    known, machine, contact = recording.observables, [], []
+    for name, power in zip(motion.system.channels, recording.integrals, strict=False):  # the last is the impulse
+        (contact if name_and_number(name)[0] in CONTACT_CHANNELS else machine).append(power)
+    taken = [known[v.replace("contact_velocity", "friction")] * known[v] for v in velocity_names(recording)]
     found = _contradiction(motion, recording, known["energy"], [*machine, *(-each for each in taken)])
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    contact = [powers[name] for name in contact_channels]
     found = _contradiction(motion, recording, known["contact_energy"], [*contact, *taken])
     if found:
         return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"

@@ -1,16 +1,13 @@
 """The bodies of a machine: as a mechanism, for programs of rigid bodies, and as a scene, for pages and films.
 
 The mechanism says in other words what the equations of the machine say: its bodies, on what they move and what joins
-them. `check_part` compares the energy and momentum of both, and the tests compare the accelerations with those of
-MuJoCo. The scene is what is drawn at a state, as plain data: shapes whose coordinates are numbers, or expressions of
-the state where it is recorded. Lengths are those of the equations; x is along the line of sliding, y upwards from the
-ground.
+them. The tests compare energy, momentum and power of both, and accelerations with those of MuJoCo. The scene is what
+is drawn at a state, as plain data: shapes whose coordinates are numbers, or expressions of the state where it is
+recorded. Lengths are those of the equations; x is along the line of sliding, y upwards from the ground.
 """
 
 import dataclasses
 from typing import Any, Literal
-
-from vibrocap.physics.elementary import cos, sin
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,31 +76,3 @@ class Shape:
     name: str
     points: tuple[tuple[Any, Any], ...]
     size: tuple[float, float] = (0.0, 0.0)
-
-
-def block(x: Any, name: str = "block") -> tuple[Shape, ...]:
-    """A block at x, on the ground: what is drawn of a machine that says nothing of its looks."""
-    return Shape("box", name, ((x, 0.25),), (1.0, 0.5)), Shape("contact", "contact", ((x, 0.0),), (0.9, 0.0))
-
-
-def capsule_with_mass(x: Any, mass: Any) -> tuple[Shape, ...]:
-    """A capsule at x with a mass in it, displacements as they are, from the middle."""
-    return (
-        Shape("box", "capsule", ((x, 0.4),), (1.8, 0.8)),
-        Shape("contact", "contact", ((x, 0.0),), (1.7, 0.0)),
-        Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
-    )
-
-
-def capsule_with_pendulum(
-    x: Any, angle: Any, rod: str = "pendulum", bob: str = "bob", pivot: str = "pivot"
-) -> tuple[Shape, ...]:
-    """A capsule at x, its pivot on top, and the bob at (x - sin(angle), cos(angle)) from there, by these names."""
-    centre, end = (x, 0.5), (x - sin(angle), 0.5 + cos(angle))
-    return (
-        Shape("box", "capsule", ((x, 0.25),), (1.3, 0.5)),
-        Shape("contact", "contact", ((x, 0.0),), (1.2, 0.0)),
-        Shape("rod", rod, (centre, end)),
-        Shape("disc", bob, (end,), (0.3, 0.3)),
-        Shape("hinge", pivot, (centre,)),
-    )

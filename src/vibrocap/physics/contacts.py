@@ -38,15 +38,6 @@ _PARADOX, _LIFT_OFF, _AT_REST, _AMBIGUOUS = 0, 1, 2, BOUNDS.index(AMBIGUOUS)  # 
 
 
 @dataclasses.dataclass(frozen=True)
-class Interval:
-    """Friction forces that a contact can hold, or is left to hold once it has given way; per load where that follows
-    the motion."""
-
-    least: Any
-    most: Any
-
-
-@dataclasses.dataclass(frozen=True)
 class RubbingContact:
     """One contact of a machine with its law at one instant, in the mode that its side says.
 
@@ -92,15 +83,11 @@ class RubbingContact:
         return self.law.holding_centre(self.load)
 
     @property
-    def static(self) -> Interval:
-        """What it can hold at rest."""
-        return Interval(self.middle - self.limit, self.middle + self.limit)
-
-    @property
-    def kinetic(self) -> Interval:
-        """Between the forces of the slowest slides back and forward, which it can hold (`Law.holding_limit`)."""
-        back, forward = (self.law.force(0.0, self.internal, side, self.load)[0] for side in (-1.0, 1.0))
-        return Interval(back, forward)
+    def reach(self) -> tuple:
+        """Least and most that it can hold at rest, then the forces of the slowest slides back and forward, which it can
+        hold once it has given way (`Law.holding_limit`)."""
+        slowest = (self.law.force(0.0, self.internal, side, self.load)[0] for side in (-1.0, 1.0))
+        return (self.middle - self.limit, self.middle + self.limit, *slowest)
 
 
 @dataclasses.dataclass(frozen=True)

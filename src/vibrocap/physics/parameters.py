@@ -17,7 +17,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform
 
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
 
@@ -158,6 +158,24 @@ Record = TypeVar("Record")
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
+MOST = 1e300  # of a number that is finite
+
+
+def allowed(wanted: str, words: tuple[str | None, ...], most: float = -1.0) -> BeforeValidator:
+    """The check of a value that is one of some words, None among them, or a number from 0 to `most`.
+
+    wanted: what is said of another value
+    """
+
+    def checked(given: Any) -> Any:
+        if isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given <= most:
+            return float(given)
+        if isinstance(given, (str, type(None))) and given in words:
+            return given
+        raise ValueError(f"should be {wanted}")
+
+    return BeforeValidator(checked)
 
 
 def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "", in_si: str = "") -> Any:

@@ -191,7 +191,7 @@ class System:
 
     @property
     def cyclic(self) -> str | None:
-        """The state on which nothing depends, of the machine or as its numbers free it, unless it is measured."""
+        """The state on which nothing depends, at these numbers of the machine; one that is measured is none."""
         found = self.machine.cyclic or free_place(self.machine)
         return None if self.controller is not None and found in self.placed.measured_states else found
 

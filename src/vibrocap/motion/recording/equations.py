@@ -5,7 +5,6 @@ the parameters of the system: (period of the drive, start of the segment, coeffi
 these are, at any time and for any parameters, the recorded corners tell.
 """
 
-import copy
 import functools
 from collections.abc import Sequence
 from typing import Any
@@ -19,9 +18,8 @@ from vibrocap.numerics.expressions.equations import (
     DecisionRows,
     Equations,
     NormalBalance,
-    rate_of,
 )
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
@@ -29,7 +27,7 @@ from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
 from vibrocap.physics.machines.machine import IMPACT, Machine
-from vibrocap.physics.names import between_states, numbered
+from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
@@ -161,6 +159,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     )
     reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
     observables |= {name: reaction for name, reaction in reactions if reaction is not None}
+    swing = placed.swing(graph.node("time"), y[: len(system.machine.states)])
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
     if from_outside or others:
         observables["outer_force"] = flow.outer_force
@@ -180,7 +179,6 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         scales=tuple(expression(scale) for scale in scales),
         contacts=contact_equations(system, flow, expression),
         rows=None if flow.rows is None else decision_rows(flow, expression),
-        internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
         cyclic_state=-1 if system.cyclic is None else system.state_names.index(system.cyclic),
         turns=turning_states(system),
@@ -203,8 +201,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
         normal_height=None
-        if flow.loads or "reaction" not in expressed
-        else _normal_height(system, placed, y, flow, expressed["reaction"], len(paths)),
+        if flow.loads or "reaction" not in expressed or swing is None
+        else (expression(swing[0]), swing[1]),
     )
 
 
@@ -269,44 +267,6 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
     )
 
 
-def _normal_height(
-    system: System, machine: Machine, y: tuple, flow: Flow, reaction: Expression, parameters: int
-) -> tuple[Expression, float] | None:
-    """(h, sign): the true load is a constant and sign h'', h the cosine of an angle of the machine's that swings a bob.
-
-    Its momentum normal to the ground, -sin(a) a', is then a product; None where it is written otherwise, or where the
-    load does not follow from it. That is compared with no switched state on, as a mass that touches a stop has none.
-    """
-    own = copy.deepcopy(y[0].graph)
-    states = [Expression(own, state.index) for state in y]
-    momentum = machine.vertical_momentum(own.node("time"), tuple(states[: len(machine.states)]))
-    if momentum is None:
-        return None
-    momentum = own.expression(momentum)
-    mean = Expression(own, reaction.index) - rate_of(momentum, list(map(own.expression, flow.rates)))
-    draw = np.random.default_rng(0)
-    at = [np.zeros(5) if name in system.switched else draw.uniform(0.1, 0.9, 5) for name in system.state_names]
-    with np.errstate(all="ignore"):
-        (means,) = evaluate([mean], draw.uniform(0.1, 0.9, 5), at, 1.0, draw.uniform(0.5, 1.5, parameters))
-    if np.ptp(means) > 1e-9 * np.max(np.abs(means)):
-        return None
-    found = _swinging(momentum, [own.expression(rate).index for rate in flow.rates])
-    return None if found is None else (y[0].graph.node("cos", found[0]), found[1])
-
-
-def _swinging(momentum: Expression, rates: Sequence[int], sign: float = -1.0) -> tuple[int, float] | None:
-    """(node of a, sign) of a momentum that is written as sign times the rate -sin(a) a' of cos(a), a a state."""
-    nodes = momentum.graph.nodes
-    op, *operands = nodes[momentum.index]
-    if op == "neg":
-        return _swinging(Expression(momentum.graph, operands[0]), rates, -sign)
-    for function, rate in (operands, operands[::-1]) if op == "mul" else ():
-        name, *inner = nodes[function]
-        if name == "sin" and nodes[inner[0]][0] == "state" and rates[nodes[inner[0]][1]] == rate:
-            return inner[0], sign
-    return None
-
-
 def with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
     """The same record with its numbers replaced by symbols."""
     copy = object.__new__(type(record))
@@ -342,11 +302,8 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
     def tuples(values: Any) -> tuple[Expression, ...]:
         return tuple(map(expression, values))
 
-    given, contacts, bounds = flow.rows, [each.contact for each in flow.contacts], []
+    given, contacts = flow.rows, [each.contact for each in flow.contacts]
     assert given is not None
-    for each in contacts:
-        both = (each.static.least, each.static.most, each.kinetic.least, each.kinetic.most) if each.sticks else None
-        bounds.append(None if both is None else tuples(both))
     return DecisionRows(
         b=tuples(given.b),
         response=tuple(map(tuples, given.A)),
@@ -354,20 +311,13 @@ def decision_rows(flow: Flow, expression: Any) -> DecisionRows:
         load_response=tuple(map(tuples, given.C)),
         forces=tuples(each.force for each in contacts),
         pushes=tuple(tuples((each.push, each.push_at_rest)) for each in contacts),
-        bounds=tuple(bounds),
+        bounds=tuple(tuples(each.reach) if each.sticks else None for each in contacts),
     )
 
 
 def turning_states(system: System) -> tuple[tuple[int, float], ...]:
     """(place in the state vector, period) of each coordinate that turns."""
     return tuple((system.state_names.index(name), period) for name, period in system.turns.items())
-
-
-def states_at_contacts(system: System) -> tuple[int, ...]:
-    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*list(dict.fromkeys(system.machine.contact_states))[1:], *system.state_names[len(system.machine.states) :])
-    aside = (*system.switched, *between_states(system.parts))
-    return tuple(system.state_names.index(name) for name in own if name not in aside)
 
 
 def imposed_shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:

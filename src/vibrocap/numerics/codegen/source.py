@@ -122,20 +122,12 @@ def rates_source(equations: Equations, integrals: Sequence[Expression]) -> str:
     return "\n".join([*found, stored_source("shifts", graph, values, "lane")])
 
 
-def holding_source(equations: Equations) -> str:
+def holding_source(equations: Equations, name: str = "holding", before: Sequence[Expression] = ()) -> str:
     """`holding` of one lane: of each contact the force that holds it over the middle, and its limit; 0 where it cannot
-    rest."""
+    rest. Or `evidence`: what `kernel/observe/evidence.py` asks, the rates before them."""
     zero = equations.graph.constant(0.0)
     asked = (value for each in equations.contacts for value in (each.hold, each.limit))
-    return stored_source("holding", equations.graph, [zero if value is None else value for value in asked])
-
-
-def evidence_source(equations: Equations) -> str:
-    """`evidence` of one lane: what `kernel/observe/evidence.py` asks of the equations."""
-    zero, asked = equations.graph.constant(0.0), list(equations.rates[: equations.base])
-    for each in equations.contacts:
-        asked += [zero if value is None else value for value in (each.hold, each.limit)]
-    return stored_source("evidence", equations.graph, asked)
+    return stored_source(name, equations.graph, [*before, *(zero if value is None else value for value in asked)])
 
 
 def decision_source(rows: DecisionRows) -> str:

@@ -176,7 +176,6 @@ class Equations:
     scales: tuple[Expression, ...]
     contacts: tuple[ContactEquations, ...]  # the first one before the others
     rows: DecisionRows | None  # of several contacts
-    internal_states: tuple[int, ...]  # of the laws and velocities of further contacts that are states
     # at imposed distances, the velocity of each contact less the state that all share: functions of time
     shifts: tuple[Expression, ...]
     cyclic_state: int  # -1: none

@@ -45,12 +45,9 @@ def polished_step(floats, ints, lane, h, longest) -> tuple:
     return 1, h
 
 
-def repeated_step(floats, ints, lane, event, h) -> float:
-    """Length of the step, made anew where its series holds for its own length only, that ends at the event found at h.
-
-    There the guard of a branch vanishes to rounding.
-    """
-    return h
+def repeated_step(floats, ints, lane, event, h) -> tuple:
+    """The same of the guard of a branch, which vanishes there to rounding; event 0: it does not."""
+    return event, h
 
 
 def shorter_step(floats, ints, lane, h) -> float:

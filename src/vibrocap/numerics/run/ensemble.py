@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.numerics.codegen.source import Integrands, evidence_source, generated_source, integrands_source
+from vibrocap.numerics.codegen.source import Integrands, generated_source, holding_source, integrands_source
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.expressions.structure import slow_bristles, slow_states
@@ -107,7 +107,7 @@ def ensemble_source(
     layout = Layout(lanes, states, states, order, parameters, marks, entries, **own_sizes)
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
-        generated.append(evidence_source(equations))
+        generated.append(holding_source(equations, "evidence", equations.rates[: equations.base]))
     more = equations.several, tangent, watched, returns, extrapolates, bool(slow)
     recipe = ensemble_recipe(loop, stiff, has_branches(equations), corners is not None, *more)
     return layout, linked_source("\n\n".join(generated), recipe)

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent, tangent
 from vibrocap.orbits.continuation.branch_switching import parent_bifurcation, unlocated_bifurcation
-from vibrocap.orbits.continuation.grazing import grazing_at_end
+from vibrocap.orbits.continuation.grazing import events_differ, grazing_at_end
 from vibrocap.orbits.continuation.segment import TOO_MANY
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
@@ -270,9 +270,11 @@ def _next_point(
             if turned is not None:
                 return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
         ds *= 0.4
-    changed = trial is not None and not trial.alike(here.closing)
-    if trial is not None and trial.lifts_off:
+    if trial is None:
+        return None, ds, BranchEnd.NEWTON_FAILED
+    if trial.lifts_off:
         return None, ds, BranchEnd.LIFT_OFF
+    changed = not trial.alike(here.closing) or events_differ(closure, here.closing, trial)
     return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
 
 

@@ -16,7 +16,7 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.maps.closing_map import NO_STOPS, ClosingMap
+from vibrocap.orbits.maps.closing_map import NO_STOPS, Closing, ClosingMap, Closure
 from vibrocap.physics.events import IMPACT
 
 FINE = np.linspace(0.0, 1.0, 17)  # of a piece, where a dip of the distance is looked for
@@ -32,7 +32,7 @@ def grazing_at_end(closure: ClosingMap, points: list[BranchPoint]) -> tuple[floa
     """
     if len(points) < 3 or points[-1].closing.impacts == NO_STOPS or not isinstance(closure, ClosingMap):
         return None
-    motions = [_motion(closure, point) for point in points[-3:]]
+    motions = [_motion(closure, point.closing) for point in points[-3:]]
     at = [closure.parameter(point.x) for point in points[-3:]]
     width = abs(closure.between[1] - closure.between[0])
     for measure in (least_distance, slowest_impact):
@@ -50,10 +50,18 @@ def _zero(at: list[float], values: list[float]) -> float:
     return at[1] + values[1] * (at[1] - at[0]) / (values[0] - values[1])
 
 
-def _motion(closure: ClosingMap, point: BranchPoint) -> Trajectory:
-    """The motion along an orbit, over the response of the map."""
+def events_differ(closure: Closure, one: Closing, other: Closing) -> bool:
+    """Whether other events happen along two motions, at any contact: words are those of one."""
+    if not isinstance(closure, ClosingMap):
+        return False
+    kinds = ([(event.kind, event.contact) for event in _motion(closure, each).events] for each in (one, other))
+    return next(kinds) != next(kinds)
+
+
+def _motion(closure: ClosingMap, point: Closing) -> Trajectory:
+    """The motion from a point, over the response of the map."""
     system = closure.system.with_parameters({closure.path: closure.parameter(point.x)})
-    start = named_states(system, closure.state(point.x, point.closing))
+    start = named_states(system, closure.state(point.x, point))
     periods = closure.response_period * (0.5 if closure.half else 1.0)
     return simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
 

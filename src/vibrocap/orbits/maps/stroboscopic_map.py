@@ -266,9 +266,15 @@ class StroboscopicMap:
         budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=periods)
         ended = self.run(budget, states, parameters, order=ORDER, mark_distance=distance)
         jacobian, finished, free = np.zeros((*states.shape, self.states)), ended.finished, self.free(states, parameters)
-        for column in self.section_states:
+        scales = np.stack([self.scales(row) for row in parameters])
+        for contact in self.equations.contacts:  # one that creeps below the error of the runs falls back at once
+            if contact.is_state and not contact.sticks:
+                own = contact.state
+                free[:, own] &= np.abs(states[:, own]) > self.tolerance * scales[:, own]
+        for column in self.section_states[np.any(free[:, self.section_states], axis=0)]:
             found, whole = self._differences(states, parameters, int(column), budget, distance, True)
-            jacobian[:, :, column], finished = found[0] * free[:, column, None], finished & whole
+            known = free[:, column]
+            jacobian[:, :, column], finished = found[0] * known[:, None], finished & (whole | ~known)
         if self.cyclic >= 0:
             jacobian[:, self.cyclic, self.cyclic] = 1.0
         return Images(ended.state, jacobian, finished, self.certified(ended, parameters))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from vibrocap.physics.closed_loop.wrapped_machine import WrappedMachine
 from vibrocap.physics.elementary import HELD_AFTER, limit_guards, limited
 from vibrocap.physics.names import CLIPPED, OUTPUT, SATURATED
 from vibrocap.physics.parameters import Part, Positive, parameter, parameters
@@ -42,7 +43,7 @@ class Actuator(Part):
         return tuple(name for name, limit in limits if limit is not None)
 
 
-class ActuatedMachine:
+class ActuatedMachine(WrappedMachine):
     """A machine behind an actuator, as a machine whose drive is the command. What is not said here is its own."""
 
     def __init__(self, machine: Any, actuator: Any):
@@ -55,14 +56,11 @@ class ActuatedMachine:
         self.switch_events = (*machine.switch_events, *(kind for name in actuator.switched for kind in events[name]))
         self.locked = {**machine.locked, **({SATURATED: (OUTPUT,)} if SATURATED in own else {})}
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.machine, name)
-
-    def _own(self, y) -> tuple:
-        return tuple(y[: len(self.machine.states)])
-
     def _of_actuator(self, y) -> dict[str, Any]:
         return dict(zip(self.actuator_part.states, y[len(self.machine.states) :], strict=True))
+
+    def _passed(self, t, y, drive, frictions) -> tuple:
+        return self._own(y), self.output(y)
 
     def output(self, y):
         """u, what the machine feels."""
@@ -122,38 +120,10 @@ class ActuatedMachine:
             own[OUTPUT] = self.actuator_part.limit * own[name]
         return *mechanical, *own.values()
 
-    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
-        """Of an imposed motion, which has no actuator."""
-        return {}
-
     def bounds(self, t, y) -> tuple:
         """Of the machine."""
         return self.machine.bounds(t, self._own(y))
 
-    def energy(self, t, y):
-        """Of the machine: the lag stores none."""
-        return self.machine.energy(t, self._own(y))
-
-    def momentum(self, t, y):
-        """Of the machine."""
-        return self.machine.momentum(t, self._own(y))
-
     def outer_force(self, t, y, drive):
         """Of the machine, under u."""
         return self.machine.outer_force(t, self._own(y), self.output(y))
-
-    def wall_force(self, t, y, drive, frictions):
-        """Of the machine, under u."""
-        return self.machine.wall_force(t, self._own(y), self.output(y), frictions)
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Of the machine: the work of the drive is that of u."""
-        return self.machine.powers(t, self._own(y), self.output(y), frictions)
-
-    def vertical_momentum(self, t, y) -> Any:
-        """Of the machine."""
-        return self.machine.vertical_momentum(t, self._own(y))
-
-    def scene(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.scene(t, self._own(y))

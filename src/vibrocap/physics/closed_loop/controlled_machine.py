@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.physics.closed_loop.inverse_dynamics import Affine, affine_rates, contacts_under, effort_for
+from vibrocap.physics.closed_loop.wrapped_machine import WrappedMachine
 from vibrocap.physics.controllers.controller import CURVATURE, SATURATED, SIDE
 
 FAR = 1e6  # times the natural size and the reference: from there on what is measured has run away
 
 
-class ControlledMachine:
+class ControlledMachine(WrappedMachine):
     """A machine under a controller, as a machine whose drive is the reference. What is not said here is its own.
 
     A run ends where what is measured first has grown to `FAR` natural sizes and references: the loop is unstable.
@@ -29,9 +30,6 @@ class ControlledMachine:
         self.switch_events = (*machine.switch_events, *controller.switch_events)
         self.channels = tuple("controller" if name == "drive" else name for name in machine.channels)
         self.bound_kinds = ("runaway", *controller.bound_kinds, *machine.bound_kinds)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.machine, name)
 
     @property
     def measured_states(self) -> tuple[str, ...]:
@@ -99,12 +97,12 @@ class ControlledMachine:
     def _by_forces(self) -> bool:
         return self.controller_part.orders == "acceleration"
 
-    def _passed(self, t, y, reference, frictions) -> tuple:
+    def _passed(self, t, y, drive, frictions) -> tuple:
         """(states of the machine, command)."""
         if self._by_forces:
-            mechanical, _, effort = self._effort(t, y, reference)
+            mechanical, _, effort = self._effort(t, y, drive)
             return mechanical, effort.at(frictions)
-        return self._parted(y)[0], self.controller_part.command(*self._given(t, y, reference))
+        return self._parted(y)[0], self.controller_part.command(*self._given(t, y, drive))
 
     def commanded(self, t, y, reference, frictions):
         """u, what the machine or its actuator is told."""
@@ -164,10 +162,6 @@ class ControlledMachine:
         both = zip(self.controller_part.after_sample(*given), self.controller_part.after_action(given[2]), strict=True)
         return *(0.5 * (1.0 + sign) * sample + 0.5 * (1.0 - sign) * action for sample, action in both), sign
 
-    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
-        """Of an imposed motion, which has no controller."""
-        return {}
-
     def bounds(self, t, y) -> tuple:
         """What is measured has not run away, the command exists, and what the machine says."""
         mechanical, _ = self._parted(y)
@@ -177,30 +171,6 @@ class ControlledMachine:
         own = self.controller_part.bounds(self._measured(t, mechanical))
         return 1.0 + wanted * wanted - found * found, *own, *self.machine.bounds(t, mechanical)
 
-    def energy(self, t, y):
-        """Of the machine: a controller stores none."""
-        return self.machine.energy(t, self._parted(y)[0])
-
-    def momentum(self, t, y):
-        """Of the machine."""
-        return self.machine.momentum(t, self._parted(y)[0])
-
     def outer_force_under(self, t, y, drive, frictions):
         """Of the machine, under u."""
         return self.machine.outer_force(t, *self._passed(t, y, drive, frictions))
-
-    def wall_force(self, t, y, drive, frictions):
-        """Of the machine, under u."""
-        return self.machine.wall_force(t, *self._passed(t, y, drive, frictions), frictions)
-
-    def powers(self, t, y, drive, frictions) -> tuple:
-        """Of the machine: what would be the power of the drive is that of the controller."""
-        return self.machine.powers(t, *self._passed(t, y, drive, frictions), frictions)
-
-    def vertical_momentum(self, t, y) -> Any:
-        """Of the machine."""
-        return self.machine.vertical_momentum(t, self._parted(y)[0])
-
-    def scene(self, t, y) -> tuple:
-        """Of the machine."""
-        return self.machine.scene(t, self._parted(y)[0])

@@ -3,26 +3,14 @@
 import math
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator
-
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, coordinate
+from vibrocap.physics.parameters import MOST, allowed
 
-LOADS = ("weight", "dynamic")
-
-
-def _checked_load(given: Any) -> Any:
-    number = isinstance(given, (int, float)) and not isinstance(given, bool)
-    if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
-        return given
-    raise ValueError(
-        'should be a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
-    )
-
-
-Load = Annotated[Any, BeforeValidator(_checked_load)]
+LOADS = 'a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
+Load = Annotated[Any, allowed(LOADS, ("weight", "dynamic"), MOST)]
 SPRING = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness", in_si="torsional spring")
 DAMPER = parameter(
     1.0,

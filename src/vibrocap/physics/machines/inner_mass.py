@@ -3,24 +3,16 @@
 import math
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator
-
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.dimensions.scales import STANDARD_GRAVITY_M_PER_S2, Scale
 from vibrocap.physics.machines.machine import Machine, Scales, parameter, parameters
+from vibrocap.physics.parameters import MOST, allowed
 
 WEIGHT = "weight"
 ROUNDING = 1e-9  # of gravity, within which scales count force in the weight of the inner mass
 
 
-def _checked_load(given: Any) -> Any:
-    number = isinstance(given, (int, float)) and not isinstance(given, bool)
-    if given == WEIGHT if isinstance(given, str) else number and 0 <= given < 1e300:
-        return given
-    raise ValueError('should be a finite number >= 0 or "weight" (mass_ratio + 1, in units of m g)')
-
-
-Load = Annotated[Any, BeforeValidator(_checked_load)]
+Load = Annotated[Any, allowed('a finite number >= 0 or "weight" (mass_ratio + 1, in units of m g)', (WEIGHT,), MOST)]
 
 
 @parameters

@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
 
-from vibrocap.physics.bodies import Mechanism, Shape
+from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, table, whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
-from vibrocap.physics.mechanics.pictures import filled
 from vibrocap.physics.mechanics.stops import IMPACT, stopped
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
@@ -108,8 +107,9 @@ class Machine(Part):
     gravity: its parts normal to the line and along it, against forward; of the class that on level ground. It follows,
     but for None: the units of the machine say nothing of it, and only the environment does
 
-    It may define `scales`, `effort_scale`, `check_scales` and `scene`, name `channels` otherwise, and say that `cyclic`
-    is None where travel means nothing. What follows, of the class:
+    It may define `scales`, `effort_scale`, `check_scales` and `scene`, give other names to `channels`, and let `cyclic`
+    be None where travel means nothing. One with `switched` states of its own has them as `q.NAME`, and defines
+    `switch_events`, `switches` and `after_switch`. What follows, of the class:
 
     states: coordinates and their speeds in order, then `touching` of each stop. cyclic: the place of the first contact
     where nothing depends on it (its change is the travel), None for a machine that is held to its place. place: the
@@ -133,7 +133,7 @@ class Machine(Part):
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
     gravity: ClassVar[Any] = Derived()
-    symmetry: ClassVar[Any] = Derived(lambda kind, owner: (-1,) * len(kind.states))
+    symmetry: ClassVar[Any] = Derived()
     declared: ClassVar[Mapping[str, Any]] = {}
     imposes_motion: ClassVar[bool] = False
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
@@ -261,9 +261,7 @@ class Machine(Part):
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """A box for each body that rubs, a disc for each other one, and what joins them."""
-        results = self.evaluated("scene", t, y)
-        shapes = self._form()[0].shapes
-        return tuple(dataclasses.replace(each, points=points) for each, points in zip(shapes, results, strict=True))
+        return tuple(Shape(*each) for each in self.evaluated("scene", t, y))
 
     # --- what follows ------------------------------------------------------------------------------------------------
 
@@ -323,6 +321,7 @@ class Machine(Part):
         "vertical_momentum",
         "Momentum normal to the ground, whose rate is the reaction of the one contact less its load at rest; or None.",
     )
+    swing = result("swing", "(cos a, sign) where the one load is a constant and sign (cos a)'', or None.")
     outer_force = result("outer_force", "Force from outside along the line of sliding, its weight on a slope included.")
     wall_force = result("wall_force", "Force of a rigid stop on the ground that is touched.")
     powers = result("powers", "Power into the machine through each of `channels`, but for -R v of each contact.")
@@ -349,12 +348,14 @@ class Machine(Part):
 
     def mechanism(self, t, y) -> Mechanism | None:
         """Its bodies, joints and links, at a state; None where programs of rigid bodies have no parts for it."""
-        results = self.evaluated("mechanism", t, y)
-        bodies = self._form()[0].bodies
-        return None if bodies is None else filled(bodies, results)
+        if (found := self.evaluated("mechanism", t, y)) is None:
+            return None
+        bodies, links = found
+        return Mechanism(tuple(Body(*each) for each in bodies), tuple(Link(*each) for each in links))
 
 
-OWN = {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
+SWITCHED = {"switched", "switch_events", "strikes_ground", "switches", "after_switch"}
+OWN = SWITCHED | {"cyclic", "channels", "gravity", "scales", "effort_scale", "check_scales", "scene", "parts"}
 FOLLOWS = {
     name
     for name, value in vars(Machine).items()

@@ -9,7 +9,6 @@ from vibrocap.physics.machines.machine import (
     NonNegative,
     Number,
     Positive,
-    Shape,
     SIScales,
     parameter,
     parameters,
@@ -75,11 +74,3 @@ class Oscillator(Machine):
     def effort_scale(self):
         """N."""
         return self.normal_load
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""
-        return (
-            Shape("spring", "spring", ((-2.5, 0.25), (y[0] - 0.5, 0.25))),
-            Shape("box", "block", ((y[0], 0.25),), (1.0, 0.5)),
-            Shape("contact", "contact", ((y[0], 0.0),), (0.9, 0.0)),
-        )

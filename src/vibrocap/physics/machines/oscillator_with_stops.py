@@ -1,15 +1,14 @@
 """The oscillator with stops: a block on the ground, with or without a spring, that strikes a stop or is between two."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.machines.oscillator import Oscillator
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
-
-Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop
+from vibrocap.physics.parameters import Fraction
 
 
 @parameters
@@ -38,7 +37,7 @@ class OscillatorWithStops(Oscillator):
     back_gap: BackGap = parameter(
         None, "delta_b", "way of the block to the stop behind; none where there is no such stop", "gap"
     )
-    restitution: Restitution = parameter(0.7, "e", "coefficient of restitution of rigid stops, 0 to 1", "fraction")
+    restitution: Fraction = parameter(0.7, "e", "coefficient of restitution of rigid stops, 0 to 1", "fraction")
     stop_stiffness: StopStiffness = parameter(
         None, "k_s", "spring of an elastic stop; none where the stops are rigid", "stiffness"
     )
@@ -75,7 +74,3 @@ class OscillatorWithStops(Oscillator):
     def scales(self, time=1.0):
         """As of the oscillator; which stop is touched is a number."""
         return *super().scales(time), 1.0
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the stops: the nearest sides of the block touch them where it has gone its way."""
-        return *super().scene(t, y), *stop_shapes(0.0, self.gap, self.back_gap, 0.5)

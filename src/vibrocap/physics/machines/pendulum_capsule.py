@@ -2,9 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING, CapsuleWithBob, Load, load
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Spring
 
 
@@ -46,7 +45,3 @@ class PendulumCapsule(CapsuleWithBob):
     def parts(self, q):
         """With the spring at the pivot."""
         return [*super().parts(q), Spring(self.stiffness, q.angle)]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
-        return capsule_with_pendulum(y[2], y[0])

@@ -1,25 +1,15 @@
 """The pendulum crawler: a pendulum capsule whose pendulum moves as it is told, whatever torque that takes."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator
-
-from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.elementary import atan, cos, sin, sqrt
 from vibrocap.physics.machines.capsule_with_bob import DAMPER, SPRING
 from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Mass, Spring, coordinate
+from vibrocap.physics.parameters import allowed
 
-MOTIONS = ("angle", "displacement")
-
-
-def _checked_motion(given: Any) -> Any:
-    if isinstance(given, str) and given in MOTIONS:
-        return given
-    raise ValueError('should be "angle" (the drive is theta) or "displacement" (it is sin(theta))')
-
-
-Motion = Annotated[str, BeforeValidator(_checked_motion)]
+MOTIONS = '"angle" (the drive is theta) or "displacement" (it is sin(theta))'
+Motion = Annotated[str, allowed(MOTIONS, ("angle", "displacement"))]
 
 
 @parameters
@@ -65,11 +55,3 @@ class PendulumCrawler(Machine):
         bob = Mass("bob", 1.0, on=capsule, x=-sin(angle), z=cos(angle))
         joint = Spring(self.stiffness, angle), Damper(self.damping, angle)
         return [capsule, bob, *joint, Contact(capsule, load=self.normal_load)]
-
-    def scene(self, t, y):
-        """The capsule and its pendulum, where the drive is known that moves it."""
-        return (
-            super().scene(t, y)
-            if self.imposed is None
-            else capsule_with_pendulum(y[0], self._angle(self.imposed.value(t)))
-        )

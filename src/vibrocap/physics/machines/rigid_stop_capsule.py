@@ -1,15 +1,12 @@
 """The capsule with rigid stops: its inner mass bounces off a wall, on one side or on both."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from pydantic import Field
-
-from vibrocap.physics.machines.machine import NonNegative, Shape, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, stop_shapes
+from vibrocap.physics.machines.machine import NonNegative, parameter, parameters
+from vibrocap.physics.machines.stops import BackGap
 from vibrocap.physics.machines.two_mass_capsule import TwoMassCapsule
 from vibrocap.physics.mechanics.parts import Stop
-
-Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
+from vibrocap.physics.parameters import Fraction
 
 
 @parameters
@@ -28,7 +25,7 @@ class RigidStopCapsule(TwoMassCapsule):
         together   (lambda + 1) X'' = [drive] - R,     until  drive - F - X'' = 0
     """
 
-    restitution: Restitution = parameter(0.5, "e", "coefficient of restitution of the stops, 0 to 1", "fraction")
+    restitution: Fraction = parameter(0.5, "e", "coefficient of restitution of the stops, 0 to 1", "fraction")
     gap: NonNegative = parameter(0.2, "delta", "way of the mass to the stop in front", "gap")
     back_gap: BackGap = parameter(
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
@@ -41,7 +38,3 @@ class RigidStopCapsule(TwoMassCapsule):
         """With the stops."""
         stop = Stop(q.displacement, self.gap, self.back_gap, restitution=self.restitution)
         return [*super().parts(q), stop]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the walls: the nearest sides of the mass touch them where it has gone its way."""
-        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

@@ -3,9 +3,8 @@
 import math
 from typing import ClassVar
 
-from vibrocap.physics.bodies import capsule_with_pendulum
 from vibrocap.physics.machines.capsule_with_bob import CapsuleWithBob, Load, load
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import coordinate
 
 
@@ -45,7 +44,3 @@ class RotorCapsule(CapsuleWithBob):
     si_load: ClassVar = (
         '"weight" for that of capsule and eccentric mass, (M + m) g, or "dynamic" for what the motion makes'
     )
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """The capsule, the axis of the rotor on top at X, and the mass at (X - sin(theta), cos(theta)) from there."""
-        return capsule_with_pendulum(y[2], y[0], "rotor", "eccentric mass", "axis")

@@ -1,24 +1,14 @@
 """The two-mass capsule: a mass on a spring and a damper inside a capsule, driven along the line of sliding."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator
-
-from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
+from vibrocap.physics.parameters import allowed
 
-ACTUATIONS = ("internal", "external")
-
-
-def _checked_actuation(given: Any) -> Any:
-    if isinstance(given, str) and given in ACTUATIONS:
-        return given
-    raise ValueError('should be "internal" (the drive acts between the masses) or "external" (on the mass alone)')
-
-
-Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
+ACTUATIONS = '"internal" (the drive acts between the masses) or "external" (on the mass alone)'
+Actuation = Annotated[str, allowed(ACTUATIONS, ("internal", "external"))]
 
 
 @parameters
@@ -69,8 +59,3 @@ class TwoMassCapsule(WithInnerMass):
         joint = Spring(self.stiffness, q.displacement), Damper(self.damping, q.displacement)
         drive = Drive(inner.along if self.actuation == "external" else q.displacement)
         return [capsule, inner, *joint, drive, Contact(capsule, load=self.normal_load)]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """The capsule, and in it the mass on its spring."""
-        spring = Shape("spring", "spring", ((y[2] - 0.9, 0.4), (y[2] + y[0] - 0.15, 0.4)))
-        return *capsule_with_mass(y[2], y[2] + y[0]), spring

@@ -2,7 +2,6 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.bodies import capsule_with_mass
 from vibrocap.physics.machines.inner_mass import Load, WithInnerMass
 from vibrocap.physics.machines.machine import Positive, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Mass, coordinate
@@ -51,7 +50,3 @@ class TwoMassCrawler(WithInnerMass):
         """The body, and in it the mass that moves as the drive says."""
         body = Mass("body", self.mass_ratio, x=q.position)
         return [body, Mass("inner mass", 1.0, on=body, x=q.imposed(q.drive)), Contact(body, load=self.normal_load)]
-
-    def scene(self, t, y):
-        """The body, and in it the mass, where the drive is known that moves it."""
-        return super().scene(t, y) if self.imposed is None else capsule_with_mass(y[0], y[0] + self.imposed.value(t))

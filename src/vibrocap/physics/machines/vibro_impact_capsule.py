@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop, stop_shapes
+from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.stops import BackGap, StopDamping, StopStiffness, elastic_stop
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
@@ -54,7 +54,3 @@ class VibroImpactCapsule(TwoMassCapsule):
     def parts(self, q):
         """With the stops."""
         return [*super().parts(q), elastic_stop(self, q.displacement)]
-
-    def scene(self, t, y) -> tuple[Shape, ...]:
-        """With the stops: the nearest sides of the mass touch them where it has gone its way."""
-        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

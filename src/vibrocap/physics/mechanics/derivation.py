@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
+from vibrocap.physics.mechanics.formulas import Formula, Program, add, mul, sub
 from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
@@ -101,7 +101,7 @@ class Derivation(Motion):
         free = Sum.of(1.0)
         for _, stop, touching in self.switching:
             if stop.rigid and stopped(self, stop) == name:
-                free = free - Sum.of(touching * touching)
+                free = free - Sum.of(mul(touching, touching))
         return free
 
     @functools.cached_property
@@ -269,7 +269,7 @@ class Derivation(Motion):
                 force = -written(self.push(name))
                 for speed, friction in zip(self.speeds, self.inputs.frictions, strict=True):
                     force = add(friction, force) if speed == self.rates[name] else force
-                found = add(found, mul(touching * touching, force))
+                found = add(found, mul(mul(touching, touching), force))
         return found
 
     def energy(self) -> Any:
@@ -336,6 +336,14 @@ class Derivation(Motion):
         (*others, contact), found = self.contacts, total(as_sum(m.mass) * m.height.rate for m in self.masses)
         given = not is_word(contact.load) and Quantity.of(contact.load).moves
         return None if others or given or self.imposes or not found else written(found)
+
+    def swing(self) -> tuple | None:
+        """(cos a, sign) where N is a constant and sign (cos a)'', as of a bob that a coordinate a swings; or None."""
+        height = total(as_sum(m.mass) * m.height.value for m in self.masses)
+        sign = next(iter(height.terms.values()), 0.0)
+        bob = written(sign * height)
+        swings = isinstance(bob, Formula) and bob.op == "cos" and bob.operands[0].op == "input" and abs(sign) == 1.0
+        return (bob, sign) if swings and self.vertical_momentum() is not None else None
 
     def ground_speeds(self) -> tuple:
         """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""

@@ -1,5 +1,6 @@
 """The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -9,11 +10,11 @@ from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
 from vibrocap.physics.mechanics.mirror import conditions
 from vibrocap.physics.mechanics.parts import is_word
-from vibrocap.physics.mechanics.pictures import mechanism_of, mechanism_results, scene_of
+from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
 from vibrocap.physics.mechanics.stops import IMPACT, ends, guards, outcomes, rooms
 from vibrocap.physics.mechanics.sums import Sum
-from vibrocap.physics.names import numbered
+from vibrocap.physics.names import number_in, numbered
 from vibrocap.physics.parameters import parameter_table
 
 BELT = "belt"  # channel of the energy that supports put in, and whatever else moves in time
@@ -30,6 +31,12 @@ def whole_pattern(kind: type) -> tuple:
     """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
     values = (info.default for info in table(kind))
     return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
+
+
+def own_states(kind: Any) -> tuple[str, ...]:
+    """Switched states that a class declares itself: `q.NAME` in its parts, changed by its own `after_switch`."""
+    declared = inspect.getattr_static(kind, "switched")
+    return tuple(name for name in declared if number_in(name, "touching") == 0) if isinstance(declared, tuple) else ()
 
 
 class Form:
@@ -57,6 +64,7 @@ class Form:
             at or None,
             kind.counts,
             {i: at[name] for name, i in kind.stops.items()} if states else {},
+            own_states(kind),
         )
         self._programs: dict[str, Program] = {}
 
@@ -79,7 +87,8 @@ class Form:
     def powers(self) -> tuple:
         drive, damper, support = self.derived.powers()
         known = {"drive": drive, "damper": damper, BELT: support, IMPACT: 0.0}
-        return tuple(known[name] for name in self.kind.kind().channels)
+        own = [known[name] for name in self.kind.kind().channels]
+        return (*own, *(0.0 for _ in self.kind.channels[len(own) :]))  # a channel of one's own stands last
 
     def outcomes(self) -> tuple:
         """All states after each guard."""
@@ -92,26 +101,19 @@ class Form:
             found.append(tuple(after.values()))
         return tuple(found)
 
-    def scene(self) -> tuple:
-        self.shapes = scene_of(self.derived)
-        return tuple(each.points for each in self.shapes)
-
-    def mechanism(self) -> Any:
-        self.bodies = mechanism_of(self.derived)
-        return mechanism_results(self.bodies)
-
 
 RESULTS: dict[str, Callable[[Form], Any]] = {
     "rates": Form.rates,
     "powers": Form.powers,
     "after_switch": Form.outcomes,
-    "scene": Form.scene,
-    "mechanism": Form.mechanism,
+    "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
+    "mechanism": lambda form: mechanism_of(form.derived),
     "contacts": lambda form: form.derived.contact_results(),
     "energy": lambda form: form.derived.energy(),
     "momentum": lambda form: form.derived.common_momentum(),
     "line_momentum": lambda form: form.derived.line_momentum(),
     "vertical_momentum": lambda form: form.derived.vertical_momentum(),
+    "swing": lambda form: form.derived.swing(),
     "outer_force": lambda form: form.derived.outer_force(),
     "wall_force": lambda form: form.derived.wall_force(),
     "actuator": lambda form: form.derived.actuators(),
@@ -136,9 +138,10 @@ class Kind:
         stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
         self.contact_states = tuple(whole.speeds)
         self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
-        self.switched = tuple(self.stops)
+        self.switched = (*self.stops, *own_states(kind))
         pairs = ((name, whole.rates[name]) for name in whole.names)
         self.states = (*(name for pair in pairs for name in pair), *self.switched)
+        self.symmetry = tuple(1 if name in own_states(kind) else -1 for name in self.states)
         self.switch_events = tuple(IMPACT if side else "stop_opened" for _ in stops for side in (1, 0, -1))
         bounces = [stop for _, stop in stops if stop.restitution is not None]
         self.strikes_ground = (IMPACT,) if any(stop.on_ground for stop in bounces) else ()

@@ -31,30 +31,6 @@ class Formula:
     def __lt__(self, other: "Formula") -> bool:
         return self.index < other.index
 
-    def __add__(self, other):
-        return add(self, other) if isinstance(other, SCALARS) else NotImplemented
-
-    def __radd__(self, other):
-        return add(other, self) if isinstance(other, SCALARS) else NotImplemented
-
-    def __sub__(self, other):
-        return sub(self, other) if isinstance(other, SCALARS) else NotImplemented
-
-    def __rsub__(self, other):
-        return sub(other, self) if isinstance(other, SCALARS) else NotImplemented
-
-    def __mul__(self, other):
-        return mul(self, other) if isinstance(other, SCALARS) else NotImplemented
-
-    def __rmul__(self, other):
-        return mul(other, self) if isinstance(other, SCALARS) else NotImplemented
-
-    def __truediv__(self, other):
-        return div(self, other) if isinstance(other, SCALARS) else NotImplemented
-
-    def __rtruediv__(self, other):
-        return div(other, self) if isinstance(other, SCALARS) else NotImplemented
-
     def __neg__(self):
         return self.operands[0] if self.op == "neg" else self.tape.formula("neg", self)
 
@@ -109,6 +85,20 @@ def div(a: Any, b: Any) -> Any:
 
 
 SCALARS = (Formula, int, float)
+
+
+def _operator(function: Callable, turned: bool) -> Callable:
+    def of(self: Formula, other: Any) -> Any:
+        if not isinstance(other, SCALARS):
+            return NotImplemented
+        return function(other, self) if turned else function(self, other)
+
+    return of
+
+
+for _name, _own in (("add", add), ("sub", sub), ("mul", mul), ("truediv", div)):
+    setattr(Formula, f"__{_name}__", _operator(_own, False))
+    setattr(Formula, f"__r{_name}__", _operator(_own, True))
 
 
 class Tape:

@@ -1,8 +1,7 @@
 """On which numbers the equations of a machine are their own mirror image.
 
 The half-period symmetry reverses all states, the drive and friction. Rates and forces along a speed are odd under it,
-masses and loads are even. Terms of the other parity must vanish at all states: their factors are conditions. What
-depends on time explicitly is neither, as half a period later it is another.
+masses and loads are even. Terms of the other parity must vanish at all states: their factors are conditions.
 """
 
 import math
@@ -19,11 +18,12 @@ ODD_FUNCTIONS = ("sin", "tanh", "atan", "neg")
 
 def conditions(motion: Any) -> tuple:
     """What must be zero, of parameters: none where all mirror images are motions, (1.0,) where none is."""
-    turned = {motion.inputs.drive.operands[0], *(each.operands[0] for each in motion.inputs.states)}
+    own = [motion.states[name] for name in motion.own]
+    turned = {motion.inputs.drive.operands[0], *(x.operands[0] for x in motion.inputs.states if x not in own)}
     turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
-    parts, found = Parts(turned, motion.inputs.changing, motion.inputs.t.operands[0]), []
+    parities, found = Parities(turned, motion.inputs.changing), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
-        found += parts.other(Sum.of(quantity), parity)
+        found += parities.other(Sum.of(quantity), parity)
     for each in motion.stops:
         found += _stop_conditions(each)
     found = sorted((each for each in found if each), key=lambda each: len(str(each.terms)))
@@ -66,11 +66,11 @@ def _stop_conditions(stop: Stop) -> list[Sum]:
     return [as_sum(front) - as_sum(back) for front, back in pairs]
 
 
-class Parts:
-    """The parities of formulas, by inputs that change their sign, among those that change at all."""
+class Parities:
+    """Of formulas, by the inputs that change their sign; the others that change, time and signals, are neither."""
 
-    def __init__(self, turned: set[int], changing: set[int], time: int):
-        self.turned, self.changing, self.time = turned, changing | turned, time
+    def __init__(self, turned: set[int], changing: set[int]):
+        self.turned, self.changing = turned, changing | turned
         self._known: dict[Any, tuple[float, bool]] = {}
 
     def other(self, whole: Sum, parity: int) -> list[Sum]:
@@ -94,9 +94,8 @@ class Parts:
     def _of(self, x: Formula) -> tuple[float, bool]:
         if x.op == "input":
             (number,) = x.operands
-            if number == self.time:
-                return NEITHER, True
-            return ODD if number in self.turned else EVEN, number in self.changing
+            moves = number in self.changing
+            return ODD if number in self.turned else NEITHER if moves else EVEN, moves
         own = [self.of(each) for each in x.operands]
         moves, (first, *others) = any(each for _, each in own), (parity for parity, _ in own)
         if x.op in ("mul", "div"):

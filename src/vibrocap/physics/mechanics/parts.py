@@ -265,14 +265,8 @@ class Signal:
     default: Any
 
 
-def coordinate(symbol: str, meaning: str, unit: str, **more: Any) -> Any:
-    """A coordinate of a machine, see `Coordinate`."""
-    return Coordinate(symbol, meaning, unit, **more)
-
-
-def signal(symbol: str, meaning: str, unit: str, default: Any) -> Any:
-    """An input of a machine beside the drive, see `Signal`."""
-    return Signal(symbol, meaning, unit, default)
+coordinate: Any = Coordinate
+signal: Any = Signal
 
 
 def as_sum(x: Any) -> Sum:

@@ -1,20 +1,18 @@
 """The bodies and joints of what a machine is made of, for programs of rigid bodies, and what is drawn of it."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
+from vibrocap.physics.bodies import Body, Link, Shape
 from vibrocap.physics.mechanics.parts import Mass, Point, Support, as_sum
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, total, written
 
-SIZES = ("mass", "place", "rate", "stiffness", "damping", "actuation")
 
-
-def mechanism_of(motion: Any) -> Mechanism | None:
-    """Bodies on slides and on hinges of the length 1; None where a part is neither at a joint nor between bodies."""
-    if motion.imposes or motion.stops or any(isinstance(each, Point) for each in motion.bodies):
+def mechanism_of(motion: Any) -> tuple | None:
+    """Fields of bodies and links, on slides and on hinges of the length 1; None where a part has no place there."""
+    if motion.imposes or motion.stops or motion.own or any(isinstance(each, Point) for each in motion.bodies):
         return None
     used: set[int] = set()
 
@@ -50,7 +48,8 @@ def mechanism_of(motion: Any) -> Mechanism | None:
             between = () if a.on or b.on else own_parts(b.along - a.along)
             links += [Link(a.name, b.name, *between)] if any(each != 0.0 for each in between) else []
     parts = (*motion.springs, *motion.dampers, *motion.drives, *motion.potentials)
-    return Mechanism(tuple(bodies), tuple(links)) if all(id(each) in used for each in parts) else None
+    found = tuple(map(fields_of, bodies)), tuple(map(fields_of, links))
+    return found if all(id(each) in used for each in parts) else None
 
 
 def _joint(motion: Any, m: Any) -> tuple[Any, Quantity] | None:
@@ -71,44 +70,58 @@ def _same(a: Quantity, b: Quantity) -> bool:
     return a.value == b.value and all(a.slope(i) == b.slope(i) for i in {**a.slopes, **b.slopes})
 
 
-def mechanism_results(mechanism: Mechanism | None) -> Any:
-    """The formulas of a mechanism, in tuples."""
-    if mechanism is None:
-        return None
-    bodies = tuple(tuple(getattr(each, name) for name in SIZES) for each in mechanism.bodies)
-    return bodies, tuple((each.stiffness, each.damping, each.actuation) for each in mechanism.links)
-
-
-def filled(mechanism: Mechanism, results: tuple) -> Mechanism:
-    """The mechanism with values in place of formulas."""
-    bodies, links = results
-    return Mechanism(
-        tuple(
-            dataclasses.replace(each, **dict(zip(SIZES, values, strict=True)))
-            for each, values in zip(mechanism.bodies, bodies, strict=True)
-        ),
-        tuple(
-            dataclasses.replace(each, stiffness=k, damping=c, actuation=a)
-            for each, (k, c, a) in zip(mechanism.links, links, strict=True)
-        ),
-    )
+def fields_of(record: Any) -> tuple:
+    """The values of a record's fields."""
+    return tuple(getattr(record, each.name) for each in dataclasses.fields(record))
 
 
 def scene_of(motion: Any) -> tuple[Shape, ...]:
-    """A box for each body that rubs, a disc for each other one, a rod or a spring to what it stands on."""
-    rubs = {id(each.body) for each in motion.contacts}
-    found = []
-    for m in motion.masses:
-        x, z = written(m.along.value), written(m.height.value)
-        if not isinstance(m, Mass):  # what turns only is shown by its angle
-            x, z = written(m.turn.value), 0.0
-        if id(m) in rubs:
-            found.append(Shape("box", m.name, ((x, written(Sum.of(z) + 0.25)),), (1.3, 0.5)))
-            found.append(Shape("contact", f"contact of {m.name}", ((x, z),), (1.2, 0.0)))
-        else:
-            found.append(Shape("disc", m.name, ((x, written(Sum.of(z) + 0.5)),), (0.3, 0.3)))
-        if isinstance(m.on, Mass):
-            kind = "rod" if Quantity.of(m.z).moves else "spring"
-            foot = written(m.on.along.value), written(m.on.height.value + 0.5)
-            found.append(Shape(kind, f"link of {m.name}", (foot, (x, written(Sum.of(z) + 0.5)))))
-    return tuple(found)
+    """A box for each body that rubs, with the masses that slide in it, discs on rods for those that turn; stops."""
+    return tuple(shape for m in motion.masses for shape in (*_body(motion, m), *_joint_shapes(motion, m)))
+
+
+def _place(m: Any) -> tuple[Sum, Sum]:
+    """Where a body stands; of one that turns only its angle, as a place."""
+    return (m.along.value, m.height.value) if isinstance(m, Mass) else (m.turn.value, Sum())
+
+
+def _body(motion: Any, m: Any) -> Iterator[Shape]:
+    """A box with its contact, large enough for what is in it or on it; a disc for what does not rub."""
+    (x, z), rubs = _place(m), [each.body for each in motion.contacts]
+    carried = [each for each in motion.masses if each.on is m]
+    if m not in rubs:
+        yield Shape("disc", m.name, (_at(x, z + (0.4 if _slides(m) else 0.5)),), (0.3, 0.3))
+        return
+    width, height = (1.8, 0.8) if any(map(_slides, carried)) else (1.3 if carried else 1.0, 0.5)
+    yield Shape("box", m.name, (_at(x, z + 0.5 * height),), (width, height))
+    name = "contact" if len(rubs) == 1 else f"contact {rubs.index(m) + 1}"
+    yield Shape("contact", name, (_at(x, z),), (width - 0.1, 0.0))
+
+
+def _joint_shapes(motion: Any, m: Any) -> Iterator[Shape]:
+    """The rod and the hinge on which a body turns; or the spring on which it slides, and its stops."""
+    x, z = _place(m)
+    if isinstance(m.on, Mass) and not _slides(m):
+        pivot = _at(m.on.along.value, m.on.height.value + 0.5)
+        yield Shape("rod", f"rod of {m.name}", (pivot, _at(x, z + 0.5)))
+        yield Shape("hinge", f"pivot of {m.name}", (pivot,))
+        return
+    foot, half, height = (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (m.on.along.value - 0.9, 0.15, 0.4)
+    if any(_same(each, Quantity.of(m.x)) for each in motion.stretches.values()):
+        yield Shape("spring", f"spring of {m.name}", (_at(foot, z + height), _at(x - half, z + height)))
+    for stop in motion.stops:
+        if _same(stop.way, Quantity.of(m.x)):
+            ends = {"in front": as_sum(stop.gap) + half}
+            ends |= {} if stop.back_gap is None else {"behind": -as_sum(stop.back_gap) - half}
+            for name, end in ends.items():
+                at = x - stop.way.value + end
+                yield Shape("rod", f"stop {name}", (_at(at, z + 0.2), _at(at, z + 0.6)))
+
+
+def _slides(m: Any) -> bool:
+    """Whether a body moves to and fro in the one on which it stands."""
+    return isinstance(m, Mass) and m.on is not None and not Quantity.of(m.z).moves
+
+
+def _at(x: Any, z: Any) -> tuple[Any, Any]:
+    return written(x), written(z)

@@ -14,6 +14,7 @@ that stay 0: those that lift a body off the ground or stretch what a drive impos
 from collections.abc import Hashable, Mapping
 from typing import Any
 
+from vibrocap.physics import elementary
 from vibrocap.physics.mechanics.formulas import Formula
 from vibrocap.physics.mechanics.sums import Sum
 
@@ -73,7 +74,7 @@ class Quantity:
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def _of(self, f: Sum, slope: Sum, bend: Sum) -> "Quantity":
+    def _of(self, f: Any, slope: Any, bend: Any) -> "Quantity":
         """A function of it, with its value and its first two derivatives."""
         slopes = {along: slope * own for along, own in self.slopes.items()}
         return Quantity(f, slopes, slope * self.rate, bend * (self.rate * self.rate) + slope * self.curvature)
@@ -101,32 +102,32 @@ class Quantity:
         )
 
     def sin(self):
-        return self._of(self.value.sin(), self.value.cos(), -self.value.sin())
+        return self._of(elementary.sin(self.value), elementary.cos(self.value), -elementary.sin(self.value))
 
     def cos(self):
-        return self._of(self.value.cos(), -self.value.sin(), -self.value.cos())
+        return self._of(elementary.cos(self.value), -elementary.sin(self.value), -elementary.cos(self.value))
 
     def exp(self):
-        e = self.value.exp()
+        e = elementary.exp(self.value)
         return self._of(e, e, e)
 
     def log(self):
         i = 1.0 / self.value
-        return self._of(self.value.log(), i, -(i * i))
+        return self._of(elementary.log(self.value), i, -(i * i))
 
     def sqrt(self):
-        r = self.value.sqrt()
+        r = elementary.sqrt(self.value)
         i = 1.0 / r
         return self._of(r, 0.5 * i, -0.25 * (i * i * i))
 
     def tanh(self):
-        h = self.value.tanh()
+        h = elementary.tanh(self.value)
         slope = 1.0 - h * h
         return self._of(h, slope, -2.0 * (h * slope))
 
     def atan(self):
         d = 1.0 / (1.0 + self.value * self.value)
-        return self._of(self.value.atan(), d, -2.0 * (self.value * (d * d)))
+        return self._of(elementary.atan(self.value), d, -2.0 * (self.value * (d * d)))
 
 
 NOTHING = Sum()

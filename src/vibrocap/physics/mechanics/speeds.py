@@ -76,7 +76,7 @@ class Motion:
     coordinates: the names of all, each with the name of its rate   counts: of those that are several, how many
     gravity: (g_n, g_t); None: not known, and nothing weighs
     states: formulas by name; None: only what does not depend on them
-    touching: of stops by their number, the states that say whether they are touched
+    touching: of stops by their number, the states that say whether they are touched   own: other switched states
     """
 
     def __init__(
@@ -88,9 +88,10 @@ class Motion:
         states: Mapping[str, Any] | None = None,
         counts: Mapping[str, int] | None = None,
         touching: Mapping[int, Any] | None = None,
+        own: tuple[str, ...] = (),
     ):
         self.describe, self.names, self.counts, self.inputs = describe, tuple(coordinates), counts or {}, inputs
-        self.coordinates, self.gravity, self.touching = coordinates, gravity, touching or {}
+        self.coordinates, self.gravity, self.touching, self.own = coordinates, gravity, touching or {}, own
         self.normal, self.back = map(Sum.of, gravity or (0.0, 0.0))
         self.imposes = "drive" in inputs.signals
         self.rates = dict(coordinates)
@@ -102,7 +103,7 @@ class Motion:
     def at(self, states: Mapping[str, Any], touching: Mapping[int, Any] | None = None) -> Any:
         """The same at other states; touching: stops besides, by their number."""
         given = self.describe, self.coordinates, self.inputs, self.gravity, states, self.counts
-        return type(self)(*given, self.touching if touching is None else touching)
+        return type(self)(*given, self.touching if touching is None else touching, self.own)
 
     @property
     def switching(self) -> Iterator[tuple[int, Stop, Formula]]:
@@ -121,6 +122,8 @@ class Motion:
             setattr(q, name, each)
         for name, count in self.counts.items():
             setattr(q, name, tuple(found[numbered(name, i + 1)] for i in range(count)))
+        for name in self.own:
+            setattr(q, name, Quantity(places[name]))
         q.imposed = self._imposed
         return q
 
@@ -159,7 +162,7 @@ class Motion:
     def _find_speeds(self) -> None:
         """Which coordinate gives its rate to the sliding velocity of which contact."""
         nothing, unit = dict.fromkeys(self.names, 0.0), {name: {name: Sum.of(1.0)} for name in self.names}
-        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate(self.names)}
+        sample = {name: self.inputs.tape.formula("place", i) for i, name in enumerate((*self.names, *self.own))}
         self._take(self._space(sample, unit, nothing, nothing))
         self.pivots: dict[str, int] = {}
         self.speeds: list[str] = []  # of the contacts, names of states

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from vibrocap.physics import elementary
-from vibrocap.physics.mechanics.formulas import Formula, add, div, mul, sub
+from vibrocap.physics.mechanics.formulas import FUNCTIONS, Formula, add, div, mul, sub
 
 _left: contextvars.ContextVar = contextvars.ContextVar("products that may still be made", default=None)
 Product = tuple[tuple[Formula, int], ...]  # atoms with their powers, in order
@@ -96,7 +96,7 @@ class Sum:
 
     def __pow__(self, exponent: int | float):
         if exponent == 0.5:
-            return self.sqrt()
+            return elementary.sqrt(self)
         if exponent != int(exponent) or exponent < 0:
             raise TypeError(f"should be a whole number >= 0, or 0.5, got the exponent {exponent!r}")
         found = Sum.of(1.0)
@@ -104,29 +104,16 @@ class Sum:
             found = found * self
         return found
 
-    def _function(self, name: str) -> "Sum":
+
+def _function(name: str) -> Any:
+    def of(self: Sum) -> Sum:
         return Sum.of(getattr(elementary, name)(written(self)))
 
-    def sin(self):
-        return self._function("sin")
+    return of
 
-    def cos(self):
-        return self._function("cos")
 
-    def exp(self):
-        return self._function("exp")
-
-    def log(self):
-        return self._function("log")
-
-    def sqrt(self):
-        return self._function("sqrt")
-
-    def tanh(self):
-        return self._function("tanh")
-
-    def atan(self):
-        return self._function("atan")
+for _name in FUNCTIONS:
+    setattr(Sum, _name, _function(_name))
 
 
 @contextlib.contextmanager

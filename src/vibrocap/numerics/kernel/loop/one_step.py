@@ -137,7 +137,7 @@ def step(floats, ints, trace, lane):
     if event == 1:
         event, h = polished_step(floats, ints, lane, h, longest)
     elif event >= PLACE_PASSED:
-        h = repeated_step(floats, ints, lane, event, h)
+        event, h = repeated_step(floats, ints, lane, event, h)
     on_piece(floats, ints, trace, lane, h)
     watch_load(floats, ints, lane, h)
     if ints[STIFF + lane] == 0:

@@ -142,8 +142,8 @@ def step_simd(floats, ints, trace, running):
     if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (slow | (ORDER * last * longest < GENTLE * before))
-        gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
-        for c in range(1, CONTACTS):
+        gentle = gentle | (longest >= remaining)
+        for c in range(CONTACTS):
             gentle = gentle | whole_above(ints, ZEROS + c * LANES, 0)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | slow | whole_above(ints, PATIENCE, 1))
         if SEVERAL:

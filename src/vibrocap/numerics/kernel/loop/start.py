@@ -3,9 +3,10 @@
 And its end, where the sides must be those with which a motion starts that continues it.
 """
 
+from vibrocap.numerics.kernel.arithmetic.roots import SLIGHT
 from vibrocap.numerics.kernel.events.contact import DOUBT, rests_beside, velocity_rounding
 from vibrocap.numerics.kernel.generated.ensemble import PAUSE, SLOW, SWEEPS, WAIT
-from vibrocap.numerics.kernel.generated.equations import contact_velocity
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS, MANIFOLDS, SLOWED, STATE_OF, STICKS
 from vibrocap.numerics.kernel.generated.lane import (
     CAME_FROM,
@@ -30,7 +31,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import begin_drive, branch_in_doubt
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
@@ -103,6 +104,8 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
     """
     if v != 0.0 and (STICKS[c] + KINKS[c] == 0 or abs(v) > share * velocity_rounding(floats, lane, c, v)):
         return False
+    if v != 0.0 and STICKS[c] == 0 and told_from_rest(floats, lane, c, v):
+        return False
     if not rests_beside(floats, lane, c):
         floats[STATE + STATE_OF[c] * LANES + lane] -= v
     if STICKS[c] == 1:
@@ -111,6 +114,18 @@ def rests_to_rounding(floats, ints, lane, c, v, share):
     else:
         ints[ZEROS + c * LANES + lane] = 1
     return True
+
+
+def told_from_rest(floats, lane, c, v):
+    """Whether friction tells v, the velocity of a contact at the state in WORK, from rest: rock creeps at 1e-11 m/s."""
+    place, state, side = SIDE + c * LANES + lane, WORK + STATE_OF[c], floats[SIDE + c * LANES + lane]
+    floats[place] = 1.0 if v > 0.0 else -1.0
+    rates(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + ROWS)
+    floats[state] -= v
+    rates(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + 2 * ROWS)
+    floats[place] = side
+    moving, still = floats[WORK + ROWS + STATE_OF[c]], floats[WORK + 2 * ROWS + STATE_OF[c]]
+    return abs(moving - still) > SLIGHT * (abs(moving) + abs(still))
 
 
 def present_velocity(floats, lane, c):

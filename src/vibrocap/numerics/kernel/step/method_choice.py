@@ -7,6 +7,7 @@ from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
 from vibrocap.numerics.kernel.generated.lane import (
+    DECAY_RATE,
     EXPLICIT_STEP,
     IMPLICIT_STEP,
     IMPLICIT_STEPS,
@@ -58,18 +59,24 @@ def chosen_step(floats, ints, lane, remaining):
     ints[PATIENCE + lane] -= 1
     if ints[STIFF + lane] == 0:
         explicit, gentle = series_step(floats, ints, lane, remaining)
-        if gentle or ints[PATIENCE + lane] > 0:
+        beyond = explicit != explicit  # so stiff that coefficients are no numbers
+        if beyond:
+            explicit = 1.0 / floats[DECAY_RATE + lane]
+        elif gentle or ints[PATIENCE + lane] > 0:
             return explicit
         ints[PATIENCE + lane] = LOOK
         stretch = explicit * spectral_radius(floats, ints, lane)
-        if stretch < GENTLE:
+        if stretch < GENTLE and not beyond:
             if stretch < 0.5 * GENTLE:
                 ints[PATIENCE + lane] = rest_steps(ints, lane)
             return explicit
         floats[EXPLICIT_STEP + lane] = explicit
         floats[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
         ints[PATIENCE + lane] = 0  # one step tells whether it pays
-        h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), 1)
+        tries = 60 if beyond else 1
+        h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), tries)
+        if h == 0.0 and beyond:
+            return math.nan
         if h == 0.0:
             ints[PATIENCE + lane] = LOOK if SEVERAL else rest_steps(ints, lane)
             return -1.0 if SEVERAL else explicit
@@ -168,13 +175,14 @@ def polished_step(floats, ints, lane, h, longest):
 
 
 def repeated_step(floats, ints, lane, event, h):
-    """Repeat an implicit step up to an event within it, whose length is returned.
+    """(event, length) of an implicit step that ends with an event within it, or with none.
 
     The dense output is less exact than the end of a step. So the length is that at which the guard vanishes at the very
-    end, by Newton's method: what is met there is not to be met again at once.
+    end, by Newton's method: what is met there is not to be met again at once. Where the guard is still positive there,
+    only the dense output saw an event.
     """
     if ints[STIFF + lane] == 0:
-        return h
+        return event, h
     which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
     for repeat in range(REPEATS):
         implicit_stages(floats, ints, lane, h)
@@ -188,7 +196,7 @@ def repeated_step(floats, ints, lane, event, h):
             break
         before = left
         h -= floats[out + which] / slope
-    return h
+    return 0 if which >= 0 and floats[out + which] > SLIGHT else event, h
 
 
 def length_to_rest(floats, ints, lane, h, longest):

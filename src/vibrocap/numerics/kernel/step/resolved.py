@@ -13,7 +13,6 @@ from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import (
     GAPS,
     KINKS,
-    LACUNARY,
     SHARP,
     SHARP_CONTACT,
     SHARP_INTERNAL,
@@ -28,8 +27,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     SIDE,
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
-from vibrocap.numerics.kernel.step.taylor import series_tail
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
@@ -48,8 +46,6 @@ def resolved(floats, lane, h):
         return True  # nothing to see; or at rest for the whole step
     start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
     change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, h)
-    if LACUNARY and not telling(floats, lane, h):
-        return h <= 8.0 * EPSILON * floats[PERIOD + lane]
     if not SHARP_INTERNAL and not (GAPS and abs(start) <= FAINT * change):
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
@@ -72,21 +68,6 @@ def seen(floats, lane, h, change):
         unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0
         or h <= 8.0 * EPSILON * floats[PERIOD + lane]
     )
-
-
-def telling(floats, lane, h):
-    """Whether the last terms of every contact velocity are small against it, over a step of length h.
-
-    An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn. Of a contact
-    at rest the series is rounding.
-    """
-    fine = h == h
-    for c in range(CONTACTS):
-        row = VELOCITY_OF[c] + lane
-        reached = abs(floats[row]) + excursion(floats, row, h)
-        resting = floats[SIDE + c * LANES + lane] == 0.0
-        fine = fine & (resting | (series_tail(floats, row, h) <= FAINT * reached))
-    return fine
 
 
 def known(floats, lane, least, most):

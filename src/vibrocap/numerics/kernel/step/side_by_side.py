@@ -4,11 +4,11 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, m
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, LACUNARY, SHARP_CONTACT, SHARP_INTERNAL, STICKS
+from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP_CONTACT, SHARP_INTERNAL, STICKS
 from vibrocap.numerics.kernel.generated.lane import TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn, telling
+from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
     holding_terms,
@@ -64,16 +64,13 @@ def resolved_simd(floats, side, start, change, h, moving):
                     own = abs(floats[VELOCITY_OF[SHARP_CONTACT] + lane])
                     learn(floats, lane, length, own - reached, own + reached)
             fine = fine | asked_before(floats, resting, least, most)
-    shown = moving | ~moving
-    if LACUNARY:
-        shown = ~moving | telling(floats, every, h)
     if bits(~fine) == 0:
-        return fine & shown
+        return fine
     low, high = start - change, start + change
     if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] > 0:
         low = where(side > 0.0, max(low, 0.0), low)
         high = where(side < 0.0, min(high, 0.0), high)
-    return (fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)) & shown
+    return fine | (unresolved(floats, every, h, h, start, start, low, high, 0.0) == 0.0)
 
 
 def asked_before(floats, resting, least, most):

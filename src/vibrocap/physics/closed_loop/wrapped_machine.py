@@ -1,0 +1,42 @@
+"""A machine behind what makes its effort: an actuator or a controller."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+class WrappedMachine:
+    """A machine with further states behind its own, whose effort follows from them; all else is the machine's own."""
+
+    machine: Any
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.machine, name)
+
+    def _own(self, y) -> tuple:
+        """The states of the machine."""
+        return tuple(y[: len(self.machine.states)])
+
+    def _passed(self, t, y, drive, frictions) -> tuple:
+        """(states of the machine, what it feels)."""
+        raise NotImplementedError
+
+    def actuator(self, t, y, frictions) -> Mapping[str, Any]:
+        """Of an imposed motion, which has none of them."""
+        return {}
+
+
+def _of_states(name: str) -> Callable:
+    return lambda self, t, y: getattr(self.machine, name)(t, self._own(y))
+
+
+def _of_effort(name: str) -> Callable:
+    def function(self, t, y, drive, frictions):
+        return getattr(self.machine, name)(t, *self._passed(t, y, drive, frictions), frictions)
+
+    return function
+
+
+for _name in ("energy", "momentum", "line_momentum", "vertical_momentum", "scene"):
+    setattr(WrappedMachine, _name, _of_states(_name))
+for _name in ("wall_force", "powers"):
+    setattr(WrappedMachine, _name, _of_effort(_name))
