@@ -100,7 +100,7 @@ def turned(picture):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()])
+@pytest.mark.parametrize("law", [vc.Exponential(), pytest.param(vc.LuGre(), marks=pytest.mark.exhaustive)])
 def test_mirrored_start_half_a_period_later_goes_the_other_way(law):
     system = capsule(law)
     first = basins(system, PLANE, 40, phase=0.15)

@@ -280,9 +280,12 @@ def test_a_linkage_does_not_lift_off_at_a_mode_that_is_only_tried():
 RAMPED = [vc.TwoBodyCrawler(mass_2=1.4), vc.ThreeBodyCrawler(normal_load_3=1.3), vc.LinkageCrawler(stiffness=4.0)]
 
 
+RAMPED_ON = [vc.Coulomb(0.1, 0.15), vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.15)]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", RAMPED, ids=lambda machine: machine.name)
-@pytest.mark.parametrize("law", [vc.Coulomb(0.1, 0.15), vc.LuGre(coulomb_coefficient=0.1, static_coefficient=0.15)])
+@pytest.mark.parametrize("law", exhaustive_but([0], RAMPED_ON))
 def test_a_ramp_on_several_contacts_is_certified(machine, law):
     """A saw-tooth, whose force jumps where a period ends."""
     system = vc.System(machine, law, vc.Ramp(rate=0.15, start=-0.1, duration=5.0))

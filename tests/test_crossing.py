@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.crossings import crossing_bracket
@@ -35,7 +36,7 @@ def drift(system, periods=400):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
     found = vc.crossing(capsule(law), "drift", RATIO, (0.2, 8.1), initial=START, points=30)
     (place,) = found.found
@@ -51,7 +52,7 @@ def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_no_control_point_at_the_printed_parameters(law):
     """The paper's O1 and O2: every steady motion is symmetric, so that the drift is nothing throughout."""
     found = vc.crossing(capsule(law, 4.0), "drift", RATIO, PRINTED_RANGE, initial=START, points=40)
@@ -236,7 +237,7 @@ def test_bad_input_is_refused_before_any_work(system, arguments, complaint):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_crossings_along_a_branch_are_those_of_the_sweep(law):
     branch = vc.branch(capsule(law), RATIO, (0.2, 8.1), initial=START)
     (place,) = branch.crossings("drift")

@@ -146,7 +146,7 @@ CASES = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1, 4, 6], [*SYSTEMS]))
+@pytest.mark.parametrize("name", exhaustive_but([0, 1, 4], [*SYSTEMS]))
 def test_slopes_are_those_of_tight_differences(name):
     """Constant and dynamic loads, laws of every kind, moving corners, a slope and an actuator."""
     orbit = vc.orbit(SYSTEMS[name], initial={"angle": 1.0}, tolerance=1e-13)
@@ -196,7 +196,7 @@ def random_system(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", exhaustive_but([3, 5], range(20)))
+@pytest.mark.parametrize("seed", exhaustive_but([3], range(20)))
 def test_slopes_of_random_systems_are_those_of_tight_differences(seed):
     """Where the mode sequence of all neighbours is that of the orbit, to 1e-8; the others are left out, and are few."""
     orbit = random_system(seed)
@@ -379,7 +379,7 @@ def test_a_failed_orbit_has_neither_gradients_nor_numbers(tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", ["delay", "period", "corner", "start on the orbit"])
+@pytest.mark.parametrize("fault", exhaustive_but([0, 2], ["delay", "period", "corner", "start on the orbit"]))
 def test_a_planted_fault_is_seen(fault, first, monkeypatch):
     """An event whose delay is left out, an end that does not move, corners that stand still, a start that stays."""
     orbit = first if fault != "corner" else vc.orbit(SYSTEMS["duty"], initial={"angle": 1.0}, tolerance=1e-13)

@@ -14,6 +14,7 @@ import scipy.linalg
 import scipy.optimize
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
@@ -81,8 +82,10 @@ def test_the_torque_is_that_of_the_ideal_tracking():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("load", [2.0, "dynamic"])
-@pytest.mark.parametrize("law", [vc.Coulomb(0.2, 0.3), vc.LuGre()])
+@pytest.mark.parametrize(
+    ("load", "law"),
+    exhaustive_but([0, 3], [(load, law) for load in (2.0, "dynamic") for law in (vc.Coulomb(0.2, 0.3), vc.LuGre())]),
+)
 def test_errors_die_out_as_the_gains_say_whatever_the_contact_does(load, law):
     drive, controller = vc.Harmonic(0.7, 1.3), vc.AngleComputedTorque(5.0, 1.5)
     system = vc.System(vc.PendulumCapsule(normal_load=load), law, drive, controller=controller)

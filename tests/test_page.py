@@ -11,6 +11,7 @@ from matplotlib.text import Text
 
 import vibrocap as vc
 from test_stick_slip import Belt
+from thinned import exhaustive_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.identification.experiments.motions import ramp
@@ -122,15 +123,14 @@ def test_a_motion_fits_a_column(motion):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", RESULTS)
-def test_every_kind_of_picture_fits_a_column_and_a_page(kind):
+@pytest.mark.parametrize(("width", "header"), exhaustive_but([0], [("column", True), ("page", False)]))
+def test_every_kind_of_picture_fits_a_column_and_a_page(kind, width, header):
     if kind == "front":
         pytest.importorskip("pymoo")
-    result = RESULTS[kind]()
-    for (width, size), header in zip(WIDTHS.items(), (True, False), strict=True):
-        figure = vc.figure(result, width=width, header=header)
-        assert figure.get_figwidth() == size
-        assert crowded(figure) == [], (width, header)
-        assert not [t for t in texts_of(figure) if t in (figure._suptitle, figure._supxlabel) and not header]
+    figure = vc.figure(RESULTS[kind](), width=width, header=header)
+    assert figure.get_figwidth() == WIDTHS[width]
+    assert crowded(figure) == []
+    assert not [t for t in texts_of(figure) if t in (figure._suptitle, figure._supxlabel) and not header]
 
 
 @pytest.mark.slow

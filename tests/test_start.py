@@ -239,7 +239,7 @@ def random_system(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seeds",
-    exhaustive_but([8, 11], [range(i, 120, 12) for i in range(12)]),  # kept: every machine, every law
+    exhaustive_but([8], [range(i, 120, 12) for i in range(12)]),  # kept: every law and drive, most machines
     ids=lambda seeds: f"from {seeds[0]}",
 )
 def test_a_hundred_systems_are_continued_at_events_of_every_kind(seeds):

@@ -76,7 +76,7 @@ HELD = {
     "actuator": vc.System(CAPSULE, vc.Exponential(), SQUARE, actuator=vc.Actuator(time_constant=0.3)),
 }
 FAST = ("readme", "several")
-SLOW = ("lugre", "maxwell-slip", "cubic", "dynamic-load", "stops", "imposed", "imposed-curved", "actuator")
+SLOW = ("lugre", "cubic", "dynamic-load", "stops", "imposed", "actuator")
 
 
 def cases(table):

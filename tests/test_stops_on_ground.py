@@ -201,6 +201,14 @@ def block(given):
     return vc.OscillatorWithStops(**given), "position"
 
 
+@pytest.mark.parametrize("made", [block, capsule])
+def test_stops_are_symmetric_only_if_they_are_alike(made):
+    alike = FREE | {"back_gap": FREE["gap"], "stop_damping": 0.6}
+    assert made(alike)[0].symmetric
+    for name in ("back_gap", "back_stop_stiffness", "back_stop_damping"):
+        assert not made(alike | {name: 0.7})[0].symmetric, name
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("made", [block, capsule])

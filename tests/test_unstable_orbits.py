@@ -40,14 +40,14 @@ def simulated(system, state, periods=400):
     return marks[-1, 2] - marks[-2, 2]
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_what_is_pushed_off_goes_to_both_twins(law):
     reached = symmetric(law).pushed_off()
     assert sorted(each.drift for each in reached) == pytest.approx([-DRIFTS[law], DRIFTS[law]], abs=1e-10)
     assert all(each.stable for each in reached)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 @pytest.mark.parametrize("off", exhaustive_but([0, 2], [0.0, 1e-10, -1e-10, 1e-7, -1e-7]))
 def test_a_start_near_a_saddle_leads_to_what_the_capsule_does(law, off):
     start = symmetric(law).state
@@ -76,7 +76,7 @@ def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
     assert not found.stable
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", exhaustive_but([0], [*LAWS]))
 def test_the_way_on_which_a_state_lies_comes_first(law):
     """Close by, the way of a start off the saddle is that of a simulation."""
     saddle = symmetric(law)
