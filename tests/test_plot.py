@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 import vibrocap as vc
 from vibrocap.motion.status import Status
 from vibrocap.plotting.animation import ARROW, Scene, animate_motion
+from vibrocap.plotting.histories import hides_lift_off
 from vibrocap.plotting.look.labels import filled, part_items, parts_title, symbol_text
 from vibrocap.plotting.look.trace import Trace
-from vibrocap.plotting.motion import hides_lift_off
 from vibrocap.quantities.dimensional import computed
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

@@ -168,9 +168,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.physics.system import System
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.fronts import draw_front
+    from vibrocap.plotting.histories import draw_history, draw_load
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.look.style import style
-    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
+    from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
     from vibrocap.plotting.steady.basins import draw_basins
     from vibrocap.plotting.steady.branches import draw_branch, draw_floquet_multipliers

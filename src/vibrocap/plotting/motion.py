@@ -8,17 +8,30 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.events import IMPACT
 from vibrocap.physics.names import number_in, numbered
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes
-from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
-from vibrocap.plotting.look.labels import IN_SI, LABELS, parts_in_si, parts_title, quantity_label, scale, with_unit
+from vibrocap.plotting.histories import (
+    FAINT,
+    LAST,
+    Stretch,
+    control_panels,
+    hides_lift_off,
+    history,
+    label_of,
+    last_periods,
+    load_panel,
+    mark_impacts,
+    place_of,
+    shown_in_detail,
+    whole_run,
+)
+from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
+from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
     ANY_UNITS,
     DIMENSIONLESS,
-    STICK_SHADE,
     blank_figure,
     footnote,
     given_axes,
@@ -28,23 +41,13 @@ from vibrocap.plotting.look.style import (
 )
 from vibrocap.plotting.look.trace import Trace
 
-DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
-AT_REST, NEARLY_AT_REST = 1e-6, 1e-3  # of the range of every state: by how much it still differs from its end
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
 WIDTH = 11.5  # inches of the whole picture
 PRINTED = 1.25  # inches: the height of a panel that is fitted to a page
-FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
-LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
 SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
 HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", "zorder": 2}
-GIVEN: dict[str, Any] = {"color": BLACK, "linewidth": 1.5, "linestyle": (0, (5, 2)), "zorder": 2}
-TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
-PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
-STRUCK: dict[str, Any] = {"color": VERMILION, "marker": "^", "markersize": 5, "linestyle": "none", "zorder": 5}
-STRUCK |= {"clip_on": False, "label": "impact"}
-STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
 
@@ -72,25 +75,25 @@ def motion_figure(motion: Trajectory) -> Figure:
             left, right = fig.subfigures(2, 1, squeeze=False, height_ratios=(rows, below))[:, 0]
         else:
             left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes, detail = left.subplots(rows, 1), _detail(motion)
+        axes, detail = left.subplots(rows, 1), shown_in_detail(motion)
         if several:
             _histories_of_all(axes[:5], motion, detail)
         else:
             _time_histories(axes[:4], motion, detail)
         if system.controller is not None:
-            _control(axes[4 + several : 6 + several], motion, detail)
+            control_panels(axes[4 + several : 6 + several], motion, detail)
         if loaded and several:
             names = [numbered("reaction", each) for each in contacts_of(motion)]
             draw_all(motion, names, "normal load $N_i$", detail, axes[-1])
             axes[-1].set_title("Loads")
         elif loaded:
-            _load(motion, detail, axes[-1])
+            load_panel(motion, detail, axes[-1])
             axes[-1].set_title("Load")
         _share_time(axes[1:])
         left.align_ylabels()
         shown = _planes(motion)
         *planes, loop = right.subplots(len(shown) + 1, 1)
-        recent = _last(motion, 1) if detail[1] == motion.end else detail
+        recent = last_periods(motion, 1) if detail[1] == motion.end else detail
         for ax, (what, x, y) in zip(planes, shown, strict=True):
             _phase_plane(motion, x, y, recent, ax).set_title(what)
             if ax is not planes[0] and (legend := ax.get_legend()):
@@ -107,119 +110,7 @@ def motion_figure(motion: Trajectory) -> Figure:
     return fig
 
 
-def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
-    """Shade the times at which the contact sticks, divided by `scale`; returns whether there are any."""
-    stuck = [phase for phase in motion.phases if phase.side == STUCK and phase.end > start and phase.start < end]
-    if motion.system.friction.kind != "set-valued":
-        return False
-    for number, phase in enumerate(stuck):
-        label = "stuck" if number == 0 else None
-        axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, label=label, **STICK_SHADE)
-    return bool(stuck)
-
-
-def hides_lift_off(motion: Trajectory) -> bool:
-    """Whether the load is constant, and the true one negative somewhere: the machine would have lifted off."""
-    if motion.system.machine.follows_load or "reaction" not in motion.observable_names or not len(motion.piece_start):
-        return False
-    return bool(np.min(Trace(motion, motion.start_time, motion.end)["reaction"]) < 0.0)
-
-
-def _mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
-    """Mark where a run stopped that did not go to its end, at a time divided by `unit`; whether it did."""
-    if not motion.run_status.ok:
-        ax.axvline(motion.end / unit, label=motion.run_status.value, **STOPPED)
-    return not motion.run_status.ok
-
-
 # --- single panels ----------------------------------------------------------------------------------------------------
-@in_own_lines
-def draw_history(
-    motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
-) -> Axes:
-    """A quantity of a motion over time in drive periods; where the contact sticks is shaded.
-
-    name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
-    Returns the axes: `ax`, or those of a new figure.
-    """
-    return _history(motion, name, _last(motion, periods), given_axes(ax), shaded=periods is not None)
-
-
-Stretch = tuple[float, float]
-
-
-def _last(motion: Trajectory, periods: float | None) -> Stretch:
-    """So many periods at the end of a motion, None: all of it."""
-    start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
-    return start, motion.end
-
-
-def _detail(motion: Trajectory) -> Stretch:
-    """What histories show in detail: the last periods; of a motion that is at rest in them, how it came to rest."""
-    start, end = _last(motion, DETAIL_PERIODS)
-    states = np.array([motion[name] for name in motion.state_names])
-    ranges = np.maximum(np.ptp(states, axis=1, keepdims=True), np.finfo(float).tiny)
-    moved = np.abs(states - states[:, -1:]) / ranges
-    if start <= motion.start_time or np.max(moved[:, motion.time >= start]) > AT_REST:
-        return start, end
-    moving = motion.time[np.any(moved > NEARLY_AT_REST, axis=0)]
-    begin = motion.start_time
-    return begin, min(end, begin + 1.25 * float(np.max(moving, initial=begin) - begin))
-
-
-def _history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
-    """A quantity over a stretch of a motion; shaded: where the contact sticks."""
-    trace, period = Trace(motion, *stretch), motion.period
-    with style():
-        shaded = shaded and shade_stick(ax, motion, *stretch, period)
-        ax.plot(trace.time / period, trace[name], **LAST)
-        if name not in ("position", motion.system.machine.place):
-            ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(ylabel=_label(motion, name), xlabel=LABELS["periods"])
-        stopped = _mark_stop(ax, motion, period)
-        if stretch != _last(motion, None):
-            ax.set_xlim(stretch[0] / period, stretch[1] / period)
-        if shaded or stopped:
-            legend_above(ax)
-    return ax
-
-
-@in_own_lines
-def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
-    """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
-
-    A load that follows the motion is drawn as it is, and where it vanishes the end of the run is marked. A constant
-    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off.
-
-    periods: so many at the end, by default all. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
-    for a machine that does not know its load.
-    """
-    if "reaction" not in motion.observable_names:
-        raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
-    return _load(motion, _last(motion, periods), given_axes(ax))
-
-
-def _load(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
-    trace, period, machine = Trace(motion, *stretch), motion.period, motion.system.machine
-    load = trace["reaction"]
-    with style():
-        ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
-        if machine.follows_load:
-            ax.plot(trace.time / period, load, **LAST)
-        else:
-            given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
-            ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
-            ax.plot(trace.time / period, load, **TRUE, label="true load")
-            if np.min(load) < 0.0:
-                below = np.minimum(load, 0.0)
-                ax.fill_between(trace.time / period, below, 0.0, **PULLING, label="the ground would have to pull")
-        _mark_stop(ax, motion, period)
-        ax.set(ylabel=_label(motion, "reaction"), xlabel=LABELS["periods"])
-        if stretch != _last(motion, None):
-            ax.set_xlim(stretch[0] / period, stretch[1] / period)
-        if ax.get_legend_handles_labels()[0]:
-            legend_above(ax)
-    return ax
 
 
 @in_own_lines
@@ -230,18 +121,18 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         what travels is drawn less the steady travel, so that a steady motion closes
     Returns the axes: `ax`, or those of a new figure.
     """
-    return _phase_plane(motion, x, y, _last(motion, 1), given_axes(ax, (5.0, 3.6)))
+    return _phase_plane(motion, x, y, last_periods(motion, 1), given_axes(ax, (5.0, 3.6)))
 
 
 def _phase_plane(motion: Trajectory, x: str | None, y: str | None, recent: Stretch, ax: Axes) -> Axes:
     inner, rate = _inner_plane(motion)
     x, y = x or inner, y or rate
     period, begin, (last, end) = motion.period, motion.start_time, recent
-    parts = [(Trace(motion, last, end), LAST, "last period" if recent == _last(motion, 1) else "to rest")]
+    parts = [(Trace(motion, last, end), LAST, "last period" if recent == last_periods(motion, 1) else "to rest")]
     if last > begin:
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods"))
-    travels = x == _place(motion) and motion.system.cyclic is not None and end - begin >= period
+    travels = x == place_of(motion) and motion.system.cyclic is not None and end - begin >= period
     size = scale(x, motion.system)
     speed = size * float(np.diff(motion.at([last, end], x))[0]) / period if travels else 0.0
     origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
@@ -251,8 +142,8 @@ def _phase_plane(motion: Trajectory, x: str | None, y: str | None, recent: Stret
         trace = parts[-1][0]
         ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
         steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-        place = with_unit(steady, x, motion.system) if travels else _label(motion, x)
-        ax.set(xlabel=place, ylabel=_label(motion, y))
+        place = with_unit(steady, x, motion.system) if travels else label_of(motion, x)
+        ax.set(xlabel=place, ylabel=label_of(motion, y))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
@@ -271,7 +162,7 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
     """
     if contact not in (contacts := contacts_of(motion)):
         raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
-    return _friction_loop(motion, contact, _last(motion, 1), given_axes(ax, (5.0, 3.6)))
+    return _friction_loop(motion, contact, last_periods(motion, 1), given_axes(ax, (5.0, 3.6)))
 
 
 def _friction_loop(motion: Trajectory, contact: int, recent: Stretch, ax: Axes) -> Axes:
@@ -293,8 +184,8 @@ def _friction_loop(motion: Trajectory, contact: int, recent: Stretch, ax: Axes) 
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        last = ", last period" if recent == _last(motion, 1) else ""
-        ax.set(xlabel=_label(motion, names[0]) + last, ylabel=_label(motion, names[1]))
+        last = ", last period" if recent == last_periods(motion, 1) else ""
+        ax.set(xlabel=label_of(motion, names[0]) + last, ylabel=label_of(motion, names[1]))
         ax.locator_params(axis="x", nbins=7)
         legend_above(ax)
     return ax
@@ -319,55 +210,14 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
 
 def _time_histories(axes: Any, motion: Trajectory, detail: Stretch) -> None:
     """The position over the whole run, then angle, velocity and friction in detail."""
-    _whole_run(axes[0], motion, detail)
+    whole_run(axes[0], motion, detail)
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
-        _history(motion, name, detail, ax, shaded=True).set_title(title)
-        _mark_impacts(ax, motion, detail) if name == moving else None
+        history(motion, name, detail, ax, shaded=True).set_title(title)
+        mark_impacts(ax, motion, detail) if name == moving else None
         if name != moving and (legend := ax.get_legend()):
             legend.remove()
-
-
-def _whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
-    """The place over the whole run, beside the reference where it is what is controlled."""
-    period, place = motion.period, _place(motion)
-    what = ("Place" if motion.system.cyclic is None else "Travel") + " of body 1" * (len(contacts_of(motion)) > 1)
-    _history(motion, place, _last(motion, None), ax, shaded=False).set_title(f"{what} over the whole run")
-    if motion.system.controller is not None and motion.system.controller.compared(motion.system.machine) == place:
-        trace = Trace(motion, *_last(motion, None))
-        ax.plot(trace.time / period, trace["reference"], **GIVEN, label="reference")
-    if detail != _last(motion, None):
-        ax.axvspan(detail[0] / period, detail[1] / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
-    if ax.get_legend_handles_labels()[0]:
-        legend_above(ax)
-
-
-def _mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
-    """A mark at every impact within a stretch, on the edge of the panel."""
-    times = [event.time for event in motion.events if event.kind == IMPACT and stretch[0] <= event.time <= stretch[1]]
-    if times:
-        ax.plot(np.array(times) / motion.period, np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
-        legend_above(ax)
-
-
-def _control(axes: Any, motion: Trajectory, stretch: Stretch) -> None:
-    """What a controller sees and does: the error, or the reference of a function of states, and the command."""
-    controller, system = motion.system.controller, motion.system
-    followed, trace, period = controller.compared(system.machine), Trace(motion, *stretch), motion.period
-    error = trace["reference"] - (trace[followed] if followed else 0.0)
-    with style():
-        axes[0].plot(trace.time / period, error, **LAST)
-        axes[0].axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        label = "error $r - y$" if followed else "reference $r$"
-        axes[0].set(title="Controller", ylabel=with_unit(label, followed or "reference", system))
-        axes[0].set_xlim(stretch[0] / period, stretch[1] / period)
-        _history(motion, "drive", stretch, axes[1], shaded=False).set_title("Actuator")
-        axes[1].set_xlim(stretch[0] / period, stretch[1] / period)
-        if (limit := getattr(controller, "limit", None)) is not None:
-            for sign in (1.0, -1.0):
-                axes[1].axhline(sign * limit * scale("drive", system), **GIVEN, label="limit" if sign > 0 else None)
-            legend_above(axes[1])
 
 
 def _share_time(axes: Any) -> None:
@@ -379,14 +229,14 @@ def _share_time(axes: Any) -> None:
 
 def _histories_of_all(axes: Any, motion: Trajectory, detail: Stretch) -> None:
     """The position over the whole run, then all gaps, velocities, friction forces and modes in detail."""
-    _whole_run(axes[0], motion, detail)
+    whole_run(axes[0], motion, detail)
     contacts = contacts_of(motion)
     gaps = [name for name in motion.state_names if number_in(name, "displacement")]
     machine = motion.system.machine
     imposed = machine.imposes_distances  # its velocities are no states, and its gaps are shares of the drive
     bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contact_states
     places = [name for name in (numbered("position", each) for each in contacts) if name in motion.names]
-    second = ["drive"] if imposed else gaps or places or [_place(motion)]
+    second = ["drive"] if imposed else gaps or places or [place_of(motion)]
     words = "displacement $z$" if imposed else "gap $z_i$" if gaps else "position $x_i$"
     draw_all(motion, second, words, detail, axes[1])
     draw_all(motion, bodies, "velocity $v_i$", detail, axes[2])
@@ -395,19 +245,14 @@ def _histories_of_all(axes: Any, motion: Trajectory, detail: Stretch) -> None:
     titles = "Gaps" if imposed or gaps else "Positions", "Bodies", "Contacts", "Modes"
     for ax, title in zip(axes[1:], titles, strict=True):
         ax.set(title=title)
-    _mark_impacts(axes[2], motion, detail)
+    mark_impacts(axes[2], motion, detail)
 
 
 def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
     """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
-    inner, body = _inner_plane(motion), (_place(motion), _body_velocity(motion))
+    inner, body = _inner_plane(motion), (place_of(motion), _body_velocity(motion))
     title = "Actuator" if motion.system.machine.imposes_motion else _inner_name(motion)
     return [(title, *inner)] + ([(_body_name(motion), *body)] if body != inner else [])
-
-
-def _place(motion: Trajectory) -> str:
-    """The place of what rubs: the position, or the state that is it in a machine of one's own."""
-    return "position" if "position" in motion.names else motion.system.machine.place or motion.state_names[0]
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:
@@ -452,8 +297,3 @@ def _inner_name(motion: Trajectory) -> str:
         return _body_name(motion)
     known = {"approach": "Block, across the belt", "angle": "Pendulum"}
     return known.get(first, "Inner motion" if machine.cyclic else first.replace("_", " ").capitalize())
-
-
-def _label(motion: Trajectory, name: str) -> str:
-    """The axis label of a quantity, with its unit where that is known."""
-    return with_unit(quantity_label(name, motion.system), name, motion.system)

@@ -27,6 +27,7 @@ from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.physics.friction.law import Law
 from vibrocap.plotting.fits import comparison_figure, draw_forces, draw_intervals, fit_figure, match_figure
 from vibrocap.plotting.fronts import draw_front, front_figure
+from vibrocap.plotting.histories import draw_history, draw_load
 from vibrocap.plotting.laboratory import (
     draw_presliding,
     draw_steady_curve,
@@ -38,7 +39,7 @@ from vibrocap.plotting.look.finishing import finished, save
 from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import STYLE
 from vibrocap.plotting.look.style import figure as empty_figure
-from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
+from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane, motion_figure
 from vibrocap.plotting.steady.basins import basin_figure, draw_basins
 from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
 from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation

@@ -91,11 +91,6 @@ class Clutch(TurningBodies):
     slip = coordinate("s", "angle of the engine from the vehicle", "rad")
     angle = coordinate("phi", "angle of the vehicle", "rad")
 
-    @property
-    def symmetric(self) -> bool:
-        """Only with a motor at rest and a load that does not change."""
-        return self.motor_speed == 0.0 and self.share == 0.0
-
     def _inertia(self):
         return self.engine_inertia + self.vehicle_inertia
 

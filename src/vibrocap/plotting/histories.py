@@ -1,0 +1,196 @@
+"""Histories of a motion: quantities over time in drive periods, as panels of a sheet or alone."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.events import IMPACT
+from vibrocap.plotting.contact_panels import contacts_of
+from vibrocap.plotting.look.colours import BLACK, BLUE, SKY, VERMILION
+from vibrocap.plotting.look.labels import LABELS, quantity_label, scale, with_unit
+from vibrocap.plotting.look.own_lines import in_own_lines
+from vibrocap.plotting.look.style import (
+    STICK_SHADE,
+    given_axes,
+    legend_above,
+    style,
+)
+from vibrocap.plotting.look.trace import Trace
+
+DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
+AT_REST, NEARLY_AT_REST = 1e-6, 1e-3  # of the range of every state: by how much it still differs from its end
+FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
+LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
+GIVEN: dict[str, Any] = {"color": BLACK, "linewidth": 1.5, "linestyle": (0, (5, 2)), "zorder": 2}
+TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
+PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
+STRUCK: dict[str, Any] = {"color": VERMILION, "marker": "^", "markersize": 5, "linestyle": "none", "zorder": 5}
+STRUCK |= {"clip_on": False, "label": "impact"}
+STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
+
+Stretch = tuple[float, float]
+
+
+def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
+    """Shade the times at which the contact sticks, divided by `scale`; returns whether there are any."""
+    stuck = [phase for phase in motion.phases if phase.side == STUCK and phase.end > start and phase.start < end]
+    if motion.system.friction.kind != "set-valued":
+        return False
+    for number, phase in enumerate(stuck):
+        label = "stuck" if number == 0 else None
+        axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, label=label, **STICK_SHADE)
+    return bool(stuck)
+
+
+def hides_lift_off(motion: Trajectory) -> bool:
+    """Whether the load is constant, and the true one negative somewhere: the machine would have lifted off."""
+    if motion.system.machine.follows_load or "reaction" not in motion.observable_names or not len(motion.piece_start):
+        return False
+    return bool(np.min(Trace(motion, motion.start_time, motion.end)["reaction"]) < 0.0)
+
+
+def mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
+    """Mark where a run stopped that did not go to its end, at a time divided by `unit`; whether it did."""
+    if not motion.run_status.ok:
+        ax.axvline(motion.end / unit, label=motion.run_status.value, **STOPPED)
+    return not motion.run_status.ok
+
+
+@in_own_lines
+def draw_history(
+    motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """A quantity of a motion over time in drive periods; where the contact sticks is shaded.
+
+    name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    return history(motion, name, last_periods(motion, periods), given_axes(ax), shaded=periods is not None)
+
+
+def last_periods(motion: Trajectory, periods: float | None) -> Stretch:
+    """So many periods at the end of a motion, None: all of it."""
+    start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
+    return start, motion.end
+
+
+def shown_in_detail(motion: Trajectory) -> Stretch:
+    """What histories show in detail: the last periods; of a motion that is at rest in them, how it came to rest."""
+    start, end = last_periods(motion, DETAIL_PERIODS)
+    states = np.array([motion[name] for name in motion.state_names])
+    ranges = np.maximum(np.ptp(states, axis=1, keepdims=True), np.finfo(float).tiny)
+    moved = np.abs(states - states[:, -1:]) / ranges
+    if start <= motion.start_time or np.max(moved[:, motion.time >= start]) > AT_REST:
+        return start, end
+    moving = motion.time[np.any(moved > NEARLY_AT_REST, axis=0)]
+    begin = motion.start_time
+    return begin, min(end, begin + 1.25 * float(np.max(moving, initial=begin) - begin))
+
+
+def history(motion: Trajectory, name: str, stretch: Stretch, ax: Axes, shaded: bool) -> Axes:
+    """A quantity over a stretch of a motion; shaded: where the contact sticks."""
+    trace, period = Trace(motion, *stretch), motion.period
+    with style():
+        shaded = shaded and shade_stick(ax, motion, *stretch, period)
+        ax.plot(trace.time / period, trace[name], **LAST)
+        if name not in ("position", motion.system.machine.place):
+            ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+        ax.set(ylabel=label_of(motion, name), xlabel=LABELS["periods"])
+        stopped = mark_stop(ax, motion, period)
+        if stretch != last_periods(motion, None):
+            ax.set_xlim(stretch[0] / period, stretch[1] / period)
+        if shaded or stopped:
+            legend_above(ax)
+    return ax
+
+
+@in_own_lines
+def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
+    """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
+
+    A load that follows the motion is drawn as it is, and where it vanishes the end of the run is marked. A constant
+    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off.
+
+    periods: so many at the end, by default all. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
+    for a machine that does not know its load.
+    """
+    if "reaction" not in motion.observable_names:
+        raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
+    return load_panel(motion, last_periods(motion, periods), given_axes(ax))
+
+
+def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
+    trace, period, machine = Trace(motion, *stretch), motion.period, motion.system.machine
+    load = trace["reaction"]
+    with style():
+        ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
+        if machine.follows_load:
+            ax.plot(trace.time / period, load, **LAST)
+        else:
+            given = float(motion.system.placed.loads()[0]) * scale("reaction", motion.system)
+            ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
+            ax.plot(trace.time / period, load, **TRUE, label="true load")
+            if np.min(load) < 0.0:
+                below = np.minimum(load, 0.0)
+                ax.fill_between(trace.time / period, below, 0.0, **PULLING, label="the ground would have to pull")
+        mark_stop(ax, motion, period)
+        ax.set(ylabel=label_of(motion, "reaction"), xlabel=LABELS["periods"])
+        if stretch != last_periods(motion, None):
+            ax.set_xlim(stretch[0] / period, stretch[1] / period)
+        if ax.get_legend_handles_labels()[0]:
+            legend_above(ax)
+    return ax
+
+
+def whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
+    """The place over the whole run, beside the reference where it is what is controlled."""
+    period, place = motion.period, place_of(motion)
+    what = ("Place" if motion.system.cyclic is None else "Travel") + " of body 1" * (len(contacts_of(motion)) > 1)
+    history(motion, place, last_periods(motion, None), ax, shaded=False).set_title(f"{what} over the whole run")
+    if motion.system.controller is not None and motion.system.controller.compared(motion.system.machine) == place:
+        trace = Trace(motion, *last_periods(motion, None))
+        ax.plot(trace.time / period, trace["reference"], **GIVEN, label="reference")
+    if detail != last_periods(motion, None):
+        ax.axvspan(detail[0] / period, detail[1] / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+    if ax.get_legend_handles_labels()[0]:
+        legend_above(ax)
+
+
+def mark_impacts(ax: Axes, motion: Trajectory, stretch: Stretch) -> None:
+    """A mark at every impact within a stretch, on the edge of the panel."""
+    times = [event.time for event in motion.events if event.kind == IMPACT and stretch[0] <= event.time <= stretch[1]]
+    if times:
+        ax.plot(np.array(times) / motion.period, np.zeros(len(times)), transform=ax.get_xaxis_transform(), **STRUCK)
+        legend_above(ax)
+
+
+def control_panels(axes: Any, motion: Trajectory, stretch: Stretch) -> None:
+    """What a controller sees and does: the error, or the reference of a function of states, and the command."""
+    controller, system = motion.system.controller, motion.system
+    followed, trace, period = controller.compared(system.machine), Trace(motion, *stretch), motion.period
+    error = trace["reference"] - (trace[followed] if followed else 0.0)
+    with style():
+        axes[0].plot(trace.time / period, error, **LAST)
+        axes[0].axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+        label = "error $r - y$" if followed else "reference $r$"
+        axes[0].set(title="Controller", ylabel=with_unit(label, followed or "reference", system))
+        axes[0].set_xlim(stretch[0] / period, stretch[1] / period)
+        history(motion, "drive", stretch, axes[1], shaded=False).set_title("Actuator")
+        axes[1].set_xlim(stretch[0] / period, stretch[1] / period)
+        if (limit := getattr(controller, "limit", None)) is not None:
+            for sign in (1.0, -1.0):
+                axes[1].axhline(sign * limit * scale("drive", system), **GIVEN, label="limit" if sign > 0 else None)
+            legend_above(axes[1])
+
+
+def place_of(motion: Trajectory) -> str:
+    """The place of what rubs: the position, or the state that is it in a machine of one's own."""
+    return "position" if "position" in motion.names else motion.system.machine.place or motion.state_names[0]
+
+
+def label_of(motion: Trajectory, name: str) -> str:
+    """The axis label of a quantity, with its unit where that is known."""
+    return with_unit(quantity_label(name, motion.system), name, motion.system)
