@@ -93,7 +93,7 @@ def drill_string(m, e, q, u):
 
 
 def clutch(m, e, q, u):
-    slip, angle = q["slip"], q["angle"]
+    slip, angle = q["slip"], q["vehicle_angle"]
     e.body(0, 0, 0, m.vehicle_inertia, angle)
     e.body(0, 0, 0, m.engine_inertia, angle + slip)
     e.spring(m.stiffness, angle)
