@@ -397,6 +397,13 @@ def test_their_motions_are_those_of_an_independent_solver(kind):
     assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
 
 
+def test_what_depends_on_time_is_not_its_mirror_image_half_a_period_later():
+    """The load of the clutch in `mechanisms.py` repeats in any time but that of its drive."""
+    symmetric = {kind.name for kind in MECHANISMS if kind().symmetric}
+    assert "own-clutch" not in symmetric
+    assert {"two-pendulum-capsule", "double-pendulum-capsule", "elastic-skin", "stacked-plates"} <= symmetric
+
+
 def test_a_part_on_a_feeder_obeys_its_equations():
     drive = vc.Biharmonic(0.7, 1.3, 0.2, 0.4)
     machine, draw = vc.Feeder(mass=1.7, vibration_angle=0.6).driven_by(drive), random.Random(4)
