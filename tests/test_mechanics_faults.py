@@ -77,7 +77,7 @@ FAULTS = {
     "a Spring acts along what never moves": lambda q, c: swings(q, c, Spring(1.0, 0.5)),
     "should be parts, masses, springs and so on, got 3.0": lambda q, c: swings(q, c, 3.0),
     "q.angel: there is no such quantity": lambda q, c: swings(q, c, Drive(q.angel)),
-    "q.drive: there is no such quantity": lambda q, c: swings(q, c, Spring(1.0, q.drive)),
+    "a place follows q.drive, a force here": lambda q, c: swings(q, c, Spring(1.0, q.angle + q.drive)),
     "a stop should bound one coordinate": (
         lambda q, c: [*swings(q, c)[:3], Contact(c, load=1.0), Stop(q.angle + q.position, 0.3, restitution=0.5)]
     ),

@@ -94,7 +94,7 @@ def drill_string(m, e, q, u):
 
 
 def clutch(m, e, q, u):
-    slip, angle = q["slip"], q["angle"]
+    slip, angle = q["slip"], q["vehicle_angle"]
     e.body(0, 0, 0, m.vehicle_inertia, angle)
     e.body(0, 0, 0, m.engine_inertia, angle + slip)
     e.spring(m.stiffness, angle)
@@ -400,6 +400,13 @@ def test_their_motions_are_those_of_an_independent_solver(kind):
     own = [time for time in motion.event_times if 1e-9 < time < PERIODS * drive.period - 1e-9]
     assert len(times) >= 2
     assert max(min(abs(time - each) for each in own) for time in times) <= 1e-9
+
+
+def test_what_depends_on_time_is_not_its_mirror_image_half_a_period_later():
+    """The load of the clutch in `mechanisms.py` repeats in any time but that of its drive."""
+    symmetric = {kind.name for kind in MECHANISMS if kind().symmetric}
+    assert "own-clutch" not in symmetric
+    assert {"two-pendulum-capsule", "double-pendulum-capsule", "elastic-skin", "stacked-plates"} <= symmetric
 
 
 def test_a_part_on_a_feeder_obeys_its_equations():

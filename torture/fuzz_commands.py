@@ -166,6 +166,7 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
     }),
     "friction": (("list",), {"--json": ((), ("1",))}),
     "datasets": (("list",), {}),
+    "machines": (("clutch",), {"--latex": ((), ("1",)), "--json": ((), ("1",))}),
     "sweeep": ((), {"--over": (("a",), ())}),
 }  # fmt: skip
 FILES = ("case.toml", "nowhere.toml", "records.csv", "map", "map.nc", "cut.nc", "cut.csv", "cut.npz", ".", "",

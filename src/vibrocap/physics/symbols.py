@@ -45,7 +45,7 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 MECHANICAL = {
-    "angle": ("theta", "angle of the pendulum or the rotor from upright; of the vehicle (clutch)"),
+    "angle": ("theta", "angle of the pendulum or the rotor from upright"),
     "angle_rate": ("theta'", "its rate"),
     "angle_2": ("theta_2", "angle of the second rod from upright (two pendulums, double pendulum)"),
     "angle_rate_2": ("theta_2'", "its rate"),
@@ -55,6 +55,8 @@ MECHANICAL = {
     "bit_speed": ("v", "angular speed of the bit (drill string)"),
     "slip": ("s", "angle of the engine from the vehicle (clutch)"),
     "slip_rate": ("s'", "its rate"),
+    "vehicle_angle": ("phi", "angle of the vehicle (clutch)"),
+    "vehicle_angle_rate": ("phi'", "its rate"),
     "sag": ("h", "how far the body has sunk (bristle robot)"),
     "sag_rate": ("h'", "its rate"),
     "pitch": ("phi", "angle of the body (bristle robot)"),

@@ -89,7 +89,7 @@ class Clutch(TurningBodies):
     name: ClassVar[str] = "clutch"
     source: ClassVar[str] = "pfeiffer1996"
     slip = coordinate("s", "angle of the engine from the vehicle", "rad")
-    angle = coordinate("phi", "angle of the vehicle", "rad")
+    vehicle_angle = coordinate("phi", "angle of the vehicle", "rad")
 
     def _inertia(self):
         return self.engine_inertia + self.vehicle_inertia
@@ -97,8 +97,8 @@ class Clutch(TurningBodies):
     def parts(self, q):
         """Motor, engine and vehicle."""
         motor = Support("motor", angle=self.motor_speed * q.time)
-        vehicle = Inertia("vehicle", self.vehicle_inertia, q.angle)
+        vehicle = Inertia("vehicle", self.vehicle_inertia, q.vehicle_angle)
         engine = Inertia("engine", self.engine_inertia, q.slip, on=vehicle)
-        shaft = Spring(self.stiffness, q.angle), Damper(self.damping, q.angle)
+        shaft = Spring(self.stiffness, q.vehicle_angle), Damper(self.damping, q.vehicle_angle)
         rubs = Contact(engine, on=vehicle, load=self.normal_load + self.share * q.drive)
         return [motor, vehicle, engine, shaft, Damper(self.motor_damping, engine.turn - motor.turn), rubs]
