@@ -67,6 +67,7 @@ class Form:
             own_states(kind),
         )
         self._programs: dict[str, Program] = {}
+        self._made = kind, pattern, states, level
 
     def __call__(self, name: str, inputs: list) -> Any:
         """What a function of the machine gives, by its name."""
@@ -75,7 +76,8 @@ class Form:
     def program(self, name: str) -> Program:
         """The program of a function."""
         if name not in self._programs:
-            self._programs[name] = Program(RESULTS[name](self), self.inputs.count)
+            form = Form(*self._made) if name in JUDGED else self  # so that the order of all others stays the same
+            self._programs[name] = Program(RESULTS[name](form), self.inputs.count)
         return self._programs[name]
 
     # --- results by name ---------------------------------------------------------------------------------------------
@@ -102,6 +104,7 @@ class Form:
         return tuple(found)
 
 
+JUDGED = ("mirror", "inertia", "numbers")  # results that are no part of the equations
 RESULTS: dict[str, Callable[[Form], Any]] = {
     "rates": Form.rates,
     "powers": Form.powers,

@@ -26,7 +26,7 @@ def conditions(motion: Any) -> tuple:
         found += parities.other(Sum.of(quantity), parity)
     for each in motion.stops:
         found += _stop_conditions(each)
-    found = sorted((each for each in found if each), key=lambda each: len(str(each.terms)))
+    found = sorted((each for each in found if each), key=lambda each: sum(map(len, each.terms)))
     if any(each.number is not None for each in found):
         return (1.0,)
     zero: set[Formula] = set()
