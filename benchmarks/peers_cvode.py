@@ -90,7 +90,7 @@ def callbacks(system: vc.System, data: Callable, matrix_data: Callable):
     ]
     rates, jacobian = (each.func for each in entries)
     first, second, third = entries[0].args
-    floats, size, velocity = arrays[0].ctypes.data, len(state), recorded.contact_state
+    floats, size, velocity = arrays[0].ctypes.data, len(state), recorded.contacts[0].state
     point, rate, matrix, width = (names[each] for each in ("POINT", "RATE", "JACOBIAN", "WIDTH"))
     time, side = layout.places["TIME"], layout.places["SIDE"]
     length = len(arrays[0])
@@ -145,7 +145,7 @@ def prepare(system: vc.System, start: dict, end: float, tolerance: float) -> Cal
     functions, arrays, side = callbacks(system, C["N_VGetArrayPointer_Serial"], C["SUNDenseMatrix_Data"])
     floats = arrays[0]
     initial = np.array(list(initial_state(system, start).values()))
-    size, velocity = len(initial), equations(system).contact_state
+    size, velocity = len(initial), equations(system).contacts[0].state
     context, reached, falling = POINTER(), DOUBLE(), INT(-1)
     assert C["SUNContext_Create"](0, ctypes.byref(context)) == 0
 

@@ -194,7 +194,8 @@ class Contacts:
                     each.slips + resting * moved,
                 )
                 limit, middle = limit * at_rest, middle * at_rest
-            self.bounds, self.bound_kinds = bounds, (_PARADOX, _LIFT_OFF, _AT_REST)[: len(bounds)]
+            self.bounds += bounds
+            self.bound_kinds += (_PARADOX, _LIFT_OFF, _AT_REST)[: len(bounds)]
         friction, hold = force * normal, held + each.push_at_rest
         tangential = friction - each.push
         if each.sticks:
