@@ -17,7 +17,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Machine, free_place
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
@@ -192,7 +192,7 @@ class System:
     @property
     def cyclic(self) -> str | None:
         """The state on which nothing depends, at these numbers of the machine; one that is measured is none."""
-        found = self.machine.cyclic or free_place(self.machine)
+        found = self.machine.cyclic or self.machine.free_place
         return None if self.controller is not None and found in self.placed.measured_states else found
 
     @property

@@ -4,8 +4,6 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-import functools
-import itertools
 from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
@@ -369,26 +367,3 @@ def _cyclic(kind: type[Machine]) -> str | None:
     at = 4 + len(form.inputs.parameters) + form.states.index(place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     return None if any(at in form.program(name).inputs for name in names) else place
-
-
-SAMPLES = (0.037, -0.021, 0.055, 0.013, -0.044, 0.029)  # of states, at which it is seen whether anything depends on one
-
-
-@functools.lru_cache(maxsize=256)
-def free_place(machine: Machine) -> str | None:
-    """The place of a machine where nothing depends on it at its numbers, as without a spring; else None."""
-    if machine.place is None or machine.imposes_motion:
-        return None
-    at, found = machine.states.index(machine.place), []
-    frictions = tuple(0.3 - 0.2 * i for i in range(len(machine.contact_states)))
-    try:
-        for touching, moved in itertools.product((0.0, 1.0), (0.0, 0.41, -0.37)):
-            y = [SAMPLES[i % len(SAMPLES)] for i in range(len(machine.states))]
-            y = [touching if name in machine.switched else x for name, x in zip(machine.states, y, strict=True)]
-            y[at] += moved
-            given, state = (0.7, y, 0.4), (0.7, y)
-            known = (machine.rates(*given, frictions), machine.energy(*state), machine.contacts(*given))
-            found.append((*known, machine.switches(*given, frictions), machine.bounds(*state)))
-    except (ValueError, ZeroDivisionError):  # beyond what the machine can reach
-        return None
-    return machine.place if found[0] == found[1] == found[2] and found[3] == found[4] == found[5] else None
