@@ -4,10 +4,12 @@ A machine declares in `si_scales` which record of scales it has: the pendulum ca
 its pendulum, the oscillator in whatever units its parameters have.
 """
 
-from typing import Annotated
+import math
+from typing import Annotated, Any
 
 from pydantic import AfterValidator
 
+from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.parameters import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension, Positive, parameter, parameters
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
@@ -64,6 +66,16 @@ class Scales:
             elif exponent < 0:
                 below *= scale**-exponent
         return above / below
+
+
+def oscillation(mass: Any, stiffness: Any, force: Any, time: Any) -> tuple[Any, Any]:
+    """Amplitude and speed that a force gives a mass on a spring: F/|k + m omega^2| and omega times as much.
+
+    omega^2 is that of the free vibration, k/m, plus that of a drive with the period `time`, so that no number but the
+    mass need be there. 1.0 would be no size of a motion in SI.
+    """
+    stiffness = stiffness + mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)
+    return force / stiffness, force / sqrt(mass * stiffness)
 
 
 @parameters

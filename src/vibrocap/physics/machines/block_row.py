@@ -1,13 +1,12 @@
 """Rows of two to twenty blocks on a belt, each on a spring from a wall and joined to the next one by another."""
 
 import itertools
-import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import NonNegative, Number, Positive, Shape
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, Support, coordinate
@@ -83,19 +82,9 @@ class BlockRow(Row):
             found += [Spring(stiffness, gap), Damper(damping, gap)]
         return found
 
-    def _whole(self, name: str):
-        """The sum of a parameter over all blocks."""
-        return sum(self._all(name, self.bodies))
-
     def scales(self, time=1.0):
-        """Way and speed that a force of the size of all loads gives to all blocks together, as of an `Oscillator`."""
-        mass, load = self._whole("mass"), self.effort_scale()
-        stiffness = self._whole("stiffness") + mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)
-        return (load / stiffness, load / sqrt(mass * stiffness)) * self.bodies
-
-    def effort_scale(self):
-        """The sum of all loads."""
-        return self._whole("normal_load")
+        """Way and speed that a force of the size of all loads gives to all bodies together."""
+        return oscillation(self._whole("mass"), self._whole("stiffness"), self.effort_scale(), time) * self.bodies
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """Blocks in a row, with the springs between them, under wall springs that hang from where each is at rest."""

@@ -1,10 +1,9 @@
 """Crawlers: two to twenty bodies in a row, all of them rubbing, with a spring, a damper and a drive in every gap."""
 
-import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import NonNegative, Number, Positive
 from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Spring, coordinate
@@ -61,15 +60,8 @@ class Crawler(Row):
         return self._all("mass", self.bodies), self._all("normal_load", self.bodies)
 
     def scales(self, time=1.0):
-        """Opening and speed that a force of the size of all loads makes, as of an `Oscillator`."""
-        mass, load = sum(self._all("mass", self.bodies)), sum(self._all("normal_load", self.bodies))
-        stiffness = self.stiffness + mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)  # type: ignore[attr-defined]
-        length, speed = load / stiffness, load / sqrt(mass * stiffness)
-        return tuple(speed if name.startswith("velocity") else length for name in self.states)
-
-    def effort_scale(self):
-        """The sum of all loads."""
-        return sum(self._all("normal_load", self.bodies))
+        """Way and speed that a force of the size of all loads gives to all bodies together."""
+        return oscillation(self._whole("mass"), self.stiffness, self.effort_scale(), time) * self.bodies  # type: ignore[attr-defined]
 
     def scene(self, t, y):
         """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""

@@ -1,9 +1,8 @@
 """The mode-coupling block: springs at an angle, and a sliding contact whose load follows the block's second motion."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 from vibrocap.physics.mechanics.parts import Contact, Damper, Drive, Mass, Potential, Spring, Support, coordinate
 
@@ -55,10 +54,8 @@ class ModeCouplingBlock(Machine):
         return [belt, block, *springs, coupling, *dampers, Drive(q.position), pressed]
 
     def scales(self, time=1.0):
-        """Amplitude and speed that a force of the size of the load makes, as of an `Oscillator`."""
-        stiffness = self.sliding_stiffness + self.mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)
-        length, speed = self.normal_load / stiffness, self.normal_load / sqrt(self.mass * stiffness)
-        return length, speed, length, speed
+        """Amplitude and speed that a force of the size of the load makes, in either direction."""
+        return oscillation(self.mass, self.sliding_stiffness, self.normal_load, time) * 2
 
     def effort_scale(self):
         """N."""

@@ -1,9 +1,8 @@
 """The oscillator: a block on a spring and a damper, on a belt that may run, moved by the force of the drive."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.dimensions.scales import oscillation
 from vibrocap.physics.machines.machine import (
     Machine,
     NonNegative,
@@ -62,14 +61,8 @@ class Oscillator(Machine):
         return [belt, block, *wall, Drive(q.position), Contact(block, on=belt, load=self.normal_load)]
 
     def scales(self, time=1.0) -> tuple:
-        """Amplitude and speed that a force of the size of the load makes: N/|k + m omega^2| and omega times as much.
-
-        omega^2 is that of the free vibration, k/m, plus that of the drive, so that no parameter but the mass need be
-        there. 1.0 would be no size of a motion in SI.
-        """
-        inertia = self.mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)
-        stiffness = self.stiffness + inertia
-        return self.normal_load / stiffness, self.normal_load / sqrt(self.mass * stiffness)
+        """Amplitude and speed that a force of the size of the load makes."""
+        return oscillation(self.mass, self.stiffness, self.normal_load, time)
 
     def effort_scale(self):
         """N."""

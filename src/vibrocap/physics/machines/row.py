@@ -58,6 +58,14 @@ class Row(Machine):
         """What else of the class depends on the number of bodies."""
         return {}
 
+    def _whole(self, name: str):
+        """The sum of a parameter over all bodies."""
+        return sum(self._all(name, self.bodies))
+
+    def effort_scale(self):
+        """The sum of all loads."""
+        return self._whole("normal_load")
+
     def _all(self, name: str, count: int) -> tuple:
         """A parameter of the first so many bodies or gaps."""
         return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))

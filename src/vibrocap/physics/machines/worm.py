@@ -54,7 +54,7 @@ class Worm(Row):
 
     def scales(self, time=1.0):
         """Distance and speed that all loads give to all bodies in the time of a radian of the drive."""
-        mass, load = sum(self._all("mass", self.bodies)), sum(self._all("normal_load", self.bodies))
+        mass, load = self._whole("mass"), self._whole("normal_load")
         short = time / (2.0 * math.pi)
         return load / mass * short * short, load / mass * short
 

@@ -43,7 +43,7 @@ def free_conditions(motion: Any) -> tuple:
 
 def _zero(found: list[Sum]) -> tuple:
     """Conditions, written, without those that follow from others."""
-    found = sorted((each for each in found if each), key=lambda each: len(str(each.terms)))
+    found = sorted((each for each in found if each), key=lambda each: sum(map(len, each.terms)))
     if any(each.number is not None for each in found):
         return (1.0,)
     zero: set[Formula] = set()
