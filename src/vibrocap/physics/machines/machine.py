@@ -91,6 +91,14 @@ def _units(kind: Kind, owner: type["Machine"]) -> dict[str, str]:
     return {state: unit for name, rate, own in pairs for state, unit in ((name, own), (rate, f"{own}/s"))}
 
 
+def _cyclic(kind: Kind, owner: type["Machine"]) -> str | None:
+    """The place of the first contact, where nothing depends on it, whatever the numbers."""
+    form = owner.form(whole_pattern(owner))
+    at = 4 + len(form.inputs.parameters) + form.states.index(kind.place)
+    names = ("rates", "energy", "contacts", "switches", "bounds")
+    return None if any(at in form.program(name).inputs for name in names) else kind.place
+
+
 class Machine(Part):
     """A machine says in `parts` what it is made of, as a function of its coordinates; all else follows.
 
@@ -144,7 +152,7 @@ class Machine(Part):
     channels: ClassVar[Any] = Derived()
     stops: ClassVar[Any] = Derived()
     place: ClassVar[Any] = Derived()
-    cyclic: ClassVar[Any] = Derived(lambda kind, owner: _cyclic(owner))
+    cyclic: ClassVar[Any] = Derived(_cyclic)
     turns: ClassVar[Any] = Derived(
         lambda kind, owner: {name: each.repeats for name, each in owner.all_coordinates.items() if each.repeats}
     )
@@ -274,6 +282,11 @@ class Machine(Part):
         return all(condition == 0.0 for condition in self.evaluated("mirror"))
 
     @property
+    def free_place(self) -> str | None:
+        """Its place, where nothing depends on it with these numbers, as with a spring of no stiffness; else None."""
+        return self.place if all(condition == 0.0 for condition in self.evaluated("free")) else None
+
+    @property
     def imposes_distances(self) -> bool:
         """Whether the distances between its contacts are imposed, so that they share one state."""
         return len({*self.contact_states}) < len(self.contact_states)
@@ -359,11 +372,3 @@ FOLLOWS = {
     for name, value in vars(Machine).items()
     if name[0] != "_" and name not in OWN and isinstance(value, (Derived, property, FunctionType))
 }
-
-
-def _cyclic(kind: type[Machine]) -> str | None:
-    """The place of the first contact, where nothing depends on it."""
-    form, place = kind.form(whole_pattern(kind)), kind.kind().place
-    at = 4 + len(form.inputs.parameters) + form.states.index(place)
-    names = ("rates", "energy", "contacts", "switches", "bounds")
-    return None if any(at in form.program(name).inputs for name in names) else place

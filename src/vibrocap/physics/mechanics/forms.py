@@ -8,7 +8,7 @@ from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
-from vibrocap.physics.mechanics.mirror import conditions
+from vibrocap.physics.mechanics.mirror import conditions, free_conditions
 from vibrocap.physics.mechanics.parts import is_word
 from vibrocap.physics.mechanics.pictures import fields_of, mechanism_of, scene_of
 from vibrocap.physics.mechanics.speeds import TIME, Inputs
@@ -104,7 +104,7 @@ class Form:
         return tuple(found)
 
 
-JUDGED = ("mirror", "inertia", "numbers")  # results that are no part of the equations
+JUDGED = ("mirror", "free", "inertia", "numbers")  # results that are no part of the equations
 RESULTS: dict[str, Callable[[Form], Any]] = {
     "rates": Form.rates,
     "powers": Form.powers,
@@ -123,6 +123,7 @@ RESULTS: dict[str, Callable[[Form], Any]] = {
     "loads": lambda form: form.derived.loads(),
     "ground_speeds": lambda form: form.derived.ground_speeds(),
     "mirror": lambda form: conditions(form.derived),
+    "free": lambda form: free_conditions(form.derived),
     "inertia": lambda form: form.derived.mass_matrix(),
     "numbers": lambda form: form.derived.numbers(),
     "weight_along": lambda form: form.derived.weight_along(),

@@ -5,10 +5,10 @@ masses and loads are even. Terms of the other parity must vanish at all states: 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from vibrocap.physics.mechanics.formulas import Formula
+from vibrocap.physics.mechanics.formulas import Formula, Program
 from vibrocap.physics.mechanics.parts import Stop, as_sum
 from vibrocap.physics.mechanics.sums import Product, Sum, written
 
@@ -23,16 +23,33 @@ def conditions(motion: Any) -> tuple:
     turned |= {each.operands[0] for each in motion.inputs.signals.get("drive", ())}
     parities, found = Parities(turned, motion.inputs.changing), []
     for quantity, parity in _quantities(motion.at(motion.states, touching={})):
-        found += parities.other(Sum.of(quantity), parity)
+        found += parities.factors(Sum.of(quantity), lambda product, own=parity: parities.parity(product) != own)
     for each in motion.stops:
         found += _stop_conditions(each)
+    return _zero(found)
+
+
+def free_conditions(motion: Any) -> tuple:
+    """What must be zero, so that nothing depends on the place: none where nothing ever does."""
+    ((place, _),) = next(iter(motion.states[motion.place].terms))
+    parities = Parities({place.operands[0]}, motion.inputs.changing)
+
+    def depends(product: Product) -> bool:
+        return any(place.operands[0] in Program((atom,), 0).inputs for atom, _ in product)
+
+    quantities = [Sum.of(each) for each, _ in _quantities(motion)]
+    return _zero([each for quantity in quantities for each in parities.factors(quantity, depends)])
+
+
+def _zero(found: list[Sum]) -> tuple:
+    """Conditions, written, without those that follow from others."""
     found = sorted((each for each in found if each), key=lambda each: sum(map(len, each.terms)))
     if any(each.number is not None for each in found):
         return (1.0,)
     zero: set[Formula] = set()
     rest = []
     for each in found:
-        if not all(zero & {atom for atom, _ in product} for product in each.terms):  # else it follows from the others
+        if not all(zero & {atom for atom, _ in product} for product in each.terms):
             rest.append(written(each))
             zero |= {rest[-1]} if len(each.terms) == 1 and isinstance(rest[-1], Formula) else set()
     return tuple(rest)
@@ -73,11 +90,15 @@ class Parities:
         self.turned, self.changing = turned, changing | turned
         self._known: dict[Any, tuple[float, bool]] = {}
 
-    def other(self, whole: Sum, parity: int) -> list[Sum]:
-        """The factors, of parameters alone, of what has another parity in a sum."""
+    def parity(self, product: Product) -> float:
+        """That of a product."""
+        return math.prod(self.of(atom)[0] ** n for atom, n in product)
+
+    def factors(self, whole: Sum, wrong: Callable[[Product], bool]) -> list[Sum]:
+        """The factors, of parameters alone, of terms that are wrong in a sum."""
         found: dict[Product, Sum] = {}
         for product, c in whole.terms.items():
-            if math.prod(self.of(atom)[0] ** n for atom, n in product) != parity:
+            if wrong(product):
                 moving = tuple(pair for pair in product if self.of(pair[0])[1])
                 fixed = tuple(pair for pair in product if not self.of(pair[0])[1])
                 found[moving] = found.get(moving, Sum()) + Sum({fixed: c})
