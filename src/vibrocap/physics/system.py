@@ -125,6 +125,9 @@ class System:
             if law.internal and load == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
+        if not self.placed.repeats_after(self.drive.period):
+            what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
+            raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
         if self.machine.imposes_motion:
             self._check_imposed()
             if self.actuator is not None:

@@ -4,7 +4,8 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
 
@@ -30,6 +31,7 @@ __all__ = [
     "parameters",
 ]
 
+REPEATED = 1e-9  # of rates and loads over the largest: by how much they may differ a period later
 IMPOSED = ("displacement", "number")  # efforts that are motions
 
 
@@ -97,6 +99,15 @@ def _cyclic(kind: Kind, owner: type["Machine"]) -> str | None:
     at = 4 + len(form.inputs.parameters) + form.states.index(kind.place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     return None if any(at in form.program(name).inputs for name in names) else kind.place
+
+
+def _numbers(nested: Any) -> Iterator[float]:
+    """All numbers in tuples of tuples."""
+    if isinstance(nested, (tuple, list)):
+        for each in nested:
+            yield from _numbers(each)
+    elif nested is not None:
+        yield float(nested)
 
 
 class Machine(Part):
@@ -246,6 +257,21 @@ class Machine(Part):
     def tilted(self, normal, along) -> "Machine":
         """The same machine under gravity with these parts, normal to the line and along it, against forward."""
         return self._with("gravity", (normal, along))
+
+    def repeats_after(self, period: float) -> bool:
+        """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
+        form, names = self._form()[0], ("rates", "contacts")
+        timed = {each.operands[0] for each in (form.inputs.t, *itertools.chain(*form.inputs.signals.values()))}
+        if all(timed.isdisjoint(form.program(name).inputs) for name in names):
+            return True
+        y = [0.01 * (1 + i) for i in range(len(self.states))]
+        for share in (0.0, 0.31, 0.77):
+            now, later = (
+                [*_numbers([self.evaluated(name, (share + whole) * period, y) for name in names])] for whole in (0, 1)
+            )
+            if max(abs(a - b) for a, b in zip(now, later, strict=True)) > REPEATED * max(map(abs, now)):
+                return False
+        return True
 
     @property
     def level(self) -> bool:
