@@ -10,8 +10,11 @@ import vibrocap as vc
 from vibrocap.motion.held_input import with_held_input
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.kernel import interface
+from vibrocap.numerics.kernel.gathered_entries import gathered_entries
+from vibrocap.numerics.kernel.lane import Gathered
 from vibrocap.numerics.linker import link, recipes
 from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
+from vibrocap.numerics.linker.places import with_places
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
 from vibrocap.numerics.run.stepper import stepper_kernel
@@ -170,8 +173,22 @@ def test_a_kernel_is_a_file_without_its_head():
         for module in recipe.modules:
             path = link.KERNEL / f"{module.replace('.', '/')}.py"
             heads = (ast.Import, ast.ImportFrom, ast.Expr)
-            body = [node for node in ast.parse(path.read_text("utf-8")).body if not isinstance(node, heads)]
+            text = with_places(path.read_text("utf-8"))
+            body = [node for node in ast.parse(text).body if not isinstance(node, heads)]
             assert ast.dump(ast.parse(link.kernel_source(module))) == ast.dump(ast.Module(body, []))
+
+
+def test_names_of_a_lane_become_places():
+    """Line by line, indices within indices too; a name that no lane has is refused."""
+    text = "lane.zeros[lane.run + 1] += 1  # of one\nh = lane.side[c] * shared.asked - stepper.input[k]\n"
+    wanted = "ints[ZEROS + (ints[RUN + lane] + 1) * LANES + lane] += 1  # of one\n"
+    wanted += "h = floats[SIDE + c * LANES + lane] * ints[ASKED] - floats[INPUT + k]\n"
+    assert with_places(text) == wanted
+    assert with_places("for lane in every_lane():") == "for lane in range(LANES):"
+    with pytest.raises(ValueError, match=r"`lane.tme`: vibrocap.numerics.kernel.lane has no entry"):
+        with_places("lane.tme = 0.0")
+    gathered = [name for name, _ in gathered_entries(4, 2, 1, 1, watched=True, returns=True)]
+    assert [name.upper() for name in Gathered.__annotations__] == gathered
 
 
 def test_modules_import_what_runs():
@@ -185,7 +202,7 @@ def test_modules_import_what_runs():
                     recipes.ensemble_recipe(loop, stiff and not tangent, branches, tangent)
                     for loop in ("ensemble", "simd", "gpu")
                 ]
-    promised = {"codes", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
+    promised = {"codes", "lane", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
     imports, strays = {}, set()
     for module in {module for recipe in every for module in recipe.modules}:
         path = link.KERNEL / f"{module.replace('.', '/')}.py"

@@ -13,7 +13,7 @@ from test_contact_decisions import contacts_of, kernel_decision
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion import evidence
 from vibrocap.motion.simulate import Start, begun
-from vibrocap.numerics.kernel.observe import stick_statistics
+from vibrocap.numerics.linker.link import kernel_source
 
 EPSILON = 2.0**-52
 STOPS = vc.System(vc.RigidStopCapsule(gap=1.0), vc.Coulomb(0.2, 0.3), vc.Harmonic())
@@ -159,8 +159,9 @@ def test_what_is_shorter_than_a_sliver_of_a_period_is_no_rest():
     for length, counted in ((3e-13, 0.0), (3e-12, 1.0)):
         places = {name: i for i, name in enumerate(("PHASE_SIDE", "PHASE_LENGTH", "PERIOD", "STICK_TIME"))}
         floats = np.array([0.0, length * 7.0, 7.0, 0.0, 0.0])
-        with mock.patch.multiple(stick_statistics, **places, STICK_PHASES=4):
-            stick_statistics.end_phase(floats, 0)
+        names = places | {"STICK_PHASES": 4}
+        exec(kernel_source("observe.stick_statistics"), names)
+        names["end_phase"](floats, 0)
         assert floats[4] == counted
         assert floats[3] == counted * length * 7.0
 

@@ -6,8 +6,6 @@ what stands here is what happens: nothing, for the most part. What cannot be don
 """
 
 from vibrocap.numerics.kernel.generated.equations import jet
-from vibrocap.numerics.kernel.generated.lane import SCALE
-from vibrocap.numerics.kernel.generated.sizes import LANES
 
 # How far the next step goes, and by which method.
 
@@ -22,7 +20,7 @@ def chosen_step(floats, ints, lane, remaining) -> float:
 
 def inverse_scale(floats, i, lane):
     """One over the natural size of state i, of a lane or of all."""
-    return 1.0 / floats[SCALE + i * LANES + lane]
+    return 1.0 / lane.scale[i]
 
 
 # What series a step has, and what a motion alone keeps of a step for the next one.

@@ -10,7 +10,7 @@ import functools
 
 import numpy as np
 
-from vibrocap.numerics.kernel.lane_entries import (
+from vibrocap.numerics.kernel.lane import (
     FLOAT_ENTRIES,
     INT_ENTRIES,
     NOT_OF_STEPPER,

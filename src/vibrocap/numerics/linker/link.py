@@ -26,6 +26,7 @@ from types import CodeType
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.numerics.linker.places import with_places
 from vibrocap.numerics.linker.recipes import Recipe
 
 if TYPE_CHECKING:
@@ -117,10 +118,10 @@ HEAD = re.compile(  # of a module: its docstring and its imports, which tell a r
 
 @functools.cache
 def kernel_source(name: str) -> str:
-    """Source of a kernel module, "arithmetic.roots" for example, as it stands in its file below its imports."""
+    """Source of a kernel module, "arithmetic.roots" for example: its file below its imports, with places."""
     path = f"{name.replace('.', '/')}.py"
     text = (KERNEL / path).read_text(encoding="utf-8")
-    return f"# From numerics/kernel/{path}\n{HEAD.sub('', text, count=1).rstrip()}"
+    return f"# From numerics/kernel/{path}\n{with_places(HEAD.sub('', text, count=1).rstrip())}"
 
 
 @functools.cache

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 EPSILON = 2.220446049250313e-16

@@ -10,7 +10,6 @@ open is decided here, contact by contact, as it is of one alone.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, GRAZE, TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.generated.ensemble import OWN_DECAY, SLOW
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
@@ -21,22 +20,16 @@ from vibrocap.numerics.kernel.generated.facts import (
     STATE_OF,
     STICKS,
 )
-from vibrocap.numerics.kernel.generated.lane import (
+from vibrocap.numerics.kernel.generated.places import (
     CAME_FROM,
-    CONTACT_RESIDUAL,
     DECAY_RATE,
-    EVENT_LIMIT,
-    EVENTS,
-    GAVE_WAY,
-    PERIOD,
+    OWN_DECAY,
     SCALE,
     SIDE,
+    SLOW,
     STATE,
-    STATUS,
-    TIME,
     TO_DECIDE,
     WORK,
-    ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
@@ -68,7 +61,7 @@ def sides_hold(floats, ints, trace, lane):
             if STICKS[c] == 0 and KINKS[c] == 1 and not side_holds(floats, ints, trace, lane, c):
                 return False
         if open_still(floats, ints, lane):
-            ints[ZERO_PROGRESS + lane] += 1
+            lane.zero_progress += 1
             decide_together(floats, ints, lane)
             return False
     for c in range(CONTACTS):
@@ -81,43 +74,43 @@ def sides_hold(floats, ints, trace, lane):
 def open_still(floats, ints, lane):
     """Whether it is to be decided again which of several contacts rest: one has come to rest, or is forced beyond."""
     for c in range(CONTACTS):
-        rests = STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0 and ints[TO_DECIDE + c * LANES + lane] == 0
+        rests = STICKS[c] == 1 and lane.side[c] == 0.0 and lane.to_decide[c] == 0
         if rests and abs(floats[HOLD_OF[c] + lane]) > (1.0 + BEYOND) * floats[LIMIT_OF[c] + lane]:
-            ints[TO_DECIDE + c * LANES + lane] = 1
+            lane.to_decide[c] = 1
     return open_arrivals(ints, lane)
 
 
 def side_holds(floats, ints, trace, lane, c):
     """Whether contact c really sticks, or really moves to its side."""
-    side, velocity = floats[SIDE + c * LANES + lane], floats[VELOCITY_OF[c] + lane]
+    side, velocity = lane.side[c], floats[VELOCITY_OF[c] + lane]
     if side == 0.0:
         # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
         clear = abs(floats[HOLD_OF[c] + lane]) < (1.0 - 1e-12) * floats[LIMIT_OF[c] + lane]
-        return (clear and ints[TO_DECIDE + c * LANES + lane] == 0) or not decide(floats, ints, trace, lane, c)
-    if ints[ZEROS + c * LANES + lane] > 0:
+        return (clear and lane.to_decide[c] == 0) or not decide(floats, ints, trace, lane, c)
+    if lane.zeros[c] > 0:
         return leaves(floats, ints, lane, c)
-    none = NO_MOTION * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    none = NO_MOTION * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
     if KINKS[c] == 1 and abs(velocity) <= none:
-        ints[ZEROS + c * LANES + lane] = 1
+        lane.zeros[c] = 1
         if leaves(floats, ints, lane, c):
             return True
-        ints[EVENTS + lane] += 1  # it turned together with another contact, or at a corner of its motion
+        lane.events += 1  # it turned together with another contact, or at a corner of its motion
         return False
     if side * velocity > 0.0:
         return True
-    ints[ZERO_PROGRESS + lane] += 1  # the velocity passed zero within the rounding of the last step
+    lane.zero_progress += 1  # the velocity passed zero within the rounding of the last step
     cross(floats, ints, trace, lane, 1, c, 0.0)
     return False
 
 
 def beyond_rounding(floats, ints, lane, c):
     """How many leading coefficients of a velocity, one of several, move it by rounding only over an explicit step."""
-    h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
+    h = min(taylor_step(floats, ints, lane), lane.period)
     if SLOWED and LANES == 1:  # one on manifolds of others is longer
         for m in range(MANIFOLDS):
             rate = max(floats[DECAY_RATE], floats[OWN_DECAY + m] * floats[SLOW + m])
             h = min(h, STABLE / rate) if rate > 0.0 else h
-    least = SLIGHT * floats[SCALE + STATE_OF[c] * LANES + lane]
+    least = SLIGHT * lane.scale[STATE_OF[c]]
     zeros = 0
     power = 1.0
     for k in range(ORDER):
@@ -133,22 +126,22 @@ def decide(floats, ints, trace, lane, c):
     It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
     The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
-    ints[TO_DECIDE + c * LANES + lane] = 0
-    h = min(taylor_step(floats, ints, lane), floats[PERIOD + lane])
+    lane.to_decide[c] = 0
+    h = min(taylor_step(floats, ints, lane), lane.period)
     slides, direction, zeros = False, 0.0, 0
     for k in range(-1, 2, 2):
         leading = guard_series(floats, lane, c, k, h)
         if leading < ORDER - 1 and floats[GUARD + leading * LANES + lane] < 0.0:
             slides, direction, zeros = True, float(k), leading + 1
-    came_from = floats[CAME_FROM + c * LANES + lane]
-    floats[CAME_FROM + c * LANES + lane] = 0.0
+    came_from = lane.came_from[c]
+    lane.came_from[c] = 0.0
     if not slides:
         return False
-    floats[SIDE + c * LANES + lane] = direction
-    ints[ZEROS + c * LANES + lane] = zeros
-    ints[ZERO_PROGRESS + lane] += 1
+    lane.side[c] = direction
+    lane.zeros[c] = zeros
+    lane.zero_progress += 1
     if SEVERAL:
-        ints[GAVE_WAY + c * LANES + lane] = 1
+        lane.gave_way[c] = 1
     if came_from == direction:
         on_event(floats, ints, trace, lane, GRAZE, c, 0.0)
     return True
@@ -159,17 +152,17 @@ def leaves(floats, ints, lane, c):
 
     A contact leaves stick without acceleration, unless its law drops from a static to a kinetic level there.
     """
-    side, row = floats[SIDE + c * LANES + lane], VELOCITY_OF[c] + lane
-    if ints[ZEROS + c * LANES + lane] == 2:
+    side, row = lane.side[c], VELOCITY_OF[c] + lane
+    if lane.zeros[c] == 2:
         growth = abs(floats[row + 2 * LANES]) * taylor_step(floats, ints, lane)
         if abs(floats[row + LANES]) > JUMP * max(growth, 1e-4 * floats[LIMIT_OF[c] + lane]):
-            ints[ZEROS + c * LANES + lane] = 1
-    first = ints[ZEROS + c * LANES + lane]
+            lane.zeros[c] = 1
+    first = lane.zeros[c]
     if SEVERAL and STICKS[c] == 0:
-        ints[ZEROS + c * LANES + lane] = 1  # what else vanished may have done so while another contact rested
+        lane.zeros[c] = 1  # what else vanished may have done so while another contact rested
         first = max(1, beyond_rounding(floats, ints, lane, c))
         if first >= ORDER:
-            ints[ZEROS + c * LANES + lane] = ORDER
+            lane.zeros[c] = ORDER
             return True  # at rest to rounding, as the middle one of three that are alike
     for k in range(first, ORDER):
         v = floats[row + k * LANES]
@@ -177,16 +170,16 @@ def leaves(floats, ints, lane, c):
             return True
         if v != 0.0:
             break
-        ints[ZEROS + c * LANES + lane] = min(k + 1, ORDER)
+        lane.zeros[c] = min(k + 1, ORDER)
         if k == ORDER - 1:
             return True  # at rest for good: nothing will happen on either side
-    ints[ZERO_PROGRESS + lane] += 1
+    lane.zero_progress += 1
     if STICKS[c] == 1:
-        floats[CAME_FROM + c * LANES + lane] = side
-        floats[SIDE + c * LANES + lane] = 0.0
-        ints[TO_DECIDE + c * LANES + lane] = 1
+        lane.came_from[c] = side
+        lane.side[c] = 0.0
+        lane.to_decide[c] = 1
     else:
-        floats[SIDE + c * LANES + lane] = -side
+        lane.side[c] = -side
         turned(floats, lane, c)
     return False
 
@@ -211,9 +204,9 @@ def guard_series(floats, lane, c, direction, h):
 
 def cross(floats, ints, trace, lane, event, c, h):
     """Change the mode at the event of contact c at which the lane stands now, after a step of length h."""
-    ints[EVENTS + lane] += 1
-    if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
-        ints[STATUS + lane] = TOO_MANY_EVENTS
+    lane.events += 1
+    if lane.events > lane.event_limit:
+        lane.status = TOO_MANY_EVENTS
         return
     note_event(floats, ints, lane, event, c)
     leave_piece(floats, ints, lane, event, c, h)
@@ -228,19 +221,19 @@ def cross(floats, ints, trace, lane, event, c, h):
                 turn_round(floats, ints, lane, c)
         on_return(floats, ints, lane)
     elif event >= FIRST_SWITCH:
-        ints[EVENTS + lane] -= 1  # counted where it happens
+        lane.events -= 1  # counted where it happens
         begin_branch(floats, ints, trace, lane, event - FIRST_SWITCH)
     else:
         if SEVERAL:
             give_way_together(floats, ints, lane, h)
-        floats[SIDE + c * LANES + lane] = 1.0 if event > 0 else -1.0
-        ints[ZEROS + c * LANES + lane] = 2
+        lane.side[c] = 1.0 if event > 0 else -1.0
+        lane.zeros[c] = 2
 
 
 def turn_round(floats, ints, lane, c):
     """A contact with a force for every velocity goes on to the other side."""
-    floats[SIDE + c * LANES + lane] = -floats[SIDE + c * LANES + lane]
-    ints[ZEROS + c * LANES + lane] = 1
+    lane.side[c] = -lane.side[c]
+    lane.zeros[c] = 1
     turned(floats, lane, c)
 
 
@@ -253,9 +246,9 @@ def meet(floats, ints, lane, c, h):
     else:
         turn_round(floats, ints, lane, c)
     for d in range(CONTACTS):
-        if d != c and STICKS[d] == 1 and floats[SIDE + d * LANES + lane] != 0.0:
+        if d != c and STICKS[d] == 1 and lane.side[d] != 0.0:
             row = VELOCITY_OF[d] + lane
-            size = abs(floats[row]) + excursion(floats, row, h) + floats[SCALE + STATE_OF[d] * LANES + lane]
+            size = abs(floats[row]) + excursion(floats, row, h) + lane.scale[STATE_OF[d]]
             if abs(series_value(floats, row, h)) <= SLIGHT * size:
                 come_to_rest(floats, ints, lane, d, h)
                 arrive(floats, ints, lane, d)
@@ -266,20 +259,20 @@ def meet(floats, ints, lane, c, h):
 
 def arrive(floats, ints, lane, c):
     """A contact has come to rest, and is to be asked."""
-    floats[CAME_FROM + c * LANES + lane] = floats[SIDE + c * LANES + lane]
-    floats[SIDE + c * LANES + lane] = 0.0
-    ints[TO_DECIDE + c * LANES + lane] = 1
+    lane.came_from[c] = lane.side[c]
+    lane.side[c] = 0.0
+    lane.to_decide[c] = 1
 
 
 def give_way_together(floats, ints, lane, h):
     """All contacts at rest whose forces are at their limits at time h of the series give way there."""
     for d in range(CONTACTS):
-        if STICKS[d] == 1 and floats[SIDE + d * LANES + lane] == 0.0:
+        if STICKS[d] == 1 and lane.side[d] == 0.0:
             hold, limit = series_value(floats, HOLD_OF[d] + lane, h), series_value(floats, LIMIT_OF[d] + lane, h)
             if limit - abs(hold) <= SLIGHT * limit:
-                floats[SIDE + d * LANES + lane] = 1.0 if hold > 0.0 else -1.0
-                ints[ZEROS + d * LANES + lane] = 2
-                ints[GAVE_WAY + d * LANES + lane] = 1
+                lane.side[d] = 1.0 if hold > 0.0 else -1.0
+                lane.zeros[d] = 2
+                lane.gave_way[d] = 1
 
 
 def rest(floats, ints, lane):
@@ -288,20 +281,20 @@ def rest(floats, ints, lane):
     The series of holding force and limit are those of a contact at rest; here it was sliding, so the equations are
     asked. Where that force is near the limit, `decide` looks at the series of the contact held at rest.
     """
-    came_from = floats[SIDE + lane]
+    came_from = lane.side
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    holding(floats, floats[TIME + lane], WORK, came_from, lane, WORK + STATES)
+        floats[WORK + i] = lane.state[i]
+    holding(floats, lane.time, WORK, came_from, lane, WORK + STATES)
     hold, limit = floats[WORK + STATES], floats[WORK + STATES + 1]
     if came_from * hold < -(1.0 + DOUBT) * limit:
-        floats[SIDE + lane] = -came_from
-        ints[ZEROS + lane] = 1
+        lane.side = -came_from
+        lane.zeros = 1
     elif abs(hold) < (1.0 - DOUBT) * limit:
-        floats[SIDE + lane] = 0.0
+        lane.side = 0.0
     else:
-        floats[CAME_FROM + lane] = came_from
-        floats[SIDE + lane] = 0.0
-        ints[TO_DECIDE + lane] = 1
+        lane.came_from = came_from
+        lane.side = 0.0
+        lane.to_decide = 1
 
 
 def jumped(floats, ints, trace, lane):
@@ -312,10 +305,10 @@ def jumped(floats, ints, trace, lane):
     `decide`; one that rested and does not move rests on, but of several all are asked again. A smooth law has no side.
     """
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
+        floats[WORK + i] = lane.state[i]
     for c in range(CONTACTS):
         if STICKS[c] + KINKS[c] > 0:
-            v = contact_velocity(floats, floats[TIME + lane], WORK, c, lane)
+            v = contact_velocity(floats, lane.time, WORK, c, lane)
             jumped_to(floats, ints, trace, lane, c, v)
     if SEVERAL and open_arrivals(ints, lane):
         decide_together(floats, ints, lane)
@@ -325,7 +318,7 @@ def open_arrivals(ints, lane):
     """Whether a contact has come to rest and is still to be asked."""
     arrived = False
     for c in range(CONTACTS):
-        arrived = arrived or ints[TO_DECIDE + c * LANES + lane] == 1
+        arrived = arrived or lane.to_decide[c] == 1
     return arrived
 
 
@@ -349,9 +342,9 @@ def jumped_to(floats, ints, trace, lane, c, v):
     side = 1.0 if v > 0.0 else -1.0
     if side == floats[SIDE + place]:
         return
-    ints[EVENTS + lane] += 1
-    if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
-        ints[STATUS + lane] = TOO_MANY_EVENTS
+    lane.events += 1
+    if lane.events > lane.event_limit:
+        lane.status = TOO_MANY_EVENTS
         return
     floats[SIDE + place] = side
     if STICKS[c] == 0:
@@ -361,7 +354,7 @@ def jumped_to(floats, ints, trace, lane, c, v):
 def velocity_rounding(floats, lane, c, v):
     """By how much v, the velocity of a contact at the state in WORK, may be rounding: of its state, and of the time."""
     state = STATE_OF[c] * LANES + lane
-    later = floats[TIME + lane] + ROUNDINGS * EPSILON * floats[PERIOD + lane]
+    later = lane.time + ROUNDINGS * EPSILON * lane.period
     size = abs(floats[STATE + state]) + floats[SCALE + state]
     return ROUNDINGS * EPSILON * size + abs(contact_velocity(floats, later, WORK, c, lane) - v)
 
@@ -369,16 +362,16 @@ def velocity_rounding(floats, lane, c, v):
 def come_to_rest(floats, ints, lane, c, h):
     """Set a contact velocity to exactly zero at the end of a step of length h, after noting what it was."""
     v = series_value(floats, VELOCITY_OF[c] + lane, h)
-    floats[CONTACT_RESIDUAL + lane] = max(floats[CONTACT_RESIDUAL + lane], abs(v))
+    lane.contact_residual = max(lane.contact_residual, abs(v))
     if not rests_beside(floats, lane, c):
-        floats[STATE + STATE_OF[c] * LANES + lane] -= v
+        lane.state[STATE_OF[c]] -= v
 
 
 def rests_beside(floats, lane, c):
     """Whether another contact rests by the same state, which can make only one velocity exactly zero."""
     if SHARED:
         for d in range(CONTACTS):
-            if d != c and STICKS[d] == 1 and STATE_OF[d] == STATE_OF[c] and floats[SIDE + d * LANES + lane] == 0.0:
+            if d != c and STICKS[d] == 1 and STATE_OF[d] == STATE_OF[c] and lane.side[d] == 0.0:
                 return True
     return False
 
@@ -389,8 +382,8 @@ def pin(floats, lane):
     Integrated, it would drift by the tolerance, and contacts that pass rest at one instant would do so one by one.
     """
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+        if STICKS[c] == 1 and lane.side[c] == 0.0:
             for i in range(STATES):
-                floats[WORK + i] = floats[STATE + i * LANES + lane]
-            floats[STATE + STATE_OF[c] * LANES + lane] -= contact_velocity(floats, floats[TIME + lane], WORK, c, lane)
+                floats[WORK + i] = lane.state[i]
+            lane.state[STATE_OF[c]] -= contact_velocity(floats, lane.time, WORK, c, lane)
             return

@@ -10,42 +10,29 @@ holds. Only a contact velocity that the drive itself makes may jump.
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.lane import (
-    CYCLE,
-    PARAMETER,
-    PERIOD,
-    PERIOD_COUNT,
-    SEGMENT,
-    SEGMENT_COUNT,
-    TABLE,
-    TABLE_START,
-    TABLE_STRIDE,
-    TAIL,
-    TIME,
-    UNTIL,
-    WHOLE_PERIODS,
-)
+from vibrocap.numerics.kernel.generated.places import PARAMETER
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, LANES, PRESENT
+from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.step.resolved import forget
 
 
 def begin_drive(floats, ints, trace, lane, run):
     """Find the table of a run, and the segment with which it begins."""
-    ints[TABLE + lane] = ints[TABLE_START] + run * ints[TABLE_STRIDE]
-    ints[CYCLE + lane] = 0
+    lane.table = shared.table_start + run * shared.table_stride
+    lane.cycle = 0
     if not take_segment(floats, ints, trace, lane, 0):  # at the end of the period, to rounding
-        floats[UNTIL + lane] = floats[PERIOD + lane]
+        lane.until = lane.period
 
 
 def at_corner(floats, ints, trace, lane):
     """Whether the lane, at the end of a step, stands at a corner within the period; then it is turned."""
-    until, period = floats[UNTIL + lane], floats[PERIOD + lane]
-    last = ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]
-    if until >= period or (last and floats[TAIL + lane] < until - 2.0 * EPSILON * period):
+    until, period = lane.until, lane.period
+    last = lane.period_count == lane.whole_periods
+    if until >= period or (last and lane.tail < until - 2.0 * EPSILON * period):
         return False
-    floats[TIME + lane] = floats[UNTIL + lane]
-    if not take_segment(floats, ints, trace, lane, ints[SEGMENT + lane] + 1):
-        ints[CYCLE + lane] += 1
+    lane.time = lane.until
+    if not take_segment(floats, ints, trace, lane, lane.segment + 1):
+        lane.cycle += 1
         take_segment(floats, ints, trace, lane, 0)
     if VELOCITY_JUMPS:
         jumped(floats, ints, trace, lane)
@@ -54,9 +41,9 @@ def at_corner(floats, ints, trace, lane):
 
 def begin_drive_period(floats, ints, trace, lane):
     """The first segment again, unless the run ends here."""
-    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane] and floats[TAIL + lane] <= 0.0:
+    if lane.period_count == lane.whole_periods and lane.tail <= 0.0:
         return
-    ints[CYCLE + lane] = 0
+    lane.cycle = 0
     take_segment(floats, ints, trace, lane, 0)
     if VELOCITY_JUMPS:
         jumped(floats, ints, trace, lane)
@@ -64,12 +51,12 @@ def begin_drive_period(floats, ints, trace, lane):
 
 def drive_goes_over(floats, ints, trace, lane):
     """At the end of the last period: the first segment of the next one, in the time of this one."""
-    floats[TIME + lane] = 0.0
-    ints[CYCLE + lane] = 0
+    lane.time = 0.0
+    lane.cycle = 0
     take_segment(floats, ints, trace, lane, 0)
-    floats[PARAMETER + (PRESENT + 1) * LANES + lane] += floats[PERIOD + lane]
-    floats[TIME + lane] = floats[PERIOD + lane]
-    floats[UNTIL + lane] = floats[PERIOD + lane]
+    lane.parameter[PRESENT + 1] += lane.period
+    lane.time = lane.period
+    lane.until = lane.period
     if VELOCITY_JUMPS:
         jumped(floats, ints, trace, lane)
     return True
@@ -81,17 +68,17 @@ def take_segment(floats, ints, trace, lane, first):
     Segments without length are passed over. Returns whether one was found.
     """
     present = PARAMETER + PRESENT * LANES + lane
-    period, slack = floats[present], 2.0 * EPSILON * floats[PERIOD + lane]
-    began = ints[CYCLE + lane] * period  # of the drive, where a period of the run is several of its periods
-    for i in range(first, ints[SEGMENT_COUNT]):
-        row = ints[TABLE + lane] + i * (COEFFICIENTS + 1)
-        share = 1.0 if i == ints[SEGMENT_COUNT] - 1 else trace[row]
+    period, slack = floats[present], 2.0 * EPSILON * lane.period
+    began = lane.cycle * period  # of the drive, where a period of the run is several of its periods
+    for i in range(first, shared.segment_count):
+        row = lane.table + i * (COEFFICIENTS + 1)
+        share = 1.0 if i == shared.segment_count - 1 else trace[row]
         end = began + share * period
-        if end > floats[PERIOD + lane] - slack:
-            end = floats[PERIOD + lane]
-        if end - floats[TIME + lane] > slack:
-            ints[SEGMENT + lane] = i
-            floats[UNTIL + lane] = end
+        if end > lane.period - slack:
+            end = lane.period
+        if end - lane.time > slack:
+            lane.segment = i
+            lane.until = end
             floats[present + LANES] = began + (trace[row - COEFFICIENTS - 1] if i > 0 else 0.0) * period
             scale = 1.0
             for k in range(COEFFICIENTS):

@@ -47,18 +47,8 @@ from vibrocap.numerics.kernel.events.tried_mode import (
 )
 from vibrocap.numerics.kernel.generated.equations import contact_rows
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, GROUP, SHARED, STICKS
-from vibrocap.numerics.kernel.generated.lane import (
-    CAME_FROM,
-    GAVE_WAY,
-    SIDE,
-    STATE,
-    STATUS,
-    TIME,
-    TO_DECIDE,
-    WORK,
-    ZEROS,
-)
-from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, STATES
+from vibrocap.numerics.kernel.generated.places import WORK
+from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
 
 UNDECIDED_SHARE = 1e-9  # of forces and of accelerations: what is nearer to a limit, or to none, is left to the series
 FITTING = 1e-11  # of them: what is within while pivoting
@@ -71,13 +61,13 @@ def decide_together(floats, ints, lane):
     """Decide the sides of all contacts that are to be asked, and of those at rest on which they act, at the lane's
     present state."""
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    contact_rows(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, FREE_ROWS)
+        floats[WORK + i] = lane.state[i]
+    contact_rows(floats, lane.time, WORK, lane.side, lane, FREE_ROWS)
     count = pose(floats, ints, lane)
     for _ in range(CONTACTS + 1):
         fits = solve_modes(floats, count)
         if fits != ONE_FITS:
-            ints[STATUS + lane] = BEYOND_BOUND + AMBIGUOUS_CONTACTS if DYNAMIC else UNDECIDED
+            lane.status = BEYOND_BOUND + AMBIGUOUS_CONTACTS if DYNAMIC else UNDECIDED
             return
         passing = 0.0
         giving = 0.0
@@ -85,26 +75,26 @@ def decide_together(floats, ints, lane):
             c = int(floats[OPEN + i])
             if floats[AT_REST + c] == 1.0 and floats[GAVE + c] == 0.0 and floats[TRIED + c] != 0.0:
                 giving += 1.0
-                if floats[CAME_FROM + c * LANES + lane] != 0.0:
+                if lane.came_from[c] != 0.0:
                     passing += 1.0
         if giving == 0.0 or count == 1:  # alone, it slides on the more when friction falls
             break
         for i in range(count):
             c = int(floats[OPEN + i])
-            first = passing == 0.0 or floats[CAME_FROM + c * LANES + lane] != 0.0
+            first = passing == 0.0 or lane.came_from[c] != 0.0
             if floats[AT_REST + c] == 1.0 and floats[TRIED + c] != 0.0 and first:
                 floats[GAVE + c] = 1.0
     for i in range(count):
         c = int(floats[OPEN + i])
         if floats[AT_REST + c] == 1.0:
-            ints[TO_DECIDE + c * LANES + lane] = 2 if floats[TIED + c] == 1.0 else 0
+            lane.to_decide[c] = 2 if floats[TIED + c] == 1.0 else 0
             if floats[TRIED + c] != 0.0:
-                floats[SIDE + c * LANES + lane] = floats[TRIED + c]
-                floats[CAME_FROM + c * LANES + lane] = 0.0
-                ints[ZEROS + c * LANES + lane] = 1
-                ints[GAVE_WAY + c * LANES + lane] = 1
+                lane.side[c] = floats[TRIED + c]
+                lane.came_from[c] = 0.0
+                lane.zeros[c] = 1
+                lane.gave_way[c] = 1
             elif floats[TIED + c] == 0.0:
-                floats[CAME_FROM + c * LANES + lane] = 0.0
+                lane.came_from[c] = 0.0
 
 
 def pose(floats, ints, lane):
@@ -112,12 +102,12 @@ def pose(floats, ints, lane):
     for c in range(CONTACTS):
         floats[GROUP_ASKED + c] = 0.0
     for c in range(CONTACTS):
-        if ints[TO_DECIDE + c * LANES + lane] == 1:
+        if lane.to_decide[c] == 1:
             floats[GROUP_ASKED + GROUP[c]] = 1.0
     count = 0
     for c in range(CONTACTS):
-        floats[TRIED + c] = floats[SIDE + c * LANES + lane]
-        floats[GAVE + c] = float(ints[GAVE_WAY + c * LANES + lane])
+        floats[TRIED + c] = lane.side[c]
+        floats[GAVE + c] = float(lane.gave_way[c])
         floats[AT_REST + c] = 0.0
         floats[TAKEN + c] = 0.0
         rests_now = STICKS[c] == 1 and floats[TRIED + c] == 0.0
@@ -125,7 +115,7 @@ def pose(floats, ints, lane):
             floats[OPEN + count] = float(c)
             floats[AT_REST + c] = 1.0 if rests_now else 0.0
             if rests_now:
-                floats[TRIED + c] = -floats[CAME_FROM + c * LANES + lane]
+                floats[TRIED + c] = -lane.came_from[c]
             count += 1
         elif not rests_now:
             level, pushed = sliding_force(floats, c)

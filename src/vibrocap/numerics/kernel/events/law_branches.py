@@ -34,7 +34,6 @@ from vibrocap.numerics.kernel.generated.branches import (
     SWITCH,
     SWITCHES,
 )
-from vibrocap.numerics.kernel.generated.ensemble import WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import (
     after_reversal,
     after_switch,
@@ -43,20 +42,7 @@ from vibrocap.numerics.kernel.generated.equations import (
     switches,
 )
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SEVERAL
-from vibrocap.numerics.kernel.generated.lane import (
-    EVENT_LIMIT,
-    EVENTS,
-    IMPLICIT_STEPS,
-    PERIOD,
-    SERIES,
-    SIDE,
-    STATE,
-    STATUS,
-    TAYLOR_STEPS,
-    TIME,
-    WORK,
-    ZERO_PROGRESS,
-)
+from vibrocap.numerics.kernel.generated.places import SERIES, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
@@ -70,7 +56,7 @@ def within_bounds(floats, ints, trace, lane):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         least = 0.0
         if FOLLOWS_LOAD and i == BRANCHES:  # its slope stands in the last place of its row
-            least = max(0.0, -(floats[row + ORDER * LANES] * (AT_ONCE * floats[PERIOD + lane])))
+            least = max(0.0, -(floats[row + ORDER * LANES] * (AT_ONCE * lane.period)))
         if not (floats[row] > least):
             begin_branch(floats, ints, trace, lane, i)
             return False
@@ -83,9 +69,9 @@ def branch_holds(floats, ints, trace, lane):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if floats[row] > (0.0 if i < LAW_BRANCHES else SLIGHT):
             continue
-        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
+        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), lane.period)):
             continue
-        ints[ZERO_PROGRESS + lane] += 1
+        lane.zero_progress += 1
         begin_branch(floats, ints, trace, lane, i)
         return False
     return True
@@ -140,27 +126,27 @@ def begin_branch(floats, ints, trace, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
         on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], -1, 0.0)
-        ints[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
+        lane.status = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
-    ints[EVENTS + lane] += 1
-    if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
-        ints[STATUS + lane] = TOO_MANY_EVENTS
+    lane.events += 1
+    if lane.events > lane.event_limit:
+        lane.status = TOO_MANY_EVENTS
         return
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    after_switch(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, which, WORK + STATES)
+        floats[WORK + i] = lane.state[i]
+    after_switch(floats, lane.time, WORK, lane.side, lane, which, WORK + STATES)
     for i in range(STATES):
-        floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
+        lane.state[i] = floats[WORK + STATES + i]
     strikes = False
     if which >= LAW_BRANCHES:
         strikes = hits(floats, ints, lane)
-    chosen = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == 0
+    chosen = lane.taylor_steps + lane.implicit_steps == 0
     if which < LAW_BRANCHES:
         on_event(floats, ints, trace, lane, SWITCHED, -1, 0.0)
     elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -SLIGHT):
         on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, -1, 0.0)
-        if OCCURRED >= 0 and ints[WINDOW_START + lane] >= 0:
-            floats[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
+        if OCCURRED >= 0 and lane.window_start >= 0:
+            lane.occurred[which - LAW_BRANCHES] += 1.0
     # else nothing happens: it is the branch in which the run starts
     if strikes:
         jumped(floats, ints, trace, lane)
@@ -172,13 +158,13 @@ def hits(floats, ints, lane):
     Or leaves at rest what was to slide, as a wall does that is pressed from now on. The energy that it takes is told to
     the observer.
     """
-    time = floats[TIME + lane]
+    time = lane.time
     if IMPACT >= 0:
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
         on_jump(floats, ints, lane, gained)
     for c in range(CONTACTS):
         velocity = contact_velocity(floats, time, WORK + STATES, c, lane)
-        blocked = not SEVERAL and velocity == 0.0 and floats[SIDE + lane] != 0.0
+        blocked = not SEVERAL and velocity == 0.0 and lane.side != 0.0
         if blocked or velocity != contact_velocity(floats, time, WORK, c, lane):
             return True
     return False
@@ -187,17 +173,17 @@ def hits(floats, ints, lane):
 def turned(floats, lane, contact):
     """The states become those after a reversal of a contact to its present side."""
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    after_reversal(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, contact, WORK + STATES)
+        floats[WORK + i] = lane.state[i]
+    after_reversal(floats, lane.time, WORK, lane.side, lane, contact, WORK + STATES)
     for i in range(STATES):
-        floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
+        lane.state[i] = floats[WORK + STATES + i]
 
 
 def guards_at(floats, lane, s, out):
     """Write the guards at time s of the present series."""
     for i in range(STATES):
         floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    switches(floats, floats[TIME + lane] + s, WORK, floats[SIDE + lane], lane, out)
+    switches(floats, lane.time + s, WORK, lane.side, lane, out)
 
 
 def interpolated_guards(floats, lane, h):

@@ -18,10 +18,9 @@ where a part of it is imposed.
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
-from vibrocap.numerics.kernel.generated.ensemble import DELAY
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
 from vibrocap.numerics.kernel.generated.facts import STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import PENDING, SERIES, SIDE, STATE, TIME, WORK
+from vibrocap.numerics.kernel.generated.places import PENDING, SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.step.taylor import series_slope
@@ -29,12 +28,12 @@ from vibrocap.numerics.kernel.step.taylor import series_slope
 
 def tangent_waits(ints, lane):
     """Whether the tangent has yet to enter the present piece."""
-    return ints[PENDING + lane] == 1
+    return lane.pending == 1
 
 
 def leave_piece(floats, ints, lane, event, contact, h):
     """At an event of a contact, at time h of the series: the tangent becomes the change of the state at the event."""
-    if ints[PENDING + lane] == 1:  # two events at one instant, to rounding
+    if lane.pending == 1:  # two events at one instant, to rounding
         enter_piece(floats, ints, lane)
     out = guards_along(floats, lane)
     velocity = VELOCITY_OF[contact]
@@ -55,36 +54,36 @@ def leave_piece(floats, ints, lane, event, contact, h):
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
         rate = series_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, h)
-        floats[STATE + (BASE + i) * LANES + lane] += rate * delay
+        lane.state[BASE + i] += rate * delay
     state = STATE_OF[contact]
     if event == 1 and velocity == SERIES + state * (ORDER + 1) * LANES:
-        floats[STATE + (BASE + state) * LANES + lane] = 0.0  # to rounding
-    floats[DELAY + lane] = delay
-    ints[PENDING + lane] = 1
+        lane.state[BASE + state] = 0.0  # to rounding
+    lane.delay = delay
+    lane.pending = 1
 
 
 def stay_in_piece(ints, lane):
     """The contact is set to rest by what moves no event, a corner of the drive: its tangent waits, without a delay."""
-    ints[PENDING + lane] = 1
+    lane.pending = 1
 
 
 def enter_piece(floats, ints, lane):
     """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
     for i in range(BASE):
-        rate = floats[SERIES + (i * (ORDER + 1) + 1) * LANES + lane]
-        floats[STATE + (BASE + i) * LANES + lane] -= rate * floats[DELAY + lane]
+        rate = lane.series[i * (ORDER + 1) + 1]
+        lane.state[BASE + i] -= rate * lane.delay
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            floats[STATE + (BASE + STATE_OF[c]) * LANES + lane] -= floats[guards_along(floats, lane) + 3 * c]
-    floats[DELAY + lane] = 0.0
-    ints[PENDING + lane] = 0
+        if STICKS[c] == 1 and lane.side[c] == 0.0:
+            lane.state[BASE + STATE_OF[c]] -= floats[guards_along(floats, lane) + 3 * c]
+    lane.delay = 0.0
+    lane.pending = 0
 
 
 def guards_along(floats, lane):
     """Where `guard_tangents` of the present state were written."""
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    guard_tangents(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + STATES)
+        floats[WORK + i] = lane.state[i]
+    guard_tangents(floats, lane.time, WORK, lane.side, lane, WORK + STATES)
     return WORK + STATES
 
 

@@ -6,7 +6,7 @@ diagonal keeps them apart.
 """
 
 from vibrocap.numerics.kernel.generated.facts import DYNAMIC, ROW_LIKE, SHARED
-from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, STATES
 
 SOFTNESS = 1e-12  # of the largest entry of A: added to the diagonal while pivoting, for contacts at imposed distances

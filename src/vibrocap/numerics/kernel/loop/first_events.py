@@ -2,7 +2,6 @@
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, max, square_root, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import JUMP
-from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, signs_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
@@ -16,7 +15,7 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOWED,
     STICKS,
 )
-from vibrocap.numerics.kernel.generated.lane import SIDE, WORK, ZEROS
+from vibrocap.numerics.kernel.generated.places import SIDE, SLOW, WORK, ZEROS
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.loop.one_step import NEAR

@@ -6,8 +6,7 @@ The elementary functions are the package's own polynomials: a GPU has no library
 from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import in_all_threads, take
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.ensemble import RUN
-from vibrocap.numerics.kernel.generated.lane import STATUS, WORK
+from vibrocap.numerics.kernel.generated.places import RUN, STATUS, WORK
 from vibrocap.numerics.kernel.interface import advance, ends_trial
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 

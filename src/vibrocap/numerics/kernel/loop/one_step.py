@@ -23,25 +23,6 @@ from vibrocap.numerics.kernel.codes import (
 )
 from vibrocap.numerics.kernel.events.contact import NO_MOTION, cross, guard_series, pin, sides_hold
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, SHARED, SLOWED, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import (
-    EVENTS,
-    GAVE_WAY,
-    IMPLICIT_STEPS,
-    PERIOD,
-    PERIOD_COUNT,
-    SCALE,
-    SIDE,
-    STATE,
-    STATUS,
-    STIFF,
-    TAIL,
-    TAYLOR_STEPS,
-    TIME,
-    UNTIL,
-    WHOLE_PERIODS,
-    ZERO_PROGRESS,
-    ZEROS,
-)
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import (
@@ -80,8 +61,8 @@ MOST_ZERO_PROGRESS = 12  # decisions in a row without advance, per contact, befo
 
 def step(floats, ints, trace, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if ints[ZERO_PROGRESS + lane] > MOST_ZERO_PROGRESS * CONTACTS:
-        ints[STATUS + lane] = UNDECIDED
+    if lane.zero_progress > MOST_ZERO_PROGRESS * CONTACTS:
+        lane.status = UNDECIDED
         return
     if not SEVERAL and not within_bounds(floats, ints, trace, lane):
         return
@@ -94,9 +75,9 @@ def step(floats, ints, trace, lane):
     if tangent_waits(ints, lane):
         enter_piece(floats, ints, lane)
         return
-    remaining = floats[UNTIL + lane] - floats[TIME + lane]
-    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
-        remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
+    remaining = lane.until - lane.time
+    if lane.period_count == lane.whole_periods:
+        remaining = min(remaining, lane.tail - lane.time)
     if remaining <= 0.0:
         on_instant(floats, ints, trace, lane)
         turn_period(floats, ints, trace, lane)
@@ -105,18 +86,18 @@ def step(floats, ints, trace, lane):
     if SEVERAL and h < 0.0:
         return  # the series must be made anew for a step of the other method
     if not (h > 0.0):
-        ints[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
+        lane.status = NOT_FINITE if h != h else STEP_UNDERFLOW
         return
     h = min(h, remaining)
-    if h <= 4.0 * EPSILON * floats[TIME + lane] and h < remaining:
-        ints[STATUS + lane] = STEP_UNDERFLOW
+    if h <= 4.0 * EPSILON * lane.time and h < remaining:
+        lane.status = STEP_UNDERFLOW
         return
-    while ints[STIFF + lane] == 0 and not resolved(floats, lane, h):
+    while lane.stiff == 0 and not resolved(floats, lane, h):
         h *= 0.5
     longest = h
     event, c, h, touch = first_event(floats, ints, lane, h)
     # Alone on a slow manifold a step has a series throughout; lanes take implicit steps beside theirs.
-    if SEVERAL and not (SLOWED and LANES == 1) and ints[STIFF + lane] == 1 and (event != 0 or touch >= 0.0):
+    if SEVERAL and not (SLOWED and LANES == 1) and lane.stiff == 1 and (event != 0 or touch >= 0.0):
         for _ in range(APPROACHES):
             h = shorter_step(floats, ints, lane, h if event != 0 else touch)
             if not (h > 0.0):
@@ -140,30 +121,30 @@ def step(floats, ints, trace, lane):
         event, h = repeated_step(floats, ints, lane, event, h)
     on_piece(floats, ints, trace, lane, h)
     watch_load(floats, ints, lane, h)
-    if ints[STIFF + lane] == 0:
-        ints[TAYLOR_STEPS + lane] += 1
+    if lane.stiff == 0:
+        lane.taylor_steps += 1
     else:
-        ints[IMPLICIT_STEPS + lane] += 1
+        lane.implicit_steps += 1
     move_to(floats, ints, lane, h)
     follow_step(floats, event, h)
     if SHARED:
         pin(floats, lane)
     for i in range(STATES):
-        if not (abs(floats[STATE + i * LANES + lane]) <= 1e300):
-            ints[STATUS + lane] = NOT_FINITE
+        if not (abs(lane.state[i]) <= 1e300):
+            lane.status = NOT_FINITE
             return
     for i in range(CONTACTS):
-        ints[ZEROS + i * LANES + lane] = 0
+        lane.zeros[i] = 0
         if SEVERAL:
-            ints[GAVE_WAY + i * LANES + lane] = 0
-    ints[ZERO_PROGRESS + lane] = 0
+            lane.gave_way[i] = 0
+    lane.zero_progress = 0
     if event == PLACE_PASSED:
         on_place(floats, ints, lane)
     elif event != 0:
         cross(floats, ints, trace, lane, event, c, h)
-    if ints[STATUS + lane] != RUNNING:
+    if lane.status != RUNNING:
         return
-    if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
+    if remaining - h <= 2.0 * EPSILON * lane.period:
         turn(floats, ints, trace, lane, event, h)
 
 
@@ -174,10 +155,10 @@ def turn(floats, ints, trace, lane, event, h):
     """
     if at_corner(floats, ints, trace, lane):
         return
-    left = ints[WHOLE_PERIODS + lane] - ints[PERIOD_COUNT + lane]
-    if left == 0 or (left == 1 and floats[TAIL + lane] <= 0.0):
+    left = lane.whole_periods - lane.period_count
+    if left == 0 or (left == 1 and lane.tail <= 0.0):
         opens = ends_open(floats, ints, lane, h) or event != 0
-        floats[TIME + lane] = floats[TAIL + lane] if left == 0 else floats[UNTIL + lane]
+        lane.time = lane.tail if left == 0 else lane.until
         if (left == 1 and drive_goes_over(floats, ints, trace, lane)) or opens:
             return
     turn_period(floats, ints, trace, lane)
@@ -185,16 +166,16 @@ def turn(floats, ints, trace, lane, event, h):
 
 def turn_period(floats, ints, trace, lane):
     """Begin the next period, or end the run."""
-    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
-        ints[STATUS + lane] = DONE
+    if lane.period_count == lane.whole_periods:
+        lane.status = DONE
         return
-    ints[PERIOD_COUNT + lane] += 1
-    floats[TIME + lane] = 0.0
-    ints[EVENTS + lane] = 0
+    lane.period_count += 1
+    lane.time = 0.0
+    lane.events = 0
     begin_drive_period(floats, ints, trace, lane)
     on_period(floats, ints, trace, lane)
-    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane] and floats[TAIL + lane] <= 0.0:
-        ints[STATUS + lane] = DONE
+    if lane.period_count == lane.whole_periods and lane.tail <= 0.0:
+        lane.status = DONE
 
 
 def first_event(floats, ints, lane, h):
@@ -208,7 +189,7 @@ def first_event(floats, ints, lane, h):
     touch = -1.0
     for c in range(CONTACTS):
         if STICKS[c] + KINKS[c] > 0:
-            side = floats[SIDE + c * LANES + lane]
+            side = lane.side[c]
             if side == 0.0:
                 found, length, touched = first_release(floats, lane, c, h)
             else:
@@ -225,11 +206,11 @@ def first_event(floats, ints, lane, h):
 
 def first_rest(floats, ints, lane, c, side, h):
     """(event, time, touch) of a contact that slides: where its velocity falls to zero."""
-    row, zeros = VELOCITY_OF[c] + lane, ints[ZEROS + c * LANES + lane]
+    row, zeros = VELOCITY_OF[c] + lane, lane.zeros[c]
     if SEVERAL and zeros >= ORDER - 1:
         return 0, h, -1.0
     if SEVERAL and STICKS[c] == 0 and zeros == 0:
-        scale = floats[SCALE + STATE_OF[c] * LANES + lane]
+        scale = lane.scale[STATE_OF[c]]
         if abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION * scale:
             return 0, h, -1.0  # at rest to rounding, as the middle one of three that are alike
     root, touch = first_root(floats, row, ORDER, side, zeros, h)

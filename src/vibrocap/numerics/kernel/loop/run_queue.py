@@ -4,39 +4,7 @@ Each run has its own steps, modes and events, so lanes end at different times; n
 """
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.ensemble import (
-    DELAY,
-    INVERSE_SCALE,
-    LAST_RUN,
-    MEASURED,
-    MORE,
-    NEXT_RUN,
-    ON_TRIAL,
-    PERIOD_BUDGET,
-    REFUSED_TRIALS,
-    REMAINING,
-    RESPONSE,
-    RESULT_START,
-    RUN,
-    SINCE,
-    START_STATE,
-    WINDOW_START,
-)
-from vibrocap.numerics.kernel.generated.lane import (
-    CONTACT_RESIDUAL,
-    IMPLICIT_STEPS,
-    PARAMETER,
-    PERIOD,
-    PERIOD_COUNT,
-    SCALE,
-    STATE,
-    STATUS,
-    TAYLOR_STEPS,
-    TIME,
-    WHOLE_PERIODS,
-)
 from vibrocap.numerics.kernel.generated.sizes import (
-    LANES,
     MEASURED_COUNT,
     PARAMETERS,
     RESULT_SIZE,
@@ -51,6 +19,7 @@ from vibrocap.numerics.kernel.interface import (
     on_period,
     tell_returns,
 )
+from vibrocap.numerics.kernel.lane import every_lane, shared
 from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 
@@ -64,16 +33,16 @@ def advance_ensemble(floats, ints, trace, turns):
     """
     for _ in range(turns):
         busy = False
-        for lane in range(LANES):
-            if ints[STATUS + lane] != RUNNING and not ends_trial(floats, ints, lane):
-                if ints[RUN + lane] >= 0:
+        for lane in every_lane():
+            if lane.status != RUNNING and not ends_trial(floats, ints, lane):
+                if lane.run >= 0:
                     end_run(floats, ints, trace, lane)
-                if ints[NEXT_RUN] < ints[LAST_RUN]:
-                    begin_run(floats, ints, trace, lane, ints[NEXT_RUN])
-                    ints[NEXT_RUN] += 1
-                elif ints[MORE] != 0:
+                if shared.next_run < shared.last_run:
+                    begin_run(floats, ints, trace, lane, shared.next_run)
+                    shared.next_run += 1
+                elif shared.more != 0:
                     return True
-            busy = busy or ints[STATUS + lane] == RUNNING
+            busy = busy or lane.status == RUNNING
         if not busy:
             return False
         advance(floats, ints, trace, ROUNDS)
@@ -82,38 +51,38 @@ def advance_ensemble(floats, ints, trace, turns):
 
 def inverse_scale(floats, i, lane):
     """One over the natural size of state i, of a lane or of all."""
-    return floats[INVERSE_SCALE + i * LANES + lane]
+    return lane.inverse_scale[i]
 
 
 def begin_run(floats, ints, trace, lane, run):
     """Put a run of the trace on a lane, at its start."""
     place = run * RUN_SIZE
     for i in range(STATES):
-        floats[STATE + i * LANES + lane] = trace[place + i]
+        lane.state[i] = trace[place + i]
     place += STATES
     for i in range(PARAMETERS):
-        floats[PARAMETER + i * LANES + lane] = trace[place + i]
+        lane.parameter[i] = trace[place + i]
     place += PARAMETERS
     for i in range(STATES):
-        floats[SCALE + i * LANES + lane] = trace[place + i]
-        floats[INVERSE_SCALE + i * LANES + lane] = 1.0 / trace[place + i]
+        lane.scale[i] = trace[place + i]
+        lane.inverse_scale[i] = 1.0 / trace[place + i]
     place += STATES
-    floats[TIME + lane] = trace[place]
-    floats[PERIOD + lane] = trace[place + 1]
-    floats[REMAINING + lane] = 0.0
+    lane.time = trace[place]
+    lane.period = trace[place + 1]
+    lane.remaining = 0.0
     start_lane(floats, ints, trace, lane, run)
-    ints[STATUS + lane] = RUNNING
-    ints[RUN + lane] = run
-    floats[DELAY + lane] = 0.0
-    ints[RESPONSE + lane] = 0
-    ints[SINCE + lane] = 0
-    ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
-    ints[WINDOW_START + lane] = -1
+    lane.status = RUNNING
+    lane.run = run
+    lane.delay = 0.0
+    lane.response = 0
+    lane.since = 0
+    lane.whole_periods = shared.period_budget
+    lane.window_start = -1
     begin_marks(ints, lane)
     for i in range(STATES):  # of the run before
-        floats[START_STATE + i * LANES + lane] = floats[STATE + i * LANES + lane]
+        lane.start_state[i] = lane.state[i]
     for i in range(MEASURED_COUNT):
-        floats[MEASURED + i * LANES + lane] = 0.0
+        lane.measured[i] = 0.0
     begin_returns(floats, ints, lane)
     on_period(floats, ints, trace, lane)
 
@@ -121,24 +90,24 @@ def begin_run(floats, ints, trace, lane, run):
 def end_run(floats, ints, trace, lane):
     """Write the result of the run on a lane to the trace, and free the lane."""
     tell_returns(floats, ints, lane)
-    place = ints[RESULT_START] + ints[RUN + lane] * RESULT_SIZE
-    trace[place] = ints[STATUS + lane]
-    trace[place + 1] = ints[PERIOD_COUNT + lane]
-    trace[place + 2] = floats[TIME + lane]
-    trace[place + 3] = ints[RESPONSE + lane]
-    trace[place + 4] = ints[SINCE + lane]
-    trace[place + 5] = floats[REMAINING + lane]
-    trace[place + 6] = ints[WINDOW_START + lane]
-    trace[place + 7] = ints[TAYLOR_STEPS + lane]
-    trace[place + 8] = ints[IMPLICIT_STEPS + lane]
-    trace[place + 9] = floats[CONTACT_RESIDUAL + lane]
-    trace[place + 10] = ints[REFUSED_TRIALS + lane]
-    trace[place + 11] = ints[ON_TRIAL + lane] // 2
+    place = shared.result_start + lane.run * RESULT_SIZE
+    trace[place] = lane.status
+    trace[place + 1] = lane.period_count
+    trace[place + 2] = lane.time
+    trace[place + 3] = lane.response
+    trace[place + 4] = lane.since
+    trace[place + 5] = lane.remaining
+    trace[place + 6] = lane.window_start
+    trace[place + 7] = lane.taylor_steps
+    trace[place + 8] = lane.implicit_steps
+    trace[place + 9] = lane.contact_residual
+    trace[place + 10] = lane.refused_trials
+    trace[place + 11] = lane.on_trial // 2
     place += RESULT_HEAD_SIZE
     for i in range(STATES):
-        trace[place + i] = floats[START_STATE + i * LANES + lane]
-        trace[place + STATES + i] = floats[STATE + i * LANES + lane]
+        trace[place + i] = lane.start_state[i]
+        trace[place + STATES + i] = lane.state[i]
     place += 2 * STATES
     for i in range(MEASURED_COUNT):
-        trace[place + i] = floats[MEASURED + i * LANES + lane]
-    ints[RUN + lane] = -1
+        trace[place + i] = lane.measured[i]
+    lane.run = -1

@@ -23,13 +23,6 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH, NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import cross, pin
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.ensemble import (
-    EVENT_CONTACT,
-    LIFTED,
-    STEP,
-    STEP_LIMIT,
-    WINDOW_START,
-)
 from vibrocap.numerics.kernel.generated.equations import jet, signs_simd, slow_jet, switch_simd
 from vibrocap.numerics.kernel.generated.facts import (
     KINKS,
@@ -44,11 +37,13 @@ from vibrocap.numerics.kernel.generated.facts import (
     STICKS,
     WATCHED,
 )
-from vibrocap.numerics.kernel.generated.lane import (
+from vibrocap.numerics.kernel.generated.places import (
     DAMPED_STEP,
     DECAY_RATE,
+    EVENT_CONTACT,
     GAVE_WAY,
     IMPLICIT_STEPS,
+    LIFTED,
     PATIENCE,
     PERIOD,
     SCALE,
@@ -56,18 +51,22 @@ from vibrocap.numerics.kernel.generated.lane import (
     SIDE,
     STATE,
     STATUS,
+    STEP,
+    STEP_LIMIT,
     STIFF,
     TAYLOR_STEPS,
     TIME,
     TO_DECIDE,
     TOLERANCE,
     UNTIL,
+    WINDOW_START,
     ZERO_PROGRESS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, REACTION, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
+from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.loop.first_events import first_events, root_simd
 from vibrocap.numerics.kernel.loop.one_step import step, turn
 from vibrocap.numerics.kernel.loop.turning_simd import (
@@ -97,7 +96,7 @@ def advance(floats, ints, trace, rounds):
             slow_jet(floats, all_lanes())
         waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
-            for lane in range(LANES):
+            for lane in every_lane():
                 if (waiting >> lane) & 1:
                     step(floats, ints, trace, lane)
         running = whole_equal(ints, STATUS, RUNNING)
@@ -202,7 +201,7 @@ def step_simd(floats, ints, trace, running):
         store(floats, EVENT_CONTACT, which)
     if SHARED:
         moved = bits(plain)
-        for lane in range(LANES):
+        for lane in every_lane():
             if (moved >> lane) & 1:
                 pin(floats, lane)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
@@ -229,15 +228,15 @@ def move_simd(floats, ints, trace, plain, h):
     measured = plain & whole_above(ints, WINDOW_START, -1)
     measuring = bits(measured)
     if measuring != 0:
-        for lane in range(LANES):
+        for lane in every_lane():
             if (measuring >> lane) & 1:
-                on_piece(floats, ints, trace, lane, floats[STEP + lane])
+                on_piece(floats, ints, trace, lane, lane.step)
         if WATCHED:
             doubtful = bits(measured & (load(floats, LIFTED) == 0.0) & ~within_piece(floats, REACTION, h))
             if doubtful != 0:
-                for lane in range(LANES):
+                for lane in every_lane():
                     if (doubtful >> lane) & 1:
-                        look_at_load(floats, ints, lane, floats[STEP + lane])
+                        look_at_load(floats, ints, lane, lane.step)
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
@@ -262,17 +261,17 @@ def finish_simd(floats, ints, trace, events, turns):
     both = events | turns
     if both == 0:
         return
-    for lane in range(LANES):
-        if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
+    for lane in every_lane():
+        if (both >> lane) & 1 and lane.status == RUNNING:
             event = 0
             if (events >> lane) & 1:
                 event = 1
-                c = int(floats[EVENT_CONTACT + lane]) if SEVERAL or BRANCHES > 0 else 0
+                c = int(lane.event_contact) if SEVERAL or BRANCHES > 0 else 0
                 if c >= CONTACTS:
                     event = FIRST_SWITCH + c - CONTACTS
                     c = 0
-                elif floats[SIDE + c * LANES + lane] == 0.0:
-                    event = 2 if series_value(floats, HOLD_OF[c] + lane, floats[STEP + lane]) > 0.0 else -2
-                cross(floats, ints, trace, lane, event, c, floats[STEP + lane])
-            if (turns >> lane) & 1 and ints[STATUS + lane] == RUNNING:
-                turn(floats, ints, trace, lane, event, floats[STEP + lane])
+                elif lane.side[c] == 0.0:
+                    event = 2 if series_value(floats, HOLD_OF[c] + lane, lane.step) > 0.0 else -2
+                cross(floats, ints, trace, lane, event, c, lane.step)
+            if (turns >> lane) & 1 and lane.status == RUNNING:
+                turn(floats, ints, trace, lane, event, lane.step)

@@ -2,7 +2,6 @@
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, floor, load, min, where, whole_equal
 from vibrocap.numerics.kernel.events.contact import NO_MOTION
-from vibrocap.numerics.kernel.generated.ensemble import SLOW
 from vibrocap.numerics.kernel.generated.facts import (
     MANIFOLDS,
     PLACE,
@@ -13,7 +12,7 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_STATE,
     STATE_OF,
 )
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, ZEROS
+from vibrocap.numerics.kernel.generated.places import SCALE, SERIES, SIDE, SLOW, ZEROS
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.resolved import excursion

@@ -13,13 +13,13 @@ import numpy as np
 
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
-from vibrocap.numerics.kernel.generated.ensemble import ASKED, INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK, STEP
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME, WORK
+from vibrocap.numerics.kernel.generated.places import PEAK, SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import consistent_state
+from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
     may_turn,
@@ -43,15 +43,15 @@ FITTED = ONCE + INTEGRANDS
 
 def gather_functions(floats, ints, lane, h):
     """Add a piece to the integrals and peaks that are asked for."""
-    asked = ints[ASKED]
-    floats[STEP + lane] = h
+    asked = shared.asked
+    lane.step = h
     for j in range(POINTS):
         look(floats, ints, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
     if asked & ASK_INTEGRALS != 0:
         for i in range(SUMMED):
-            floats[INTEGRAL + i * LANES + lane] += h * lobatto_sum(floats, i)
+            lane.integral[i] += h * lobatto_sum(floats, i)
     if asked & ASK_MAGNITUDE != 0:
-        floats[MAGNITUDE + lane] += magnitude(floats, ints, lane, h)
+        lane.magnitude += magnitude(floats, ints, lane, h)
     if asked & ASK_PEAK != 0:
         raise_peak(floats, ints, lane, h, FRICTION, PEAK + lane, True)
         for i in range(INTEGRANDS - SUMMED):
@@ -69,7 +69,7 @@ def look(floats, ints, lane, s, out):
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
-    integrands(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane, out)
+    integrands(floats, lane.time + s, INSTANT, lane.side, lane, out)
     row = SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane
     floats[out + FRICTION + 2] *= polynomial_slope(floats, row, LANES, ORDER, s)
 
@@ -159,7 +159,7 @@ def gather_extremes(floats, lane, h):
     """Widen the ranges of the states by a piece."""
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        largest, least = floats[LARGEST + i * LANES + lane], floats[LEAST + i * LANES + lane]
+        largest, least = lane.largest[i], lane.least[i]
         away = 0.0  # how far the state may get from where it is
         for k in range(ORDER, 0, -1):
             away = (away + abs(floats[row + k * LANES])) * h
@@ -173,5 +173,5 @@ def gather_extremes(floats, lane, h):
                 if turn >= 0.0:
                     value = polynomial_value(floats, row, LANES, ORDER, turn)
                     largest, least = max(largest, value), min(least, value)
-        floats[LARGEST + i * LANES + lane] = largest
-        floats[LEAST + i * LANES + lane] = least
+        lane.largest[i] = largest
+        lane.least[i] = least

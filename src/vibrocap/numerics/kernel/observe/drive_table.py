@@ -1,8 +1,9 @@
 """The table of a drive with corners, written by the kernel itself, where whoever runs it knows no Python."""
 
 from vibrocap.numerics.kernel.generated.equations import drive_table
-from vibrocap.numerics.kernel.generated.lane import SEGMENT_COUNT, WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, STATES, TABLE_NUMBERS
+from vibrocap.numerics.kernel.lane import shared
 
 
 def write_table(floats, ints, trace, period, place):
@@ -14,7 +15,7 @@ def write_table(floats, ints, trace, period, place):
     if TABLE_NUMBERS > 0:
         width, out = COEFFICIENTS + 1, WORK + STATES
         rows = TABLE_NUMBERS // width
-        parts = ints[SEGMENT_COUNT] // rows
+        parts = shared.segment_count // rows
         for k in range(parts):
             drive_table(floats, k * (period / parts), WORK, 1.0, 0, out)
             share = 0.0

@@ -13,10 +13,9 @@ Asked are the pieces on which a contact may lose half of its speed or the force 
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
-from vibrocap.numerics.kernel.generated.ensemble import DEFECT, HOLD_SHARE, INVERSE_SCALE, LEAST_VELOCITY, STEP
 from vibrocap.numerics.kernel.generated.equations import evidence
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, STICKS
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.places import SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import BASE, CONTACTS, LANES, ORDER
 from vibrocap.numerics.kernel.interface import fit_to_slopes
@@ -37,13 +36,13 @@ FOUND = SLOPE + BASE
 
 def take_evidence(floats, ints, lane, h):
     """Ask the equations of a piece of length h, whose series stands in memory."""
-    if MAYBE_STIFF and ints[STIFF + lane] == 1:
-        floats[STEP + lane] = h
+    if MAYBE_STIFF and lane.stiff == 1:
+        lane.step = h
         for k in range(IMPLICIT_POINTS):
             ask(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
         return
-    asked = ints[TAYLOR_STEPS + lane] % EVERY == 0
-    floats[STEP + lane] = h
+    asked = lane.taylor_steps % EVERY == 0
+    lane.step = h
     if asked:
         ask(floats, ints, lane, h, h)
     for c in range(CONTACTS):
@@ -60,7 +59,7 @@ def decisive(floats, lane, c, h):
     """Whether, by the first terms of the series, a contact loses a good part of its speed within the piece, or the
     force that holds it goes through a good part of what is left to its limit."""
     row, share, level = VELOCITY_OF[c] + lane, SLOWER, -floats[VELOCITY_OF[c] + lane]
-    if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+    if STICKS[c] == 1 and lane.side[c] == 0.0:
         row, share = HOLD_OF[c] + lane, CLOSER
         level = floats[LIMIT_OF[c] + lane] - abs(floats[HOLD_OF[c] + lane])
         return (abs(floats[row + LANES]) + abs(floats[row + 2 * LANES]) * h) * h >= share * level
@@ -72,7 +71,7 @@ def decisive(floats, lane, c, h):
 def extreme(floats, lane, c, h):
     """Within the piece, where a contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
     row, degree = VELOCITY_OF[c] + lane, ORDER
-    if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
+    if STICKS[c] == 1 and lane.side[c] == 0.0:
         row, degree = HOLD_OF[c] + lane, ORDER - 1
     end, slope = value_and_slope(floats, row, h, degree)
     if STICKS[c] + KINKS[c] == 0 and floats[row] * end < 0.0:
@@ -97,28 +96,26 @@ def ask(floats, ints, lane, s, h):
         value, slope = value_and_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, s, ORDER)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
-    evidence(floats, floats[TIME + lane] + s, ASKED_STATE, floats[SIDE + lane], lane, FOUND)
+    evidence(floats, lane.time + s, ASKED_STATE, lane.side, lane, FOUND)
     left = 0.0
     for i in range(BASE):
-        left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * floats[INVERSE_SCALE + i * LANES + lane])
+        left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * lane.inverse_scale[i])
     left *= h
-    if MAYBE_STIFF and left > DEFECT_BOUND * floats[TOLERANCE + lane]:
+    if MAYBE_STIFF and left > DEFECT_BOUND * lane.tolerance:
         way = fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left: along stiff directions
         if way > 0.0:
             left = way
     if not (left <= MOST):
         left = MOST
-    floats[DEFECT + lane] = max(floats[DEFECT + lane], left)
+    lane.defect = max(lane.defect, left)
     for c in range(CONTACTS):
-        side = floats[SIDE + c * LANES + lane]
+        side = lane.side[c]
         if STICKS[c] == 1 and side == 0.0:
             force, limit = abs(floats[FOUND + BASE + 2 * c]), floats[FOUND + BASE + 2 * c + 1]
-            if force > floats[HOLD_SHARE + lane] * limit:
-                floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
+            if force > lane.hold_share * limit:
+                lane.hold_share = force / limit if limit > 0.0 else MOST
         elif STICKS[c] + KINKS[c] > 0:
             row = VELOCITY_OF[c] + lane
             v0, v1, v2 = floats[row], floats[row + LANES], floats[row + 2 * LANES]
             terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
-            floats[LEAST_VELOCITY + lane] = min(
-                floats[LEAST_VELOCITY + lane], side * series_value(floats, row, s) / terms
-            )
+            lane.least_velocity = min(lane.least_velocity, side * series_value(floats, row, s) / terms)

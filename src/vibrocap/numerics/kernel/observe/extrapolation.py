@@ -11,36 +11,11 @@ multiplier r, is at most LEFT_TO_GO of the threshold. Otherwise all that the lan
 on as if nothing had been tried, for at least 1, 2, 4 ... periods before the next trial.
 """
 
-from vibrocap.numerics.kernel.generated.ensemble import (
-    EXTRAPOLATE,
-    KEPT,
-    LAST_MODES,
-    MARKS,
-    MODES,
-    NEXT_TRIAL,
-    ON_TRIAL,
-    PERIOD_BUDGET,
-    REFUSED_TRIALS,
-    STEADY,
-    STEADY_MARK,
-    THRESHOLD,
-)
 from vibrocap.numerics.kernel.generated.equations import contact_velocity
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, KINKS, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import (
-    PERIOD_COUNT,
-    SCALE,
-    SEGMENT,
-    SEGMENT_COUNT,
-    SIDE,
-    STATE,
-    TIME,
-    TO_DECIDE,
-    WHOLE_PERIODS,
-    WORK,
-    ZEROS,
-)
+from vibrocap.numerics.kernel.generated.places import KEPT, MARKS, PERIOD_BUDGET, SEGMENT, SEGMENT_COUNT, WORK
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, MARK_SIZE, STATES
+from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.limit_of_marks import (
     RANK,
     REMAINDER,
@@ -62,38 +37,38 @@ MODULUS = 2147483647  # of the numbers that stand for a period's events
 
 def begin_marks(ints, lane):
     """A run begins."""
-    ints[MODES + lane] = 0
-    ints[LAST_MODES + lane] = 0
-    ints[STEADY_MARK + lane] = 0
-    ints[NEXT_TRIAL + lane] = RANK + 2
-    ints[ON_TRIAL + lane] = 0
-    ints[REFUSED_TRIALS + lane] = 0
+    lane.modes = 0
+    lane.last_modes = 0
+    lane.steady_mark = 0
+    lane.next_trial = RANK + 2
+    lane.on_trial = 0
+    lane.refused_trials = 0
 
 
 def note_event(floats, ints, lane, event, c):
     """Add an event of contact c, in the present mode, to those of the period."""
-    told = event + 3 + 256 * c + 65536 * int(floats[SIDE + c * LANES + lane] + 1.0)
-    ints[MODES + lane] = (ints[MODES + lane] * 8191 + told) % MODULUS
+    told = event + 3 + 256 * c + 65536 * int(lane.side[c] + 1.0)
+    lane.modes = (lane.modes * 8191 + told) % MODULUS
 
 
 def starts_trial(floats, ints, lane):
     """At a mark that is remembered, of a run that has not settled: whether it goes on from an extrapolated limit."""
-    mark = ints[PERIOD_COUNT + lane]
-    same = ints[MODES + lane] == ints[LAST_MODES + lane]
-    ints[LAST_MODES + lane] = ints[MODES + lane]
-    ints[MODES + lane] = present_sides(floats, lane)
-    if ints[EXTRAPOLATE] == 0 or not same or mark < RANK + 1 or mark < ints[NEXT_TRIAL + lane] - 1:
+    mark = lane.period_count
+    same = lane.modes == lane.last_modes
+    lane.last_modes = lane.modes
+    lane.modes = present_sides(floats, lane)
+    if shared.extrapolate == 0 or not same or mark < RANK + 1 or mark < lane.next_trial - 1:
         return False
-    if mark >= ints[WHOLE_PERIODS + lane] or not at_ease(ints, lane):
+    if mark >= lane.whole_periods or not at_ease(ints, lane):
         return False
     if difference(floats, MARKS, lane, mark, mark - 1) > difference(floats, MARKS, lane, mark - RANK, mark - RANK - 1):
         return False
     rank, apart, unexplained = next_limit(floats, lane, mark)
-    known = ints[STEADY_MARK + lane] == mark - 1
-    ints[STEADY_MARK + lane] = mark
-    if not known or mark < ints[NEXT_TRIAL + lane] or not (apart <= floats[THRESHOLD + lane]):
+    known = lane.steady_mark == mark - 1
+    lane.steady_mark = mark
+    if not known or mark < lane.next_trial or not (apart <= lane.threshold):
         return False
-    if not (unexplained <= (1.0 - SLOWEST) * floats[THRESHOLD + lane]):
+    if not (unexplained <= (1.0 - SLOWEST) * lane.threshold):
         return False
     if not (limit_distance(floats, lane, mark) <= FARTHEST_LIMIT) or not multipliers_within(floats, rank, SLOWEST):
         return False
@@ -101,25 +76,25 @@ def starts_trial(floats, ints, lane):
         return False
     keep_lane(floats, ints, lane)
     go_to_limit(floats, lane, mark)
-    ints[ON_TRIAL + lane] = 1
+    lane.on_trial = 1
     return True
 
 
 def trial_fails(floats, ints, lane):
     """At the end of a period: whether it was a trial that is refused, so that the lane stands where it was before."""
-    if ints[ON_TRIAL + lane] != 1:
+    if lane.on_trial != 1:
         return False
-    mark = ints[PERIOD_COUNT + lane] - 1
+    mark = lane.period_count - 1
     away = 0.0
     for i in range(STATES):
         if i != CYCLIC:
-            now = floats[STATE + i * LANES + lane] / floats[SCALE + i * LANES + lane]
-            away = max(away, abs(now - floats[STEADY + i * LANES + lane]))
-    left = LEFT_TO_GO * floats[THRESHOLD + lane]
-    if away <= RETURN * floats[THRESHOLD + lane] and ints[MODES + lane] == ints[LAST_MODES + lane]:
+            now = lane.state[i] / lane.scale[i]
+            away = max(away, abs(now - lane.steady[i]))
+    left = LEFT_TO_GO * lane.threshold
+    if away <= RETURN * lane.threshold and lane.modes == lane.last_modes:
         rank = weights_of(floats, MARKS, lane, mark, 1)
         if multipliers_within(floats, rank, left / (away + left)):
-            ints[ON_TRIAL + lane] = 2
+            lane.on_trial = 2
             return False
     put_back(floats, ints, lane)
     return True
@@ -127,7 +102,7 @@ def trial_fails(floats, ints, lane):
 
 def ends_trial(floats, ints, lane):
     """Of a lane that has stopped: whether that was within a trial, so that it runs on from where it was before."""
-    if ints[ON_TRIAL + lane] != 1:
+    if lane.on_trial != 1:
         return False
     put_back(floats, ints, lane)
     return True
@@ -137,7 +112,7 @@ def at_ease(ints, lane):
     """Whether no contact is just about to be decided."""
     open_contacts = 0
     for c in range(CONTACTS):
-        open_contacts += ints[TO_DECIDE + c * LANES + lane] + ints[ZEROS + c * LANES + lane]
+        open_contacts += lane.to_decide[c] + lane.zeros[c]
     return open_contacts == 0
 
 
@@ -145,7 +120,7 @@ def present_sides(floats, lane):
     """A number for the sides of all contacts."""
     told = 0
     for c in range(CONTACTS):
-        told = (3 * told + int(floats[SIDE + c * LANES + lane] + 1.0)) % MODULUS
+        told = (3 * told + int(lane.side[c] + 1.0)) % MODULUS
     return told
 
 
@@ -155,8 +130,8 @@ def next_limit(floats, lane, mark):
     apart = 0.0
     for i in range(MARK_SIZE):
         limit = mark_entry(floats, MARKS, lane, mark, i) + way_to_limit(floats, rank, i)
-        apart = max(apart, abs(limit - floats[STEADY + i * LANES + lane]))
-        floats[STEADY + i * LANES + lane] = limit
+        apart = max(apart, abs(limit - lane.steady[i]))
+        lane.steady[i] = limit
     return rank, apart, unexplained_step(floats)
 
 
@@ -164,7 +139,7 @@ def limit_distance(floats, lane, mark):
     """Distance of the limit from the mark."""
     largest = 0.0
     for i in range(MARK_SIZE):
-        largest = max(largest, abs(floats[STEADY + i * LANES + lane] - mark_entry(floats, MARKS, lane, mark, i)))
+        largest = max(largest, abs(lane.steady[i] - mark_entry(floats, MARKS, lane, mark, i)))
     return largest
 
 
@@ -193,8 +168,8 @@ def multipliers_within(floats, rank, radius):
 def to_point(floats, lane, mark):
     """Write the state at the limit to WORK; a coordinate that does not change at the marks stays as it is."""
     for i in range(STATES):
-        way = floats[STEADY + i * LANES + lane] - mark_entry(floats, MARKS, lane, mark, i)
-        floats[WORK + i] = floats[STATE + i * LANES + lane] + way * floats[SCALE + i * LANES + lane]
+        way = lane.steady[i] - mark_entry(floats, MARKS, lane, mark, i)
+        floats[WORK + i] = lane.state[i] + way * lane.scale[i]
 
 
 def same_sides(floats, lane, mark):
@@ -202,8 +177,8 @@ def same_sides(floats, lane, mark):
     to_point(floats, lane, mark)
     for c in range(CONTACTS):
         if STICKS[c] + KINKS[c] > 0:
-            side = floats[SIDE + c * LANES + lane]
-            if side != 0.0 and not (side * contact_velocity(floats, floats[TIME + lane], WORK, c, lane) > 0.0):
+            side = lane.side[c]
+            if side != 0.0 and not (side * contact_velocity(floats, lane.time, WORK, c, lane) > 0.0):
                 return False
     return True
 
@@ -212,10 +187,10 @@ def go_to_limit(floats, lane, mark):
     """Put the lane at the limit; contacts that stick have no velocity there."""
     to_point(floats, lane, mark)
     for c in range(CONTACTS):
-        if STICKS[c] == 1 and floats[SIDE + c * LANES + lane] == 0.0:
-            floats[WORK + STATE_OF[c]] -= contact_velocity(floats, floats[TIME + lane], WORK, c, lane)
+        if STICKS[c] == 1 and lane.side[c] == 0.0:
+            floats[WORK + STATE_OF[c]] -= contact_velocity(floats, lane.time, WORK, c, lane)
     for i in range(STATES):
-        floats[STATE + i * LANES + lane] = floats[WORK + i]
+        lane.state[i] = floats[WORK + i]
     forget(floats, lane)
 
 
@@ -235,7 +210,7 @@ def keep_lane(floats, ints, lane):
 
 def put_back(floats, ints, lane):
     """Put back what was kept, as a trial has been refused."""
-    refused = ints[REFUSED_TRIALS + lane] + 1
+    refused = lane.refused_trials + 1
     place = KEPT + lane
     for entry in range(0, KEPT, LANES):
         floats[entry + lane] = floats[place]
@@ -246,5 +221,5 @@ def put_back(floats, ints, lane):
     for entry in range(SEGMENT, SEGMENT_COUNT, LANES):
         ints[entry + lane] = int(floats[place])
         place += LANES
-    ints[REFUSED_TRIALS + lane] = refused
-    ints[NEXT_TRIAL + lane] = ints[PERIOD_COUNT + lane] + 1 + (1 << min(refused - 1, MOST_DOUBLINGS))
+    lane.refused_trials = refused
+    lane.next_trial = lane.period_count + 1 + (1 << min(refused - 1, MOST_DOUBLINGS))

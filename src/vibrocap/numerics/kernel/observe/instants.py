@@ -1,8 +1,7 @@
 """A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
 
-from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, STIFF, TIME, WORK
+from vibrocap.numerics.kernel.generated.places import SCALE, SERIES, SIDE, STATE, STEP, STIFF, TIME, WORK
 from vibrocap.numerics.kernel.generated.sizes import (
     CONTACTS,
     LANES,

@@ -11,7 +11,7 @@ and the roots of p(z) = sum g_j z^j are the multipliers that the marks show, tho
 
 import math
 
-from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
 
 RANK = 3  # most multipliers that are looked for

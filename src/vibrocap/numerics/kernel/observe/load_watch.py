@@ -5,9 +5,8 @@ asked as the measure of its least value asks it: at the points of the piece, and
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import LIFTED, STEP, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import reaction
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TIME
+from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import REACTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import consistent_state
@@ -18,9 +17,9 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 
 def watch_load(floats, ints, lane, h):
     """After a step of length h: the series of the load tells, or it is looked at."""
-    if ints[WINDOW_START + lane] < 0 or floats[LIFTED + lane] != 0.0:
+    if lane.window_start < 0 or lane.lifted != 0.0:
         return
-    if ints[STIFF + lane] == 0:  # a line outweighs all other terms
+    if lane.stiff == 0:  # a line outweighs all other terms
         end = floats[REACTION + lane] + floats[REACTION + LANES + lane] * h
         if min(floats[REACTION + lane], end) > later_terms(floats, REACTION + lane, ORDER - 2, 2, h):
             return
@@ -29,7 +28,7 @@ def watch_load(floats, ints, lane, h):
 
 def look_at_load(floats, ints, lane, h):
     """Whether the load falls below zero on a piece of length h."""
-    floats[STEP + lane] = h
+    lane.step = h
     least = reaction_at(floats, ints, lane, 0.0)
     floats[VALUES] = least
     for j in range(1, POINTS):
@@ -44,7 +43,7 @@ def look_at_load(floats, ints, lane, h):
                 if turn >= 0.0:
                     least = min(least, reaction_at(floats, ints, lane, turn * h))
     if least < 0.0:
-        floats[LIFTED + lane] = 1.0
+        lane.lifted = 1.0
 
 
 def reaction_at(floats, ints, lane, s):
@@ -52,4 +51,4 @@ def reaction_at(floats, ints, lane, s):
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
-    return reaction(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane)
+    return reaction(floats, lane.time + s, INSTANT, lane.side, lane)

@@ -12,38 +12,8 @@ import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import DONE
-from vibrocap.numerics.kernel.generated.ensemble import (
-    BEGUN_AT,
-    BY_PLACE,
-    CYCLE_TIME,
-    LEFT,
-    PASSED,
-    PASSED_AT,
-    QUIET_SINCE,
-    REMAINING,
-    RESPONSE,
-    RETURN_COUNT,
-    RETURN_MARKS,
-    RETURN_TIMES,
-    RETURNS,
-    SETTLED_AT,
-    SETTLED_TIME,
-    SINCE,
-    THRESHOLD,
-)
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
-from vibrocap.numerics.kernel.generated.lane import (
-    IMPLICIT_STEPS,
-    PERIOD,
-    PERIOD_COUNT,
-    SCALE,
-    SERIES,
-    STATUS,
-    TAYLOR_STEPS,
-    TIME,
-    TOLERANCE,
-    WHOLE_PERIODS,
-)
+from vibrocap.numerics.kernel.generated.places import RETURN_MARKS, SERIES
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, ORDER
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_sequence, end_phases
@@ -59,19 +29,19 @@ MOST_TRIES = 60  # halvings among them
 
 def begin_returns(floats, ints, lane):
     """A run begins."""
-    ints[RETURN_COUNT + lane] = 0
-    ints[LEFT + lane] = 0
-    ints[QUIET_SINCE + lane] = 0
-    ints[BY_PLACE + lane] = 1
-    ints[PASSED + lane] = 0
-    ints[PASSED_AT + lane] = -1
-    floats[BEGUN_AT + lane] = -1.0
-    floats[SETTLED_AT + lane] = 0.0
+    lane.return_count = 0
+    lane.left = 0
+    lane.quiet_since = 0
+    lane.by_place = 1
+    lane.passed = 0
+    lane.passed_at = -1
+    lane.begun_at = -1.0
+    lane.settled_at = 0.0
 
 
 def quiet_since(ints, lane):
     """First period from which on there has been no return."""
-    return ints[QUIET_SINCE + lane]
+    return lane.quiet_since
 
 
 def response_sought(longest):
@@ -84,7 +54,7 @@ def place_passed(floats, ints, lane, h):
 
     Not in the step that begins there: it may begin a little before, as an implicit step is not known exactly within.
     """
-    if ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == ints[PASSED_AT + lane]:
+    if lane.taylor_steps + lane.implicit_steps == lane.passed_at:
         return -1.0
     row = SERIES + PLACE * (ORDER + 1) * LANES + lane
     target, way = 0.0, 1.0
@@ -93,7 +63,7 @@ def place_passed(floats, ints, lane, h):
         way = 1.0 if end > start else -1.0
         tiny = UNMOVED * (abs(start) + PLACE_TURN)
         target = way * PLACE_TURN * (math.floor((way * start + tiny) / PLACE_TURN) + 1.0)
-    elif not (floats[row + LANES] * h > UNMOVED * floats[SCALE + PLACE * LANES + lane]):
+    elif not (floats[row + LANES] * h > UNMOVED * lane.scale[PLACE]):
         return -1.0
     high = (1.0 - BEFORE) * h
     value, _ = before_place(floats, row, target, way, high)
@@ -132,23 +102,23 @@ def before_place(floats, row, target, way, s):
 
 def on_place(floats, ints, lane):
     """The lane stands where the place is passed. It is a return unless contacts come to rest in between."""
-    ints[PASSED_AT + lane] = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane]
-    if ints[BY_PLACE + lane] == 0 and ints[LEFT + lane] == 0:
-        ints[PASSED + lane] += 1
-        if ints[PASSED + lane] > OFTEN:
-            ints[BY_PLACE + lane] = 1
-            ints[RETURN_COUNT + lane] = 0
-    if ints[BY_PLACE + lane] == 1:
+    lane.passed_at = lane.taylor_steps + lane.implicit_steps
+    if lane.by_place == 0 and lane.left == 0:
+        lane.passed += 1
+        if lane.passed > OFTEN:
+            lane.by_place = 1
+            lane.return_count = 0
+    if lane.by_place == 1:
         count_return(floats, ints, lane)
 
 
 def on_return(floats, ints, lane):
     """The velocity of a contact has fallen to zero; the lane stands there."""
-    ints[PASSED + lane] = 0
-    if ints[BY_PLACE + lane] == 1 and ints[LEFT + lane] == 0:
-        ints[BY_PLACE + lane] = 0
-        ints[RETURN_COUNT + lane] = 0
-    if ints[BY_PLACE + lane] == 0:
+    lane.passed = 0
+    if lane.by_place == 1 and lane.left == 0:
+        lane.by_place = 0
+        lane.return_count = 0
+    if lane.by_place == 0:
         count_return(floats, ints, lane)
 
 
@@ -157,54 +127,54 @@ def count_return(floats, ints, lane):
 
     Where the cycle is found near the end of the budget, the run goes on for the returns that are measured.
     """
-    if not (floats[THRESHOLD + lane] > 0.0):
+    if not (lane.threshold > 0.0):
         return
-    count = ints[RETURN_COUNT + lane]
-    ints[RETURN_COUNT + lane] = count + 1
-    if ints[RESPONSE + lane] == 0 or ints[LEFT + lane] > 0:
+    count = lane.return_count
+    lane.return_count = count + 1
+    if lane.response == 0 or lane.left > 0:
         remember(floats, RETURN_MARKS, lane, count)
-    threshold, tolerance = floats[THRESHOLD + lane], floats[TOLERANCE + lane]
-    if ints[LEFT + lane] > 0:
-        ints[LEFT + lane] -= 1
-        if ints[LEFT + lane] == 0:
-            if still_settled(floats, RETURN_MARKS, lane, count, ints[RESPONSE + lane], threshold, tolerance):
+    threshold, tolerance = lane.threshold, lane.tolerance
+    if lane.left > 0:
+        lane.left -= 1
+        if lane.left == 0:
+            if still_settled(floats, RETURN_MARKS, lane, count, lane.response, threshold, tolerance):
                 end_phases(floats, lane)
-                ints[STATUS + lane] = DONE
+                lane.status = DONE
             else:
-                ints[RESPONSE + lane] = 0
-                floats[BEGUN_AT + lane] = -1.0
+                lane.response = 0
+                lane.begun_at = -1.0
         return
-    if ints[RESPONSE + lane] > 0:
+    if lane.response > 0:
         return
     now = elapsed(floats, ints, lane)
-    ints[QUIET_SINCE + lane] = ints[PERIOD_COUNT + lane] + 1
-    floats[RETURN_TIMES + count % MARK_COUNT * LANES + lane] = now
+    lane.quiet_since = lane.period_count + 1
+    lane.return_times[count % MARK_COUNT] = now
     response, since, remaining = settled_response(floats, RETURN_MARKS, lane, count, MOST_RETURNS, threshold, tolerance)
     if response == 0:
         return
-    ints[RESPONSE + lane] = response
-    ints[SINCE + lane] = since
-    ints[LEFT + lane] = response
-    floats[REMAINING + lane] = remaining
-    floats[BEGUN_AT + lane] = now
-    floats[SETTLED_AT + lane] = floats[RETURN_TIMES + since % MARK_COUNT * LANES + lane]
-    length = now - floats[RETURN_TIMES + (count - response) % MARK_COUNT * LANES + lane]
-    ints[WHOLE_PERIODS + lane] += 1 + int(2.0 * length / floats[PERIOD + lane])
+    lane.response = response
+    lane.since = since
+    lane.left = response
+    lane.remaining = remaining
+    lane.begun_at = now
+    lane.settled_at = lane.return_times[since % MARK_COUNT]
+    length = now - lane.return_times[(count - response) % MARK_COUNT]
+    lane.whole_periods += 1 + int(2.0 * length / lane.period)
     begin_window(floats, ints, lane)
     begin_sequence(floats, lane)
 
 
 def tell_returns(floats, ints, lane):
     """The run ends: what is told of its returns. A cycle that did not come back in twice its time has not settled."""
-    floats[RETURNS + lane] = 1.0 * ints[RETURN_COUNT + lane]
-    floats[SETTLED_TIME + lane] = floats[SETTLED_AT + lane]
-    floats[CYCLE_TIME + lane] = 0.0
-    if floats[BEGUN_AT + lane] >= 0.0:
-        floats[CYCLE_TIME + lane] = elapsed(floats, ints, lane) - floats[BEGUN_AT + lane]
-    if ints[LEFT + lane] > 0:
-        ints[RESPONSE + lane] = 0
+    lane.returns = 1.0 * lane.return_count
+    lane.settled_time = lane.settled_at
+    lane.cycle_time = 0.0
+    if lane.begun_at >= 0.0:
+        lane.cycle_time = elapsed(floats, ints, lane) - lane.begun_at
+    if lane.left > 0:
+        lane.response = 0
 
 
 def elapsed(floats, ints, lane):
     """Time since the run began."""
-    return ints[PERIOD_COUNT + lane] * floats[PERIOD + lane] + floats[TIME + lane]
+    return lane.period_count * lane.period + lane.time

@@ -12,7 +12,7 @@ one, of its returns (`observe/returns.py`), for which "period" below means a ret
 import math
 
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, TURN_COUNT, TURN_RADII, TURN_STATES
-from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
+from vibrocap.numerics.kernel.generated.places import SCALE, STATE
 from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, MARK_SIZE, STATES
 from vibrocap.numerics.kernel.observe.limit_of_marks import RANK, largest_way, unexplained_step
 
@@ -31,7 +31,7 @@ def remember(floats, marks, lane, mark):
     """Keep the stroboscopic state of the period that begins."""
     place = marks + mark % MARK_COUNT * MARK_SIZE * LANES + lane
     for i in range(STATES):
-        size = 0.0 if i == CYCLIC else floats[STATE + i * LANES + lane] / floats[SCALE + i * LANES + lane]
+        size = 0.0 if i == CYCLIC else lane.state[i] / lane.scale[i]
         floats[place + i * LANES] = size
     for k in range(TURN_COUNT):
         state = TURN_STATES[k] * LANES + lane

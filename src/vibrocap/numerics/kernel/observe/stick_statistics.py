@@ -4,17 +4,7 @@ A phase is a stretch of time on one side. What is shorter than a sliver, cut off
 """
 
 from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, MODE_PLACES
-from vibrocap.numerics.kernel.generated.ensemble import (
-    LETTER_COUNT,
-    LETTER_LENGTH,
-    LETTER_SIDE,
-    LETTERS,
-    PHASE_LENGTH,
-    PHASE_SIDE,
-    STICK_PHASES,
-    STICK_TIME,
-)
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SIDE
+from vibrocap.numerics.kernel.generated.places import LETTERS
 from vibrocap.numerics.kernel.generated.sizes import LANES
 
 SLIVER = 1e-12  # of a period
@@ -24,32 +14,32 @@ NOT_SPELLING = -1.0  # count of letters before the last period
 
 def begin_phases(floats, lane):
     """The window begins."""
-    floats[PHASE_SIDE + lane] = NO_SIDE
-    floats[LETTER_COUNT + lane] = NOT_SPELLING
+    lane.phase_side = NO_SIDE
+    lane.letter_count = NOT_SPELLING
 
 
 def begin_sequence(floats, lane):
     """The last period begins."""
-    floats[LETTER_SIDE + lane] = NO_SIDE
-    floats[LETTER_LENGTH + lane] = 0.0
-    floats[LETTER_COUNT + lane] = 0.0
+    lane.letter_side = NO_SIDE
+    lane.letter_length = 0.0
+    lane.letter_count = 0.0
 
 
 def spell(floats, lane, h):
     """A piece of length h."""
-    side = floats[SIDE + lane]
-    if side != floats[PHASE_SIDE + lane]:
+    side = lane.side
+    if side != lane.phase_side:
         end_phase(floats, lane)
-        floats[PHASE_SIDE + lane] = side
-        floats[PHASE_LENGTH + lane] = 0.0
-    floats[PHASE_LENGTH + lane] += h
-    if floats[LETTER_COUNT + lane] == NOT_SPELLING:
+        lane.phase_side = side
+        lane.phase_length = 0.0
+    lane.phase_length += h
+    if lane.letter_count == NOT_SPELLING:
         return
-    if side != floats[LETTER_SIDE + lane]:
+    if side != lane.letter_side:
         end_letter(floats, lane)
-        floats[LETTER_SIDE + lane] = side
-        floats[LETTER_LENGTH + lane] = 0.0
-    floats[LETTER_LENGTH + lane] += h
+        lane.letter_side = side
+        lane.letter_length = 0.0
+    lane.letter_length += h
 
 
 def end_phases(floats, lane):
@@ -60,17 +50,17 @@ def end_phases(floats, lane):
 
 def end_phase(floats, lane):
     """Count the present phase of the window if it is a rest."""
-    if floats[PHASE_SIDE + lane] == 0.0 and floats[PHASE_LENGTH + lane] > SLIVER * floats[PERIOD + lane]:
-        floats[STICK_TIME + lane] += floats[PHASE_LENGTH + lane]
-        floats[STICK_PHASES + lane] += 1.0
+    if lane.phase_side == 0.0 and lane.phase_length > SLIVER * lane.period:
+        lane.stick_time += lane.phase_length
+        lane.stick_phases += 1.0
 
 
 def end_letter(floats, lane):
     """Write the letter of the present phase: 1 forward, 2 stuck, 3 back, as the last two bits of a place."""
-    if floats[LETTER_SIDE + lane] == NO_SIDE or floats[LETTER_LENGTH + lane] <= SLIVER * floats[PERIOD + lane]:
+    if lane.letter_side == NO_SIDE or lane.letter_length <= SLIVER * lane.period:
         return
-    count = int(floats[LETTER_COUNT + lane])
+    count = int(lane.letter_count)
     if count < MODE_PLACES * LETTERS_PER_PLACE:
         place = LETTERS + count // LETTERS_PER_PLACE * LANES + lane
-        floats[place] = 4.0 * floats[place] + (2.0 - floats[LETTER_SIDE + lane])
-    floats[LETTER_COUNT + lane] = count + 1.0
+        floats[place] = 4.0 * floats[place] + (2.0 - lane.letter_side)
+    lane.letter_count = count + 1.0

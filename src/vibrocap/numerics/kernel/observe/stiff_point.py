@@ -14,10 +14,9 @@ farther than h [f(y) - y'], disturbances grow instead of decaying, and the state
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope
-from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates
 from vibrocap.numerics.kernel.generated.facts import KINKS
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STIFF, TIME
+from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
@@ -27,13 +26,13 @@ INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a ki
 
 def consistent_state(floats, ints, lane, s, point):
     """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
-    if ints[STIFF + lane] == 1:
+    if lane.stiff == 1:
         fit_to_slopes(floats, lane, s, point)
 
 
 def fit_to_slopes(floats, lane, s, point):
     """Move that state to the one consistent with the slopes; how far over natural sizes, 0.0 where it stays."""
-    time, inverse = floats[TIME + lane] + s, 1.0 / floats[STEP + lane]
+    time, inverse = lane.time + s, 1.0 / lane.step
     for i in range(STATES):
         floats[POINT + i] = floats[point + i]
     reach, way = 0.0, 0.0
@@ -45,13 +44,13 @@ def fit_to_slopes(floats, lane, s, point):
             reach = left
         for c in range(CONTACTS):
             if KINKS[c] == 1:
-                side = floats[SIDE + c * LANES + lane]
+                side = lane.side[c]
                 before = side * contact_velocity(floats, time, point, c, lane)
                 after = side * contact_velocity(floats, time, POINT, c, lane)
                 if after < 0.0:
                     keep_share(floats, point, share_to_rest(before, after))
     for i in range(STATES):
-        way = max(way, abs(floats[POINT + i] - floats[point + i]) / floats[SCALE + i * LANES + lane])
+        way = max(way, abs(floats[POINT + i] - floats[point + i]) / lane.scale[i])
     if not (way <= reach):
         return 0.0
     for i in range(STATES):
@@ -72,14 +71,14 @@ def keep_share(floats, point, share):
 
 def newton_step(floats, lane, s, time, inverse, point):
     """Move floats[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, or infinity."""
-    rates(floats, time, POINT, floats[SIDE + lane], lane, RATE)
-    jacobian(floats, time, POINT, floats[SIDE + lane], lane, JACOBIAN)
+    rates(floats, time, POINT, lane.side, lane, RATE)
+    jacobian(floats, time, POINT, lane.side, lane, JACOBIAN)
     largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
         change = floats[POINT + i] - floats[point + i]
         floats[STAGE + i] = floats[RATE + i] - polynomial_slope(floats, row, LANES, ORDER, s) - change * inverse
-        largest = max(largest, abs(floats[STAGE + i]) / (inverse * floats[SCALE + i * LANES + lane]))
+        largest = max(largest, abs(floats[STAGE + i]) / (inverse * lane.scale[i]))
         for j in range(STATES):
             floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
         floats[MATRIX + i * STATES + i] += inverse

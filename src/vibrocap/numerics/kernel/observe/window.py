@@ -8,37 +8,8 @@ import math
 
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_MODES, ASK_PEAK, ASK_SYMMETRY
 from vibrocap.numerics.kernel.generated.branches import IMPACT
-from vibrocap.numerics.kernel.generated.ensemble import (
-    ASKED,
-    ASYMMETRY,
-    EVIDENCE_PERIODS,
-    INTEGRAL,
-    LARGEST,
-    LEAST,
-    MARKS,
-    MEASURED,
-    ON_TRIAL,
-    PEAK,
-    PERIOD_BUDGET,
-    REMAINING,
-    RESPONSE,
-    SINCE,
-    START_STATE,
-    THRESHOLD,
-    WINDOW,
-    WINDOW_START,
-)
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR, TURN_COUNT, TURN_RADII, TURN_STATES
-from vibrocap.numerics.kernel.generated.lane import (
-    PERIOD,
-    PERIOD_COUNT,
-    SCALE,
-    SERIES,
-    STATE,
-    TIME,
-    TOLERANCE,
-    WHOLE_PERIODS,
-)
+from vibrocap.numerics.kernel.generated.places import MARKS, SERIES
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import (
     begin_drive_period,
@@ -48,6 +19,7 @@ from vibrocap.numerics.kernel.interface import (
     take_evidence,
     trial_fails,
 )
+from vibrocap.numerics.kernel.lane import shared
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD, remember, settled_response, still_settled
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_sequence, end_phases, spell
@@ -63,11 +35,11 @@ def has_room(floats, ints, trace, lane):
 
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
-    asked = ints[ASKED]
-    if ints[WINDOW_START + lane] < 0:
+    asked = shared.asked
+    if lane.window_start < 0:
         return
-    last = ints[WHOLE_PERIODS + lane] - ints[PERIOD_COUNT + lane] <= ints[EVIDENCE_PERIODS]
-    if ints[EVIDENCE_PERIODS] > 0 and (last or ints[RESPONSE + lane] > 0):
+    last = lane.whole_periods - lane.period_count <= shared.evidence_periods
+    if shared.evidence_periods > 0 and (last or lane.response > 0):
         take_evidence(floats, ints, lane, h)
     if asked == 0:
         return
@@ -78,11 +50,9 @@ def on_piece(floats, ints, trace, lane, h):
     if asked & ASK_MODES != 0:
         spell(floats, lane, h)
     if asked & ASK_SYMMETRY != 0:
-        half = 0.5 * floats[PERIOD + lane]
-        if floats[TIME + lane] <= half < floats[TIME + lane] + h:
-            floats[ASYMMETRY + lane] = min(
-                floats[ASYMMETRY + lane], asymmetry(floats, lane, half - floats[TIME + lane])
-            )
+        half = 0.5 * lane.period
+        if lane.time <= half < lane.time + h:
+            lane.asymmetry = min(lane.asymmetry, asymmetry(floats, lane, half - lane.time))
 
 
 def on_event(floats, ints, trace, lane, kind, contact, s):
@@ -91,69 +61,67 @@ def on_event(floats, ints, trace, lane, kind, contact, s):
 
 def on_jump(floats, ints, lane, gained):
     """Energy that an impact takes is work of a channel of its own."""
-    if ints[ASKED] & ASK_INTEGRALS != 0 and ints[WINDOW_START + lane] >= 0:
-        floats[INTEGRAL + IMPACT * LANES + lane] += gained
+    if shared.asked & ASK_INTEGRALS != 0 and lane.window_start >= 0:
+        lane.integral[IMPACT] += gained
 
 
 def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
     if trial_fails(floats, ints, lane):
         return
-    done = ints[PERIOD_COUNT + lane]
-    threshold = floats[THRESHOLD + lane]
+    done = lane.period_count
+    threshold = lane.threshold
     mark = done - quiet_since(ints, lane)
     if threshold > 0.0 and mark >= 0:
         remember(floats, MARKS, lane, mark)
-    response = ints[RESPONSE + lane]
-    ends = response > 0 and mark >= 0 and ints[ON_TRIAL + lane] == 0 and done == ints[WHOLE_PERIODS + lane]
-    if ends and not still_settled(floats, MARKS, lane, mark, response, threshold, floats[TOLERANCE + lane]):
-        ints[RESPONSE + lane] = 0
-        ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
-        if ints[PERIOD_BUDGET] - done >= ints[WINDOW + lane]:  # else the window goes on to the end
-            ints[WINDOW_START + lane] = -1
+    response = lane.response
+    ends = response > 0 and mark >= 0 and lane.on_trial == 0 and done == lane.whole_periods
+    if ends and not still_settled(floats, MARKS, lane, mark, response, threshold, lane.tolerance):
+        lane.response = 0
+        lane.whole_periods = shared.period_budget
+        if shared.period_budget - done >= lane.window:  # else the window goes on to the end
+            lane.window_start = -1
         begin_drive_period(floats, ints, trace, lane)  # which it does not where a run ends
-    if threshold > 0.0 and ints[RESPONSE + lane] == 0:
+    if threshold > 0.0 and lane.response == 0:
         response, since, remaining = 0, 0, 0.0
         if mark >= 0:
             longest = response_sought(LONGEST_PERIOD)
-            response, since, remaining = settled_response(
-                floats, MARKS, lane, mark, longest, threshold, floats[TOLERANCE + lane]
-            )
-        if response > 0 and done + response <= ints[WHOLE_PERIODS + lane]:
-            ints[RESPONSE + lane] = response
-            ints[SINCE + lane] = done - mark + since
-            floats[REMAINING + lane] = remaining
-            ints[WHOLE_PERIODS + lane] = done + response
+            response, since, remaining = settled_response(floats, MARKS, lane, mark, longest, threshold, lane.tolerance)
+        if response > 0 and done + response <= lane.whole_periods:
+            lane.response = response
+            lane.since = done - mark + since
+            lane.remaining = remaining
+            lane.whole_periods = done + response
             begin_window(floats, ints, lane)
-    left = ints[WHOLE_PERIODS + lane] - done
-    if ints[WINDOW_START + lane] < 0 and left == ints[WINDOW + lane]:
+    left = lane.whole_periods - done
+    if lane.window_start < 0 and left == lane.window:
         begin_window(floats, ints, lane)
     if left == 1:
         begin_sequence(floats, lane)
     elif left == 0:
         end_phases(floats, lane)
-    if threshold > 0.0 and ints[RESPONSE + lane] == 0 and starts_trial(floats, ints, lane):
-        ints[RESPONSE + lane] = 1
-        ints[SINCE + lane] = done
-        floats[REMAINING + lane] = threshold
-        ints[WHOLE_PERIODS + lane] = done + 1
+    if threshold > 0.0 and lane.response == 0 and starts_trial(floats, ints, lane):
+        lane.response = 1
+        lane.since = done
+        lane.remaining = threshold
+        lane.whole_periods = done + 1
         begin_window(floats, ints, lane)
         begin_sequence(floats, lane)
 
 
 def begin_window(floats, ints, lane):
     """Measure from here on; what was measured before is forgotten."""
-    ints[WINDOW_START + lane] = ints[PERIOD_COUNT + lane]
+    lane.window_start = lane.period_count
     for i in range(MEASURED_COUNT):
-        floats[MEASURED + i * LANES + lane] = 0.0
+        lane.measured[i] = 0.0
     for i in range(STATES):
-        state = floats[STATE + i * LANES + lane]
-        floats[START_STATE + i * LANES + lane] = state
-        floats[LARGEST + i * LANES + lane] = state
-        floats[LEAST + i * LANES + lane] = state
+        state = lane.state[i]
+        lane.start_state[i] = state
+        lane.largest[i] = state
+        lane.least[i] = state
     for i in range(INTEGRANDS - SUMMED):
-        floats[PEAK + (1 + i) * LANES + lane] = -FAR
-    floats[ASYMMETRY + lane] = FAR
+        lane.peak[1 + i] = -FAR
+    lane.asymmetry = FAR
     begin_phases(floats, lane)
 
 
@@ -163,9 +131,9 @@ def asymmetry(floats, lane, s):
     for i in range(STATES):
         if i != CYCLIC:
             state = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-            away = abs(state - MIRROR[i] * floats[START_STATE + i * LANES + lane])
+            away = abs(state - MIRROR[i] * lane.start_state[i])
             for k in range(TURN_COUNT):
                 if i == TURN_STATES[k]:  # the chord between both on its circle
                     away = 2.0 * TURN_RADII[k] * abs(math.sin(0.5 * away / TURN_RADII[k]))
-            largest = max(largest, away / floats[SCALE + i * LANES + lane])
+            largest = max(largest, away / lane.scale[i])
     return largest

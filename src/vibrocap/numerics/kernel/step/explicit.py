@@ -3,7 +3,6 @@
 Tangents are followed by Taylor steps too: an implicit step would need second derivatives.
 """
 
-from vibrocap.numerics.kernel.generated.lane import PATIENCE
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
 FOR_GOOD = 2**40  # steps
@@ -11,5 +10,5 @@ FOR_GOOD = 2**40  # steps
 
 def chosen_step(floats, ints, lane, remaining):
     """The step of the series, and no look at any other."""
-    ints[PATIENCE + lane] = FOR_GOOD
+    lane.patience = FOR_GOOD
     return series_step(floats, ints, lane, remaining)[0]

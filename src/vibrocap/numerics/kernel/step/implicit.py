@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEP, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.places import SERIES, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, SHIFT, SHIFTS, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import interpolated_guards
@@ -90,7 +90,7 @@ ROUNDING_NOISE = 1e-14  # of a state, over its natural size
 
 def implicit_stages(floats, ints, lane, h):
     """The stages of a step of length h; returns the error estimate over the tolerance."""
-    t, side = floats[TIME + lane], floats[SIDE + lane]
+    t, side = lane.time, lane.side
     inverse = 1.0 / (GAMMA * h)
     for i in range(STATES):
         for j in range(STATES):
@@ -103,7 +103,7 @@ def implicit_stages(floats, ints, lane, h):
         before, slope, curvature = reference_at(floats, t, lane)
     for stage in range(STAGES):
         for i in range(ROWS):
-            total = floats[STATE + i * LANES + lane]
+            total = lane.state[i]
             for j in range(stage):
                 total += STAGE_WEIGHTS[stage, j] * floats[STAGE + j * ROWS + i]
             floats[POINT + i] = total
@@ -129,11 +129,11 @@ def implicit_stages(floats, ints, lane, h):
             floats[start + i] /= inverse
     error = 0.0
     for i in range(STATES):
-        estimate = abs(floats[STAGE + (STAGES - 1) * ROWS + i]) / floats[SCALE + i * LANES + lane]
+        estimate = abs(floats[STAGE + (STAGES - 1) * ROWS + i]) / lane.scale[i]
         if not (estimate <= 1e300):
             return math.inf
         error = max(error, estimate)
-    return error / floats[TOLERANCE + lane]
+    return error / lane.tolerance
 
 
 def implicit_series(floats, ints, lane, h):
@@ -142,7 +142,7 @@ def implicit_series(floats, ints, lane, h):
     With x = s/h: y = (1-x) y0 + x [y1 + (1-x) (K1 + x (K2 + x K3))].
     """
     for i in range(ROWS):
-        y0 = floats[STATE + i * LANES + lane]
+        y0 = lane.state[i]
         change = 0.0  # y1 - y0
         k1, k2, k3 = 0.0, 0.0, 0.0
         for j in range(STAGES):
@@ -154,12 +154,12 @@ def implicit_series(floats, ints, lane, h):
             k3 += DENSE[2, j] * stage
         start = i * (ORDER + 1)
         for k in range(5, ORDER + 1):
-            floats[SERIES + (start + k) * LANES + lane] = 0.0
-        floats[SERIES + start * LANES + lane] = y0
-        floats[SERIES + (start + 1) * LANES + lane] = (change + k1) / h
-        floats[SERIES + (start + 2) * LANES + lane] = (k2 - k1) / (h * h)
-        floats[SERIES + (start + 3) * LANES + lane] = (k3 - k2) / (h * h * h)
-        floats[SERIES + (start + 4) * LANES + lane] = -k3 / (h * h * h * h)
+            lane.series[start + k] = 0.0
+        lane.series[start] = y0
+        lane.series[start + 1] = (change + k1) / h
+        lane.series[start + 2] = (k2 - k1) / (h * h)
+        lane.series[start + 3] = (k3 - k2) / (h * h * h)
+        lane.series[start + 4] = -k3 / (h * h * h * h)
 
 
 def velocity_series(floats, ints, lane, h):
@@ -178,11 +178,11 @@ def velocity_at(floats, ints, lane, s):
     """Contact velocity at time s of the present series."""
     for i in range(STATES):
         start = i * (ORDER + 1)
-        result = floats[SERIES + (start + 4) * LANES + lane]
+        result = lane.series[start + 4]
         for k in range(3, -1, -1):
-            result = result * s + floats[SERIES + (start + k) * LANES + lane]
+            result = result * s + lane.series[start + k]
         floats[POINT + i] = result
-    return contact_velocity(floats, floats[TIME + lane] + s, POINT, 0, lane)
+    return contact_velocity(floats, lane.time + s, POINT, 0, lane)
 
 
 def dense_output(floats, ints, lane, h):
@@ -207,7 +207,7 @@ def holding_series(floats, lane, h):
         s = 0.25 * point * h
         for i in range(STATES):
             floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-        holding(floats, floats[TIME + lane] + s, WORK, floats[SIDE + lane], lane, out + 2 * CONTACTS * point)
+        holding(floats, lane.time + s, WORK, lane.side, lane, out + 2 * CONTACTS * point)
     for c in range(CONTACTS):
         if STICKS[c] == 1:
             through_points(floats, HOLD_OF[c] + lane, out + 2 * c, 2 * CONTACTS, h)
@@ -258,10 +258,10 @@ def doubt_of_signs(floats, lane, h):
     doubt = 0.0
     for c in range(CONTACTS):
         if KINKS[c] == 1:
-            row, side = VELOCITY_OF[c] + lane, floats[SIDE + c * LANES + lane]
+            row, side = VELOCITY_OF[c] + lane, lane.side[c]
             start, end = floats[row], series_value(floats, row, h)
             doubt = max(doubt, doubt_of_sign(floats, STATE_OF[c], lane, start, end))
-            none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane]
+            none = NO_SPEED * lane.scale[STATE_OF[c]]
             if SEVERAL and not (side * start > 0.0) and side * end < -none:
                 doubt = BEYOND_DOUBT  # it turned where the step starts, which rounding hid: explicit steps tell
     return doubt
@@ -270,7 +270,7 @@ def doubt_of_signs(floats, lane, h):
 def doubt_of_sign(floats, state, lane, start, end):
     """The same of one, from `start` to `end`, which moves as the state does."""
     error = abs(floats[STAGE + (STAGES - 1) * ROWS + state])
-    return error / (SURE * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane])
+    return error / (SURE * (abs(start) + abs(end - start)) + ROUNDING_NOISE * lane.scale[state])
 
 
 def implicit_step(floats, ints, lane, longest):
@@ -281,16 +281,16 @@ def implicit_step(floats, ints, lane, longest):
 def attempted_step(floats, ints, lane, longest, tries):
     """The same in at most so many attempts, each shorter than the one before."""
     for i in range(ROWS):
-        floats[POINT + i] = floats[STATE + i * LANES + lane]
-    jacobian(floats, floats[TIME + lane], POINT, floats[SIDE + lane], lane, JACOBIAN)
-    h = min(floats[IMPLICIT_STEP + lane], longest)
+        floats[POINT + i] = lane.state[i]
+    jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
+    h = min(lane.implicit_step, longest)
     for _ in range(tries):
         error = implicit_stages(floats, ints, lane, h)
         factor = 0.9 * error ** (-0.2) if error > 1e-10 else 6.0
         factor = min(6.0, max(0.2, factor))
         if error <= 1.0:
             if h < longest or factor < 1.0:
-                floats[IMPLICIT_STEP + lane] = h * factor
+                lane.implicit_step = h * factor
             if SEVERAL:
                 dense_output(floats, ints, lane, h)
                 doubt = doubt_of_signs(floats, lane, h)
@@ -311,8 +311,8 @@ def attempted_step(floats, ints, lane, longest, tries):
 def spectral_radius(floats, ints, lane):
     """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
     for i in range(ROWS):
-        floats[POINT + i] = floats[STATE + i * LANES + lane]
-    jacobian(floats, floats[TIME + lane], POINT, floats[SIDE + lane], lane, JACOBIAN)
+        floats[POINT + i] = lane.state[i]
+    jacobian(floats, lane.time, POINT, lane.side, lane, JACOBIAN)
     for i in range(STATES):
         for j in range(STATES):
             floats[MATRIX + i * STATES + j] = floats[JACOBIAN + i * WIDTH + j]

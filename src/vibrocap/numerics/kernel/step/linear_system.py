@@ -1,6 +1,6 @@
 """The linear systems of implicit equations: their place in the work space, and elimination."""
 
-from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, ROWS, STATES
 
 STAGES = 8  # of the implicit step

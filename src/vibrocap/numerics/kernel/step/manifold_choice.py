@@ -7,7 +7,6 @@ every event of that is found by explicit steps. Events of other contacts are fou
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import GUESS, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.equations import jacobian, jet, slow_jet
 from vibrocap.numerics.kernel.generated.facts import (
     FOLLOWS_LOAD,
@@ -22,7 +21,20 @@ from vibrocap.numerics.kernel.generated.facts import (
     SLOW_STATE,
     STATE_OF,
 )
-from vibrocap.numerics.kernel.generated.lane import DECAY_RATE, IMPLICIT_STEP, PERIOD, SIDE, STATE, STIFF, TIME
+from vibrocap.numerics.kernel.generated.places import (
+    DECAY_RATE,
+    GUESS,
+    IMPLICIT_STEP,
+    OWN_DECAY,
+    PAUSE,
+    PERIOD,
+    SIDE,
+    SLOW,
+    STATE,
+    SWEEPS,
+    TIME,
+    WAIT,
+)
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.step.linear_system import JACOBIAN, POINT, WIDTH
@@ -117,11 +129,11 @@ def leave_some(floats, h):
 
 def chosen_step(floats, ints, lane, remaining):
     """Length of the step of the series in memory."""
-    ints[STIFF + lane] = 0
+    lane.stiff = 0
     if not slow_lanes(floats):
         return series_step(floats, ints, lane, remaining)[0]
-    ints[STIFF + lane] = 1
-    return floats[IMPLICIT_STEP + lane]
+    lane.stiff = 1
+    return lane.implicit_step
 
 
 def follow_step(floats, event, h):

@@ -6,19 +6,7 @@ from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT, first_roo
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.facts import KINKS, SEVERAL, STATE_OF
-from vibrocap.numerics.kernel.generated.lane import (
-    DECAY_RATE,
-    EXPLICIT_STEP,
-    IMPLICIT_STEP,
-    IMPLICIT_STEPS,
-    PATIENCE,
-    SCALE,
-    SIDE,
-    STIFF,
-    TAYLOR_STEPS,
-    TIME,
-    WORK,
-)
+from vibrocap.numerics.kernel.generated.places import WORK
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import guards_at
@@ -55,45 +43,45 @@ def chosen_step(floats, ints, lane, remaining):
     Jacobian are looked at now and then, and only where its trace or the last terms say so, see `series_step`.
     """
     if starts_from_rest(ints, lane):
-        ints[STIFF + lane] = 0
-    ints[PATIENCE + lane] -= 1
-    if ints[STIFF + lane] == 0:
+        lane.stiff = 0
+    lane.patience -= 1
+    if lane.stiff == 0:
         explicit, gentle = series_step(floats, ints, lane, remaining)
         beyond = explicit != explicit  # so stiff that coefficients are no numbers
         if beyond:
-            explicit = 1.0 / floats[DECAY_RATE + lane]
-        elif gentle or ints[PATIENCE + lane] > 0:
+            explicit = 1.0 / lane.decay_rate
+        elif gentle or lane.patience > 0:
             return explicit
-        ints[PATIENCE + lane] = LOOK
+        lane.patience = LOOK
         stretch = explicit * spectral_radius(floats, ints, lane)
         if stretch < GENTLE and not beyond:
             if stretch < 0.5 * GENTLE:
-                ints[PATIENCE + lane] = rest_steps(ints, lane)
+                lane.patience = rest_steps(ints, lane)
             return explicit
-        floats[EXPLICIT_STEP + lane] = explicit
-        floats[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
-        ints[PATIENCE + lane] = 0  # one step tells whether it pays
+        lane.explicit_step = explicit
+        lane.implicit_step = IMPLICIT_COST * explicit
+        lane.patience = 0  # one step tells whether it pays
         tries = 60 if beyond else 1
         h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), tries)
         if h == 0.0 and beyond:
             return math.nan
         if h == 0.0:
-            ints[PATIENCE + lane] = LOOK if SEVERAL else rest_steps(ints, lane)
+            lane.patience = LOOK if SEVERAL else rest_steps(ints, lane)
             return -1.0 if SEVERAL else explicit
-        ints[STIFF + lane] = 1
+        lane.stiff = 1
     else:
         longest = min(remaining, TIMES_TO_REST * time_to_rest(floats, lane))
         h = implicit_step(floats, ints, lane, longest)
-        if SEVERAL and (h == 0.0 or (h < floats[EXPLICIT_STEP + lane] and h < remaining)):
+        if SEVERAL and (h == 0.0 or (h < lane.explicit_step and h < remaining)):
             leave_implicit(ints, lane)
             return -1.0
-    if ints[PATIENCE + lane] <= 0:
-        ints[PATIENCE + lane] = LOOK
-        reach = floats[IMPLICIT_STEP + lane] / IMPLICIT_COST
-        lost = reach < floats[EXPLICIT_STEP + lane]
+    if lane.patience <= 0:
+        lane.patience = LOOK
+        reach = lane.implicit_step / IMPLICIT_COST
+        lost = reach < lane.explicit_step
         if lost or reach * spectral_radius(floats, ints, lane) < STABILITY:
-            ints[STIFF + lane] = 0
-            ints[PATIENCE + lane] = rest_steps(ints, lane) if lost else LOOK
+            lane.stiff = 0
+            lane.patience = rest_steps(ints, lane) if lost else LOOK
             if SEVERAL:
                 return -1.0  # made anew: an explicit step may end with an event
     return h
@@ -101,9 +89,9 @@ def chosen_step(floats, ints, lane, remaining):
 
 def rest_steps(ints, lane):
     """Steps until the implicit method is tried again: the more, the longer a run has done without it."""
-    if ints[IMPLICIT_STEPS + lane] > 0:
+    if lane.implicit_steps > 0:
         return REST
-    return max(REST, min(ints[TAYLOR_STEPS + lane] // 2, MOST_REST))
+    return max(REST, min(lane.taylor_steps // 2, MOST_REST))
 
 
 def time_to_rest(floats, lane):
@@ -117,7 +105,7 @@ def time_to_rest(floats, lane):
     for c in range(CONTACTS):
         if KINKS[c] == 1 or not SEVERAL:
             v, slope = floats[VELOCITY_OF[c] + lane], floats[VELOCITY_OF[c] + LANES + lane]
-            none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+            none = NO_SPEED * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
             if abs(v) > none and v * slope < 0.0:
                 found = min(found, -v / slope)
     return found
@@ -145,8 +133,8 @@ def shorter_step(floats, ints, lane, h):
 
 def leave_implicit(ints, lane):
     """Let the next steps be explicit."""
-    ints[STIFF + lane] = 0
-    ints[PATIENCE + lane] = EXPLICIT_STEPS
+    lane.stiff = 0
+    lane.patience = EXPLICIT_STEPS
 
 
 def polished_step(floats, ints, lane, h, longest):
@@ -156,7 +144,7 @@ def polished_step(floats, ints, lane, h, longest):
     at its very end. Where that step would not be exact enough, or where only the dense output saw an event, a shorter
     step without an event is made instead.
     """
-    if ints[STIFF + lane] == 0:
+    if lane.stiff == 0:
         return 1, h
     rest = length_to_rest(floats, ints, lane, h, longest)
     h = rest if rest > 0.0 else longest
@@ -165,12 +153,12 @@ def polished_step(floats, ints, lane, h, longest):
         return 1, h
     for _ in range(60):
         h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
-        v = floats[SIDE + lane] * end_velocity(floats, ints, lane, h)
+        v = lane.side * end_velocity(floats, ints, lane, h)
         error = implicit_stages(floats, ints, lane, h)
-        root, _touch = first_root(floats, VELOCITY_OF[0] + lane, ORDER, floats[SIDE + lane], 0, h)
+        root, _touch = first_root(floats, VELOCITY_OF[0] + lane, ORDER, lane.side, 0, h)
         if error <= 1.0 and v > 0.0 and root < 0.0:
             break
-    floats[IMPLICIT_STEP + lane] = h
+    lane.implicit_step = h
     return 0, h
 
 
@@ -181,7 +169,7 @@ def repeated_step(floats, ints, lane, event, h):
     end, by Newton's method: what is met there is not to be met again at once. Where the guard is still positive there,
     only the dense output saw an event.
     """
-    if ints[STIFF + lane] == 0:
+    if lane.stiff == 0:
         return event, h
     which, out, before = event - FIRST_SWITCH, WORK + STATES, math.inf
     for repeat in range(REPEATS):
@@ -204,7 +192,7 @@ def length_to_rest(floats, ints, lane, h, longest):
 
     Newton's method from a guess h, by halving where that is slow.
     """
-    side = floats[SIDE + lane]
+    side = lane.side
     low, high = 0.0, longest
     before = math.inf
     for _ in range(200):
@@ -216,7 +204,7 @@ def length_to_rest(floats, ints, lane, h, longest):
         slope = side * series_slope(floats, VELOCITY_OF[0] + lane, h)
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
-        if newton and abs(following - h) <= EPSILON * (floats[TIME + lane] + h):
+        if newton and abs(following - h) <= EPSILON * (lane.time + h):
             return h
         if not (low < following < high):
             following = 0.5 * (low + high)

@@ -18,14 +18,7 @@ from vibrocap.numerics.kernel.generated.facts import (
     SHARP_INTERNAL,
     STICKS,
 )
-from vibrocap.numerics.kernel.generated.lane import (
-    FAR_SPEED,
-    NEAR_SPEED,
-    PERIOD,
-    REFUTED_SPEED,
-    SAFE_SPEED,
-    SIDE,
-)
+from vibrocap.numerics.kernel.generated.places import SIDE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
@@ -42,7 +35,7 @@ def excursion(floats, row, h):
 
 def resolved(floats, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
-    if not SHARP or (floats[SIDE + SHARP_CONTACT * LANES + lane] == 0.0 and not SHARP_INTERNAL):
+    if not SHARP or (lane.side[SHARP_CONTACT] == 0.0 and not SHARP_INTERNAL):
         return True  # nothing to see; or at rest for the whole step
     start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
     change = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, h)
@@ -60,42 +53,39 @@ def seen(floats, lane, h, change):
     start = floats[VELOCITY_OF[SHARP_CONTACT] + lane]
     low, high = start - change, start + change
     if STICKS[SHARP_CONTACT] + KINKS[SHARP_CONTACT] > 0:  # the side lasts the step
-        if floats[SIDE + SHARP_CONTACT * LANES + lane] > 0.0:
+        if lane.side[SHARP_CONTACT] > 0.0:
             low = max(low, 0.0)
         else:
             high = min(high, 0.0)
-    return (
-        unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0
-        or h <= 8.0 * EPSILON * floats[PERIOD + lane]
-    )
+    return unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0 or h <= 8.0 * EPSILON * lane.period
 
 
 def known(floats, lane, least, most):
     """Whether nothing can hide within a step whose speed stays between these two."""
-    far = floats[FAR_SPEED + lane]
-    return (most <= floats[SAFE_SPEED + lane]) | ((least >= far) & (most <= FAR_RANGE * far))
+    far = lane.far_speed
+    return (most <= lane.safe_speed) | ((least >= far) & (most <= FAR_RANGE * far))
 
 
 def learn(floats, lane, h, least, most):
     """Widen the ranges of speed about which something is known to a step whose speed stays between these two."""
-    lasting = max(h, LEAST_SHARE * floats[PERIOD + lane])
+    lasting = max(h, LEAST_SHARE * lane.period)
     tried = 8.0 * most
-    if tried >= floats[REFUTED_SPEED + lane]:
-        tried = 0.5 * (most + floats[REFUTED_SPEED + lane])
-    while most <= tried < floats[REFUTED_SPEED + lane]:
+    if tried >= lane.refuted_speed:
+        tried = 0.5 * (most + lane.refuted_speed)
+    while most <= tried < lane.refuted_speed:
         if hidden(floats, lane, h, lasting, 0.0, tried) == 0.0:
-            floats[SAFE_SPEED + lane] = tried
+            lane.safe_speed = tried
             return
-        floats[REFUTED_SPEED + lane] = tried
+        lane.refuted_speed = tried
         tried = max(most, 0.5 * tried)
     tried = least
     for _ in range(4):
-        if not (floats[NEAR_SPEED + lane] < tried < floats[FAR_SPEED + lane]):
+        if not (lane.near_speed < tried < lane.far_speed):
             return
         if hidden(floats, lane, h, lasting, tried, FAR_RANGE * tried) > 0.0:
-            floats[NEAR_SPEED + lane] = tried
+            lane.near_speed = tried
             return
-        floats[FAR_SPEED + lane] = tried
+        lane.far_speed = tried
         tried *= 0.6
 
 
@@ -115,7 +105,7 @@ def hidden(floats, lane, h, lasting, least, most):
 
 def forget(floats, lane):
     """Nothing is known of the law yet."""
-    floats[SAFE_SPEED + lane] = 0.0
-    floats[REFUTED_SPEED + lane] = math.inf
-    floats[FAR_SPEED + lane] = math.inf
-    floats[NEAR_SPEED + lane] = 0.0
+    lane.safe_speed = 0.0
+    lane.refuted_speed = math.inf
+    lane.far_speed = math.inf
+    lane.near_speed = 0.0

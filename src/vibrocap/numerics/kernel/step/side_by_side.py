@@ -2,12 +2,12 @@
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import all_lanes, bits, max, min, store, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
-from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import GAPS, KINKS, SHARP_CONTACT, SHARP_INTERNAL, STICKS
-from vibrocap.numerics.kernel.generated.lane import TOLERANCE
+from vibrocap.numerics.kernel.generated.places import STEP, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.lane import every_lane
 from vibrocap.numerics.kernel.step.resolved import FAINT, excursion, known, learn
 from vibrocap.numerics.kernel.step.taylor import (
     clear_of_bounds,
@@ -57,9 +57,9 @@ def resolved_simd(floats, side, start, change, h, moving):
         open_still = bits(~fine)
         if open_still != 0:
             store(floats, STEP, h)
-            for lane in range(LANES):
+            for lane in every_lane():
                 if (open_still >> lane) & 1:
-                    length = floats[STEP + lane]
+                    length = lane.step
                     reached = excursion(floats, VELOCITY_OF[SHARP_CONTACT] + lane, length)
                     own = abs(floats[VELOCITY_OF[SHARP_CONTACT] + lane])
                     learn(floats, lane, length, own - reached, own + reached)

@@ -12,9 +12,22 @@ be decided, or where
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated.ensemble import DRIFT, GUESS, KICK, OWN_DECAY, PAUSE, SLOW, SWEEPS, WAIT
 from vibrocap.numerics.kernel.generated.facts import MANIFOLDS, SEVERAL, SLOW_STATE
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, STATE, TOLERANCE
+from vibrocap.numerics.kernel.generated.places import (
+    DRIFT,
+    GUESS,
+    KICK,
+    OWN_DECAY,
+    PAUSE,
+    PERIOD,
+    SCALE,
+    SERIES,
+    SLOW,
+    STATE,
+    SWEEPS,
+    TOLERANCE,
+    WAIT,
+)
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.taylor import unlike
 

@@ -20,15 +20,7 @@ import numpy as np
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, max, min, where
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, MAYBE_STIFF, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import (
-    DAMPED_STEP,
-    DECAY_RATE,
-    SCALE,
-    SERIES,
-    SIDE,
-    TOLERANCE,
-    ZEROS,
-)
+from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
@@ -63,23 +55,23 @@ def series_step(floats, ints, lane, remaining):
     """
     if not MAYBE_STIFF:
         return taylor_step(floats, ints, lane), True
-    if floats[DAMPED_STEP + lane] > 0.0:
-        return floats[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
+    if lane.damped_step > 0.0:
+        return lane.damped_step, True  # the series in memory is one for this step, see `simd_step.py`
     longest = taylor_step(floats, ints, lane)
     if not (longest < remaining) or starts_from_rest(ints, lane):
         return longest, True
-    stretch = floats[DECAY_RATE + lane] * longest
+    stretch = lane.decay_rate * longest
     last, before = last_terms(floats, lane)
     if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
-    allowed = floats[TOLERANCE + lane]
+    allowed = lane.tolerance
     if not (stretch > PLAIN_REACH):
         return longest, False
     if KINKS[0] == 1 and not SEVERAL:  # close to rest the sign of the velocity counts, see `taylor_step`
         speed, slope = abs(floats[VELOCITY_OF[0] + lane]), abs(floats[VELOCITY_OF[0] + LANES + lane])
         allowed = min(allowed, 0.1 * (speed + slope * longest))
     if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
-        return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
+        return PLAIN_REACH / lane.decay_rate, False  # the forces that hold one are known to one term less
     longest, _ = stabilised_step(floats, lane, True, longest, allowed)
     return longest, False
 
@@ -88,7 +80,7 @@ def starts_from_rest(ints, lane):
     """Whether a contact leaves rest, or turns, where the step starts."""
     starts = 0
     for c in range(CONTACTS):
-        zeros = ints[ZEROS + c * LANES + lane]
+        zeros = lane.zeros[c]
         if zeros > 0 and (not SEVERAL or zeros < ORDER):
             starts += 1  # of several, one that rests for good leaves nothing
     return starts > 0
@@ -99,17 +91,17 @@ def near_turning(floats, lane, h):
     for c in range(CONTACTS):
         row = VELOCITY_OF[c] + lane
         reach = abs(floats[row]) + abs(floats[row + LANES]) * h
-        if KINKS[c] == 1 and 0.1 * reach < floats[TOLERANCE + lane] * floats[SCALE + STATE_OF[c] * LANES + lane]:
+        if KINKS[c] == 1 and 0.1 * reach < lane.tolerance * lane.scale[STATE_OF[c]]:
             return True
     return False
 
 
 def one_rests(floats, lane):
     """Whether a contact sticks, of several."""
-    rests = floats[DECAY_RATE + lane] < 0.0
+    rests = lane.decay_rate < 0.0
     for c in range(CONTACTS):
         if STICKS[c] == 1:
-            rests = rests | (floats[SIDE + c * LANES + lane] == 0.0)
+            rests = rests | (lane.side[c] == 0.0)
     return rests
 
 
@@ -122,7 +114,7 @@ def stabilised_step(floats, lane, wanted, longest, allowed):
     The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
     rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
     """
-    rate = floats[DECAY_RATE + lane]
+    rate = lane.decay_rate
     damped = wanted & unlike(wanted)
     untried = wanted & (rate * longest > PLAIN_REACH)
     h = min(DAMPED_REACH / rate, LONGEST * longest)

@@ -19,17 +19,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 )
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LAW_BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.facts import KINKS, LACUNARY, ROUGH, SEVERAL, STATE_OF, STICKS
-from vibrocap.numerics.kernel.generated.lane import (
-    HOLD_RATE,
-    PERIOD,
-    SCALE,
-    SERIES,
-    SIDE,
-    STATE,
-    TIME,
-    TOLERANCE,
-    ZEROS,
-)
+from vibrocap.numerics.kernel.generated.places import SERIES
 from vibrocap.numerics.kernel.generated.rows import HOLD_OF, LIMIT_OF, VELOCITY_OF
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS, LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.interface import inverse_scale
@@ -55,11 +45,11 @@ def taylor_step(floats, ints, lane):
     last, before = last_terms(floats, lane)
     last, before = holding_terms(floats, lane, last, before)
     h, _ = series_length(floats, lane, last, before)
-    tolerance = floats[TOLERANCE + lane]
+    tolerance = lane.tolerance
     wanted = rough_logarithm(tolerance)
     zeros = 0
     for c in range(CONTACTS):
-        zeros = max(zeros, ints[ZEROS + c * LANES + lane])
+        zeros = max(zeros, lane.zeros[c])
     if LACUNARY and zeros == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
@@ -69,13 +59,13 @@ def taylor_step(floats, ints, lane):
             # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
             row, scale = VELOCITY_OF[c] + lane, 1.0
             if SEVERAL:
-                scale = floats[SCALE + STATE_OF[c] * LANES + lane]
+                scale = lane.scale[STATE_OF[c]]
             speed, slope = abs(floats[row]), abs(floats[row + LANES])
             while 0.1 * (speed + slope * h) < tolerance * scale and sign_in_doubt(floats, c, lane, h):
                 h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
+        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, lane.period)):
             h = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
             h = min(h, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
     return h
@@ -85,7 +75,7 @@ def finite_series(floats, lane):
     """Whether the last coefficients of all states are numbers, and not too large."""
     total = 0.0
     for i in range(STATES):
-        total += abs(floats[SERIES + (i * (ORDER + 1) + ORDER) * LANES + lane])
+        total += abs(lane.series[i * (ORDER + 1) + ORDER])
     return total <= 1e300
 
 
@@ -103,7 +93,7 @@ def series_length(floats, lane, last, before):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
         earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
-    wanted = rough_logarithm(floats[TOLERANCE + lane])
+    wanted = rough_logarithm(lane.tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
     h = rough_power(min(one, other))
@@ -123,7 +113,7 @@ def clear_of_bounds(floats, lane, h):
     for i in range(BRANCHES, SWITCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if LOCATED[i] == 1:
-            clear = clear & stays_positive(floats, row, min(h, floats[PERIOD + lane]))
+            clear = clear & stays_positive(floats, row, min(h, lane.period))
         else:
             clear = clear & (floats[row] > 0.0)
     return clear
@@ -179,7 +169,7 @@ def last_terms(floats, lane):
     for c in range(CONTACTS):
         row, inverse = VELOCITY_OF[c] + lane, inverse_scale(floats, STATE_OF[c], lane)
         if ROUGH[c] == 1:
-            speed = where(floats[SIDE + c * LANES + lane] != 0.0, abs(floats[row]), 0.0)
+            speed = where(lane.side[c] != 0.0, abs(floats[row]), 0.0)
             inverse = inverse / leaving(where(speed > 0.0, speed * inverse, 1.0))
         if ROUGH[c] == 1 or VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:
             # With an imposed part of a contact velocity, that is another series; its zeros are what ends a mode.
@@ -207,12 +197,12 @@ def holding_terms(floats, lane, last, before):
     for c in range(CONTACTS):
         if STICKS[c] == 1:
             limit = floats[LIMIT_OF[c] + lane]
-            holding = (floats[SIDE + c * LANES + lane] == 0.0) & (limit > 0.0)
+            holding = (lane.side[c] == 0.0) & (limit > 0.0)
             inverse = 1.0 / where(holding, limit, 1.0)
             row = HOLD_OF[c] + lane
             share = abs(floats[row + (ORDER - 1) * LANES]) * inverse
             before = where(holding, max(before, share), before)
-            share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * floats[HOLD_RATE + lane]
+            share = abs(floats[row + (ORDER - 2) * LANES]) * inverse * lane.hold_rate
             last = where(holding, max(last, share), last)
     return last, before
 
@@ -222,7 +212,7 @@ def largest_term(floats, lane, k):
     largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        largest = max(largest, abs(floats[row + k * LANES]) / floats[SCALE + i * LANES + lane])
+        largest = max(largest, abs(floats[row + k * LANES]) / lane.scale[i])
     return largest
 
 
@@ -230,7 +220,7 @@ def sign_in_doubt(floats, c, lane, h):
     """Whether the last terms of a contact velocity are not small against its first ones at time h."""
     row = VELOCITY_OF[c] + lane
     first = abs(floats[row]) + abs(floats[row + LANES]) * h + abs(floats[row + 2 * LANES]) * h * h
-    none = NO_SPEED * floats[SCALE + STATE_OF[c] * LANES + lane] if SEVERAL else 0.0
+    none = NO_SPEED * lane.scale[STATE_OF[c]] if SEVERAL else 0.0
     return series_tail(floats, row, h) > 0.01 * first + none
 
 
@@ -306,5 +296,5 @@ def through_points(floats, row, first, stride, h):
 def move_to(floats, ints, lane, s):
     """Put the lane at time s of its present series."""
     for i in range(ROWS):
-        floats[STATE + i * LANES + lane] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    floats[TIME + lane] += s
+        lane.state[i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    lane.time += s

@@ -1,18 +1,18 @@
 """The time since a motion began, which many small lengths add up to without their rounding adding up too."""
 
-from vibrocap.numerics.kernel.generated.stepper import CLOCK, CLOCK_REST
+from vibrocap.numerics.kernel.lane import stepper
 
 
 def go_on(floats, length):
     """Add a length to the clock: what its sum rounds off is carried along."""
-    before = floats[CLOCK]
+    before = stepper.clock
     after = before + length
     taken = after - before
-    rest = floats[CLOCK_REST] + ((before - (after - taken)) + (length - taken))
-    floats[CLOCK] = after + rest
-    floats[CLOCK_REST] = rest - (floats[CLOCK] - after)
+    rest = stepper.clock_rest + ((before - (after - taken)) + (length - taken))
+    stepper.clock = after + rest
+    stepper.clock_rest = rest - (stepper.clock - after)
 
 
 def set_clock(floats, time):
     """Put the clock to a time."""
-    floats[CLOCK], floats[CLOCK_REST] = time, 0.0
+    stepper.clock, stepper.clock_rest = time, 0.0

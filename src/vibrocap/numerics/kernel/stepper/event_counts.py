@@ -14,18 +14,9 @@ from vibrocap.numerics.kernel.codes import (
     SWITCHED,
 )
 from vibrocap.numerics.kernel.generated.facts import KINKS, STICKS
-from vibrocap.numerics.kernel.generated.lane import SIDE, SIDE_TOLD, TIME
 from vibrocap.numerics.kernel.generated.sizes import CONTACTS
-from vibrocap.numerics.kernel.generated.stepper import (
-    COUNTED,
-    LAST_CONTACT,
-    LAST_KIND,
-    LAST_TIME,
-    NOTICED,
-    STOPPED,
-    STOPPING,
-)
 from vibrocap.numerics.kernel.interface import keep_event, keep_piece
+from vibrocap.numerics.kernel.lane import stepper
 
 
 def has_room(floats, ints, trace, lane):
@@ -38,7 +29,7 @@ def on_piece(floats, ints, trace, lane, h):
     tell_sides(floats, ints, trace, lane)
     # At the instant at which this piece begins, with the sides that are decided now; one that is shorter than time can
     # tell lies between events of one instant.
-    if floats[TIME] + h > floats[TIME]:
+    if stepper.time + h > stepper.time:
         stop_at_event(ints)
     keep_piece(floats, ints, trace, h)
 
@@ -52,17 +43,17 @@ def on_instant(floats, ints, trace, lane):
 
 def stop_at_event(ints):
     """All events of one instant have been noticed; the motion stops at them if it is to."""
-    if ints[NOTICED] > 0:
-        ints[NOTICED] = 0
-        ints[STOPPED] = ints[STOPPING]
+    if stepper.noticed > 0:
+        stepper.noticed = 0
+        stepper.stopped = stepper.stopping
 
 
 def tell_sides(floats, ints, trace, lane):
     """Count what has become of the sides since they were told last."""
     for c in range(CONTACTS):
-        now, before = floats[SIDE + c], floats[SIDE_TOLD + c]
+        now, before = stepper.side[c], stepper.side_told[c]
         if now != before:
-            floats[SIDE_TOLD + c] = now
+            stepper.side_told[c] = now
             if abs(before) <= 1.0 and STICKS[c] + KINKS[c] > 0:
                 kind = REVERSAL
                 if now == 0.0:
@@ -76,7 +67,7 @@ def on_event(floats, ints, trace, lane, kind, contact, s):
     """An event at time s after the lane's present time. Bounds are none: the status tells them."""
     if kind <= SWITCHED or kind >= MACHINE_SWITCHED:
         if kind != GRAZE:
-            ints[NOTICED] += 1
+            stepper.noticed += 1
         keep_event(floats, ints, kind, contact, s)
 
 
@@ -84,9 +75,9 @@ def count_event(floats, ints, kind, contact, time):
     """An event has occurred. Kinds are numbered without a gap: those of contacts, of their laws, of the machine."""
     number = kind if kind <= SWITCHED else SWITCHED + 1 + kind - MACHINE_SWITCHED
     place = number * CONTACTS + contact if kind < SWITCHED else SWITCHED * (CONTACTS - 1) + number
-    ints[COUNTED + place] += 1
-    ints[LAST_KIND], ints[LAST_CONTACT] = number, contact + 1
-    floats[LAST_TIME] = time
+    stepper.counted[place] += 1
+    stepper.last_kind, stepper.last_contact = number, contact + 1
+    stepper.last_time = time
 
 
 def on_jump(floats, ints, lane, gained):

@@ -9,31 +9,9 @@ makes may jump. Times in the kernel count from where the present length began.
 from vibrocap.numerics.kernel.codes import DONE, RUNNING
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.lane import (
-    EVENTS,
-    IMPLICIT_STEPS,
-    PARAMETER,
-    SERIES,
-    SIDE,
-    STATE,
-    STATUS,
-    TAIL,
-    TAYLOR_STEPS,
-    TIME,
-    UNTIL,
-)
+from vibrocap.numerics.kernel.generated.places import BACKUP, INT_COUNT, PARAMETER, SERIES
 from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, PRESENT, STATES
-from vibrocap.numerics.kernel.generated.stepper import (
-    BACKUP,
-    CLOCK,
-    ENDED,
-    INPUT,
-    INT_COUNT,
-    NEW_INPUT,
-    PIECE_LENGTH,
-    PIECE_TIME,
-    STOPPED,
-)
+from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_sides
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.stepper.clock import go_on
@@ -63,28 +41,28 @@ def drive_goes_over(floats, ints, trace, lane):
 
 def take_input(floats, ints):
     """The input that was set becomes the present one, from the time of the lane on."""
-    if ints[NEW_INPUT] == 1:
-        ints[NEW_INPUT] = 0
-        floats[PARAMETER + PRESENT + 1] = floats[TIME]
+    if stepper.new_input == 1:
+        stepper.new_input = 0
+        floats[PARAMETER + PRESENT + 1] = stepper.time
         factor = 1.0
         for k in range(COEFFICIENTS):
-            floats[PARAMETER + PRESENT + 2 + k] = floats[INPUT + k] * factor
+            floats[PARAMETER + PRESENT + 2 + k] = stepper.input[k] * factor
             factor = factor / (k + 1.0)
 
 
 def set_out(floats, ints, trace, length):
     """Times count from here; the steps go on up to the length."""
-    passed = floats[TIME]
+    passed = stepper.time
     floats[PARAMETER + PRESENT + 1] -= passed
-    floats[PIECE_TIME] -= passed
-    floats[TIME] = 0.0
-    floats[TAIL], floats[UNTIL] = length, length
-    ints[EVENTS] = 0
-    if ints[NEW_INPUT] == 1:
+    stepper.piece_time -= passed
+    stepper.time = 0.0
+    stepper.tail, stepper.until = length, length
+    stepper.events = 0
+    if stepper.new_input == 1:
         take_input(floats, ints)
         if FOLLOWS_LOAD:
             forget(floats, 0)
-        if ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] == 0:
+        if stepper.taylor_steps + stepper.implicit_steps == 0:
             start_sides(floats, ints, 0)  # the motion begins with this input
         elif VELOCITY_JUMPS:
             jumped(floats, ints, trace, 0)
@@ -98,25 +76,25 @@ def under_way(floats, ints):
 def come_in(floats, ints, trace, length):
     """The lane stands at the instant that was asked for, at the event before its last step, or where the motion
     ended."""
-    if ints[STOPPED] == 1:
+    if stepper.stopped == 1:
         for i in range(SERIES):
             floats[i] = trace[BACKUP + i]
         for i in range(INT_COUNT):
             ints[i] = int(trace[BACKUP + SERIES + i])
-        go_on(floats, floats[TIME])
-    elif ints[STATUS] == DONE or length == 0.0:  # where the motion begins its input may not be set yet
-        ints[STATUS] = RUNNING
+        go_on(floats, stepper.time)
+    elif stepper.status == DONE or length == 0.0:  # where the motion begins its input may not be set yet
+        stepper.status = RUNNING
         go_on(floats, length)
     else:
-        go_on(floats, floats[TIME])
-        ints[ENDED] = ints[STATUS]
+        go_on(floats, stepper.time)
+        stepper.ended = stepper.status
 
 
 def keep_piece(floats, ints, trace, h):
     """A step of length h begins: where the motion is to stop before it, as an event has ended the last one, all is
     kept."""
-    floats[PIECE_TIME], floats[PIECE_LENGTH] = floats[TIME], h
-    if ints[STOPPED] == 1:
+    stepper.piece_time, stepper.piece_length = stepper.time, h
+    if stepper.stopped == 1:
         for i in range(SERIES):
             trace[BACKUP + i] = floats[i]
         for i in range(INT_COUNT):
@@ -125,7 +103,7 @@ def keep_piece(floats, ints, trace, h):
 
 def keep_event(floats, ints, kind, contact, s):
     """An event is counted at once."""
-    count_event(floats, ints, kind, contact, floats[CLOCK] + (floats[TIME] + s))
+    count_event(floats, ints, kind, contact, stepper.clock + (stepper.time + s))
 
 
 def show_instant(floats, ints, point):
@@ -134,15 +112,15 @@ def show_instant(floats, ints, point):
     The time of the lane changes places with that of the step, and does so again when this is called again.
     """
     for i in range(STATES):
-        floats[point + i] = floats[STATE + i]
-    if ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] == 0:
+        floats[point + i] = stepper.state[i]
+    if stepper.taylor_steps + stepper.implicit_steps == 0:
         return 0.0
-    time = floats[TIME]
-    floats[TIME] = floats[PIECE_TIME]
-    floats[PIECE_TIME] = time
-    return time - floats[TIME]
+    time = stepper.time
+    stepper.time = stepper.piece_time
+    stepper.piece_time = time
+    return time - stepper.time
 
 
 def side_shown(floats, ints, contact):
     """Side of a contact (0: the first) at the clock."""
-    return floats[SIDE + contact]
+    return stepper.side[contact]

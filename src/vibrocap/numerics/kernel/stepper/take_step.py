@@ -1,21 +1,8 @@
 """The entries of a stepper, for one motion that its caller moves on: `begin_motion`, `take_step`, `look_at`."""
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT
 from vibrocap.numerics.kernel.generated.equations import beginning, observables
-from vibrocap.numerics.kernel.generated.lane import (
-    IMPLICIT_STEPS,
-    PARAMETER,
-    PERIOD,
-    SCALE,
-    SIDE,
-    STATE,
-    STATUS,
-    TABLE_START,
-    TAYLOR_STEPS,
-    TIME,
-    WORK,
-)
+from vibrocap.numerics.kernel.generated.places import SHOWN, WORK
 from vibrocap.numerics.kernel.generated.sizes import (
     COEFFICIENTS,
     CONTACTS,
@@ -23,17 +10,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     PRESENT,
     STATES,
     TABLE_NUMBERS,
-)
-from vibrocap.numerics.kernel.generated.stepper import (
-    BEGUN,
-    ENDED,
-    LENGTH,
-    PIECE_LENGTH,
-    SHOWN,
-    SHOWN_SIDE,
-    STEPS_PER_CALL,
-    STOPPED,
-    STOPPING,
 )
 from vibrocap.numerics.kernel.interface import (
     advance,
@@ -44,6 +20,7 @@ from vibrocap.numerics.kernel.interface import (
     side_shown,
     under_way,
 )
+from vibrocap.numerics.kernel.lane import stepper
 from vibrocap.numerics.kernel.loop.start import start_lane
 from vibrocap.numerics.kernel.observe.drive_table import write_table
 
@@ -51,46 +28,46 @@ from vibrocap.numerics.kernel.observe.drive_table import write_table
 def begin_motion(floats, ints, trace, _):
     """The motion begins, of the parameters and states in memory: natural sizes, period, drive and sides follow."""
     for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i]
+        stepper.work[i] = stepper.state[i]
     beginning(floats, 0.0, WORK, 1.0, 0, WORK + STATES)
     for i in range(STATES):
-        floats[SCALE + i] = floats[WORK + STATES + i]
-    floats[PERIOD] = floats[WORK + 2 * STATES]
+        stepper.scale[i] = floats[WORK + STATES + i]
+    stepper.period = stepper.work[2 * STATES]
     if COEFFICIENTS > 0:
-        floats[PARAMETER + PRESENT] = floats[PERIOD]
+        stepper.parameter[PRESENT] = stepper.period
     if TABLE_NUMBERS > 0:
-        write_table(floats, ints, trace, floats[PERIOD], ints[TABLE_START])
+        write_table(floats, ints, trace, stepper.period, stepper.table_start)
     start_lane(floats, ints, trace, 0, 0)
-    ints[BEGUN] = 1
+    stepper.begun = 1
     pass_by(floats, ints, trace, 0.0, 0)  # which contacts rest
 
 
 def take_step(floats, ints, trace, to_event):
     """Go on by LENGTH, or (to_event: 1) to the first event if that is earlier; ENDED tells whether that failed."""
-    if ints[ENDED] == RUNNING:
-        pass_by(floats, ints, trace, floats[LENGTH], to_event)
+    if stepper.ended == RUNNING:
+        pass_by(floats, ints, trace, stepper.length, to_event)
 
 
 def pass_by(floats, ints, trace, length, to_event):
     """Advance by a length of time >= 0, and note the sides at the clock."""
     set_out(floats, ints, trace, length)
-    ints[STOPPING], ints[STOPPED] = to_event, 0
-    ints[STEP_LIMIT] = ints[TAYLOR_STEPS] + ints[IMPLICIT_STEPS] + ints[STEPS_PER_CALL]
-    while ints[STATUS] == RUNNING and ints[STOPPED] == 0 and under_way(floats, ints):
+    stepper.stopping, stepper.stopped = to_event, 0
+    stepper.step_limit = stepper.taylor_steps + stepper.implicit_steps + stepper.steps_per_call
+    while stepper.status == RUNNING and stepper.stopped == 0 and under_way(floats, ints):
         advance(floats, ints, trace, 1)
     come_in(floats, ints, trace, length)
     for c in range(CONTACTS):
-        floats[SHOWN_SIDE + c] = side_shown(floats, ints, c)
+        stepper.shown_side[c] = side_shown(floats, ints, c)
 
 
 def look_at(floats, ints, trace, _):
     """Write the states and then the observables at the clock to SHOWN of the trace."""
     s = show_instant(floats, ints, WORK)
     for i in range(STATES):
-        trace[SHOWN + i] = floats[WORK + i]
-    floats[STEP] = floats[PIECE_LENGTH]
+        trace[SHOWN + i] = stepper.work[i]
+    stepper.step = stepper.piece_length
     consistent_state(floats, ints, 0, s, WORK)
-    observables(floats, floats[TIME] + s, WORK, floats[SIDE], 0, WORK + STATES)
+    observables(floats, stepper.time + s, WORK, stepper.side, 0, WORK + STATES)
     for i in range(OBSERVABLES):
         trace[SHOWN + STATES + i] = floats[WORK + STATES + i]
     show_instant(floats, ints, WORK)
