@@ -6,13 +6,12 @@ import re
 import textwrap
 from pathlib import Path
 
-from vibrocap.physics.machines.described import Described
-
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
 from vibrocap.cli.main import app
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.equations import equations_of
+from vibrocap.physics.machines.machine import Machine
 from website.staging import WIDE, toctree
 
 # Rooms with public names, as a reader calls them. A room that is not named here stands under its own name.
@@ -64,7 +63,7 @@ def stage_equations(folder: Path) -> None:
         "when this page is made. A prime is a rate, R friction, N a load, H the energy, d a motion that the drive "
         "imposes, s a stop that is touched. `vibrocap machines NAME` prints them, see [machines](machines.md).\n"
     )
-    described = {name: kind for name, kind in machines().items() if issubclass(kind, Described)}
+    described = {name: kind for name, kind in machines().items() if issubclass(kind, Machine)}
     for name, kind in described.items():
         source = textwrap.dedent(inspect.getsource(kind.parts))
         lines = "".join(f"<math display='block'>{line}</math>\n" for line in equations_of(kind(), "mathml").lines)

@@ -29,7 +29,7 @@ def machines(name: str | None = None, /, *, latex: bool = False, json: bool = Fa
     """
     from vibrocap.physics import catalogue
     from vibrocap.physics.equations import equations_of
-    from vibrocap.physics.machines.described import Described
+    from vibrocap.physics.machines.machine import Machine
 
     page, known = Page(), catalogue.machines()
     if name is None:
@@ -39,7 +39,7 @@ def machines(name: str | None = None, /, *, latex: bool = False, json: bool = Fa
         page.say(json_text({"machines": words}) if json else "\n".join(told))
         return OK
     machine = _machine(name, known)
-    own = equations_of(machine, "latex" if latex else "text").lines if isinstance(machine, Described) else ()
+    own = equations_of(machine, "latex" if latex else "text").lines if isinstance(machine, Machine) else ()
     if json or latex:
         print(json_text({"machine": machine.name, "equations": list(own)}) if json else "\n".join(own))
         return OK
