@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from mechanisms import MECHANISMS as OWN
 from thinned import exhaustive_but, slow_but
+from vibrocap.arguments import ArgumentError
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -407,6 +408,18 @@ def test_what_depends_on_time_is_not_its_mirror_image_half_a_period_later():
     symmetric = {kind.name for kind in MECHANISMS if kind().symmetric}
     assert "own-clutch" not in symmetric
     assert {"two-pendulum-capsule", "double-pendulum-capsule", "elastic-skin", "stacked-plates"} <= symmetric
+
+
+@pytest.mark.parametrize(("name", "frequency"), [("own-clutch", 2.0), ("own-feeder", 0.5), ("belt-row", 1.0)])
+def test_what_depends_on_time_repeats_in_the_period_of_the_drive(name, frequency):
+    """Periods begin at time 0, so that a load, a table or a signal with another period would jump there."""
+    kind = next(kind for kind in OWN if kind.name == name)
+    system = vc.System(kind(), LAW, vc.Harmonic(frequency=frequency))
+    with pytest.raises(ArgumentError, match=f"drive: has the period .*, after which the {name} is another: choose one"):
+        vc.System(kind(), LAW, vc.Harmonic(frequency=1.1 * frequency))
+    over = {"drive.frequency": [frequency, 1.1 * frequency]}
+    with pytest.raises(ValueError, match=f"after which the {name} is another"):
+        vc.ensemble(system, over, periods=2, measures=["peak_friction"])
 
 
 def test_a_part_on_a_feeder_obeys_its_equations():

@@ -283,7 +283,7 @@ def test_bodies_may_be_numbered_either_way(name, laws):
         assert np.abs(one.sections - other.sections)[:, :moving].max() <= STEPS * tolerance
         assert len(one.events) == len(other.events)
         steps = [sum((each.certificate.taylor_steps, each.certificate.implicit_steps)) for each in (one, other)]
-        # As many as 29 where contact 1 was apart. A worm's contacts share a state: its rows are derived in another order.
+        # As many as 29 where contact 1 was apart. Contacts of a worm share a state: its rows stand in another order.
         assert max(steps) - min(steps) <= (16 if machine.imposes_distances else 1)
 
 
