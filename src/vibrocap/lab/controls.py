@@ -7,7 +7,7 @@ from typing import Any
 from vibrocap.case.text import description_text
 from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.dimensions.carry_over import needed
-from vibrocap.physics.dimensions.scales import EFFORTS
+from vibrocap.physics.dimensions.scales import resolved
 from vibrocap.physics.dimensions.units import parameter_keys, unit_name
 from vibrocap.physics.parameters import Dimension, ParameterInfo, parameter_table
 
@@ -78,7 +78,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
         "high": high,
         "log": log,
         "unit": "" if info.dimension is None else unit_name(info.dimension, effort),
-        "exponents": None if info.dimension is None else exponents(info.dimension.resolved(EFFORTS[effort])),
+        "exponents": None if info.dimension is None else exponents(resolved(info.dimension, effort)),
         "si": si[:1],
     }
 

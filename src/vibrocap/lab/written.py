@@ -110,6 +110,19 @@ class Written(float):
         return asked
 
 
+def _of_one(function: Callable[[float], float]) -> Callable[["Written"], "Written"]:
+    def one(self: Written) -> Written:
+        try:
+            value = function(float(self))
+        except (ArithmeticError, ValueError):
+            value = float("nan")
+        return Written(value, f"Math.{function.__name__}({self.text})", self.ways)
+
+    return one
+
+
+for _function in (math.sin, math.cos, math.exp, math.log, math.sqrt, math.tanh, math.atan):
+    setattr(Written, _function.__name__, _of_one(_function))
 for _name, _sign in {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}.items():
     _one, _mirrored = Written._on(getattr(operator, _name), _sign)
     setattr(Written, f"__{_name}__", _one)

@@ -16,37 +16,37 @@ HELD_AFTER = (1.0, 0.0, -1.0)  # what `held` is after each of the guards of a li
 
 def sin(x):
     """Sine of x [rad]."""
-    return math.sin(x) if isinstance(x, (int, float)) else x.sin()
+    return x.sin() if hasattr(x, "sin") else math.sin(x)
 
 
 def cos(x):
     """Cosine of x [rad]."""
-    return math.cos(x) if isinstance(x, (int, float)) else x.cos()
+    return x.cos() if hasattr(x, "cos") else math.cos(x)
 
 
 def exp(x):
     """Exponential of x."""
-    return math.exp(x) if isinstance(x, (int, float)) else x.exp()
+    return x.exp() if hasattr(x, "exp") else math.exp(x)
 
 
 def log(x):
     """Natural logarithm of x > 0."""
-    return math.log(x) if isinstance(x, (int, float)) else x.log()
+    return x.log() if hasattr(x, "log") else math.log(x)
 
 
 def sqrt(x):
     """Square root of x >= 0."""
-    return math.sqrt(x) if isinstance(x, (int, float)) else x.sqrt()
+    return x.sqrt() if hasattr(x, "sqrt") else math.sqrt(x)
 
 
 def tanh(x):
     """Hyperbolic tangent of x."""
-    return math.tanh(x) if isinstance(x, (int, float)) else x.tanh()
+    return x.tanh() if hasattr(x, "tanh") else math.tanh(x)
 
 
 def atan(x):
     """Arc tangent of x [rad]."""
-    return math.atan(x) if isinstance(x, (int, float)) else x.atan()
+    return x.atan() if hasattr(x, "atan") else math.atan(x)
 
 
 def power(x, exponent):

@@ -51,8 +51,8 @@ def _zero(at: list[float], values: list[float]) -> float:
 
 
 def events_differ(closure: Closure, one: Closing, other: Closing) -> bool:
-    """Whether other events happen along two motions, at any contact: words are those of one."""
-    if not isinstance(closure, ClosingMap):
+    """Whether other events happen along two driven motions, at any contact: words are those of one."""
+    if not isinstance(closure, ClosingMap) or closure.response_period == 0:
         return False
     kinds = ([(event.kind, event.contact) for event in _motion(closure, each).events] for each in (one, other))
     return next(kinds) != next(kinds)
