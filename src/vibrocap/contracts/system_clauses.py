@@ -1,6 +1,7 @@
 """Clauses that need a whole system: a part is put together with parts of the package, recorded, and let move."""
 
 import dataclasses
+import math
 from typing import Any
 
 from vibrocap.contracts.controller_clauses import machine_for
@@ -18,6 +19,8 @@ from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.drives.loading import Loading
 from vibrocap.physics.events import BOUNDS
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
 SAMPLES = 20
@@ -41,7 +44,16 @@ def system_of(part: Any) -> System:
         return System(machine_for(part), laws()["stribeck"](), reference, controller=part)
     if part.imposes_motion:
         return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
-    return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))
+    return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, _frequency(part)))
+
+
+def _frequency(machine: Machine) -> float:
+    """Of a drive in whose period a machine repeats: 1.3, or one of its own parameters, or 1."""
+    own = (getattr(machine, info.name) for info in parameter_table(machine) if info.role == "frequency")
+    for frequency in (1.3, *own):
+        if frequency and machine.repeats_after(2.0 * math.pi / frequency):
+            return frequency
+    return 1.0
 
 
 def recorded(part: Any) -> str | None:
