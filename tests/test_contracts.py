@@ -20,6 +20,7 @@ import vibrocap as vc
 from growth import growth_terms
 from mechanisms import MECHANISMS
 from thinned import exhaustive_but, slow_but
+from vibrocap.arguments import ArgumentError
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES
 from vibrocap.contracts.samples import (
@@ -370,7 +371,15 @@ def test_energy_of_a_system(system):
 def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):
         _, y, _ = system_draw(system, draw)
-        motion = vc.simulate(system, periods=2, initial=dict(zip(system.state_names, y, strict=True)), samples=16)
+        motion = None
+        while motion is None:  # from nearer to rest where the machine would lift off at once
+            try:
+                start = dict(zip(system.state_names, y, strict=True))
+                motion = vc.simulate(system, periods=2, initial=start, samples=16)
+            except ArgumentError as error:
+                if "would lift off at once" not in str(error):
+                    raise
+                y = [0.5 * each for each in y]
         ended = {vc.Status.LIFT_OFF} if system.machine.follows_load else set()
         ended |= {vc.Status.STOP_REACHED} if system.machine.bound_kinds else set()
         ended |= {vc.Status.AMBIGUOUS_CONTACTS} if system.machine.name == "linkage-crawler" else set()
