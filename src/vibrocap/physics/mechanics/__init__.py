@@ -8,6 +8,7 @@
     derivation   mass matrix and forces, hence accelerations, contacts, loads, energy and powers
     stops        guards and jumps of elastic and rigid stops
     pictures     bodies and joints for other programs, and what is drawn
+    mirror       the numbers with which the equations are their own mirror image, or free of a place
     forms        all of this, derived once for all machines of a class that differ in numbers only
 
 Everything is derived once for each form of a machine, as formulas of its numbers; numbers and recorded expressions are
