@@ -229,12 +229,7 @@ class Mechanics:
 
     def rates(self, t, y, taken) -> list:
         """Of the states of the machine; taken: in the place of friction."""
-        mechanical = tuple(y[: self.states])
-        found = list(self.machine.rates(t, mechanical, self.drive.value(t), tuple(taken)))
-        if self.around is None:
-            return found
-        more = self.around.outside(self.machine, t, mechanical, *((0.0,) * self.contacts,) * 2).accelerations
-        return [rate + other for rate, other in zip(found, more, strict=True)]
+        return list(self.machine.rates(t, tuple(y[: self.states]), self.drive.value(t), tuple(taken)))
 
     def loads(self, t, y, taken) -> list:
         """N of all contacts where it follows the motion; else 1, and all that is said of loads is said of forces."""
