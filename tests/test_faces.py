@@ -17,7 +17,7 @@ from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
-FEW, ROWS, KINDS = 24, 88, 24
+FEW, ROWS, KINDS = 27, 91, 26
 # what exports refuse of a case
 REFUSED = re.compile("CASE: .*MuJoCo")
 

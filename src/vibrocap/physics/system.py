@@ -125,14 +125,14 @@ class System:
             if law.internal and load == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
-        if not self.placed.repeats_after(self.drive.period):
-            what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
-            raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
         if self.machine.imposes_motion:
             self._check_imposed()
-            if self.actuator is not None:
-                what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
-                raise ArgumentError("actuator", f"should be left out: the drive {what}")
+        if not self.machine.driven_by(self.drive).repeats_after(self.drive.period):
+            what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
+            raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
+        if self.machine.imposes_motion and self.actuator is not None:
+            what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
+            raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.controller is not None:
             if self.controller.sampled:
                 check_samples(self.drive, self.controller)

@@ -4,7 +4,6 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
@@ -261,7 +260,8 @@ class Machine(Part):
     def repeats_after(self, period: float) -> bool:
         """Whether what depends on time in its parts is the same a period later, as far as some instants tell."""
         form, names = self._form()[0], ("rates", "contacts")
-        timed = {each.operands[0] for each in (form.inputs.t, *itertools.chain(*form.inputs.signals.values()))}
+        own = (each for name, values in form.inputs.signals.items() if name != "drive" for each in values)
+        timed = {each.operands[0] for each in (form.inputs.t, *own)}
         if all(timed.isdisjoint(form.program(name).inputs) for name in names):
             return True
         y = [0.01 * (1 + i) for i in range(len(self.states))]
