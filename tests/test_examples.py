@@ -11,6 +11,7 @@ from thinned import exhaustive_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.measures.recorded.response import response_class
+from vibrocap.motion.recording.equations import equations
 from vibrocap.physics.catalogue import machines
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -58,7 +59,8 @@ def test_example_says_what_to_see_and_reads_back_equal(path):
 def test_example_runs_settles_and_has_the_drift_of_the_table(path, motions):
     motion = motions[path.stem]
     assert motion.status.ok
-    assert vc.settling(motion).settled
+    if equations(motion.system).timed:  # else the end of a period is no clock: the cycle drifts past it
+        assert vc.settling(motion).settled
     if motion.system.machine.cyclic is None:  # held to its place
         assert TABLE[path.stem] == "-"
         return
