@@ -26,7 +26,7 @@ from vibrocap.plotting.histories import (
     whole_run,
 )
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
-from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
+from vibrocap.plotting.look.labels import IN_SI, parts_in_si, parts_title, quantity_label, scale, with_unit
 from vibrocap.plotting.look.own_lines import in_own_lines
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import (
@@ -141,7 +141,8 @@ def _phase_plane(motion: Trajectory, x: str | None, y: str | None, recent: Stret
             ax.plot(_relative(trace, x, speed) - origin, trace[y], **look, label=label)
         trace = parts[-1][0]
         ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
-        steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
+        words, symbol = ("position", "$X$") if x == "position" else quantity_label(x, motion.system).rsplit(" ", 1)
+        steady = rf"{words} less steady travel {symbol[:-1]} - \langle {symbol[1:-1]}' \rangle\,\tau$"
         place = with_unit(steady, x, motion.system) if travels else label_of(motion, x)
         ax.set(xlabel=place, ylabel=label_of(motion, y))
         ax.locator_params(axis="x", nbins=7)
@@ -277,10 +278,8 @@ def _body_velocity(motion: Trajectory) -> str:
 
 
 def _body_name(motion: Trajectory) -> str:
-    """What slides."""
-    if len(motion.system.machine.contact_states) > 1:
-        return "Body 1"
-    return "Block" if motion.system.cyclic is None else "Capsule"
+    """What slides at the first contact."""
+    return motion.system.machine.derived.contacts[0].body.name.capitalize()
 
 
 def _inner_name(motion: Trajectory) -> str:
@@ -293,7 +292,7 @@ def _inner_name(motion: Trajectory) -> str:
     if machine.imposes_motion:
         return "Imposed motion"
     first = motion.state_names[0]
-    if first == "position":
+    if first == place_of(motion):
         return _body_name(motion)
-    known = {"approach": "Block, across the belt", "angle": "Pendulum"}
-    return known.get(first, "Inner motion" if machine.cyclic else first.replace("_", " ").capitalize())
+    known = {"approach": "Block, across the belt", "angle": "Pendulum", "displacement": "Inner motion"}
+    return known.get(first, first.replace("_", " ").capitalize())

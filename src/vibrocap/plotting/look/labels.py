@@ -108,10 +108,21 @@ def law_words(name: str) -> str:
     return words[0].upper() + words[1:]
 
 
+def _own_label(name: str, machine: Any) -> str:
+    """The words of a coordinate, or of its rate, with its symbol; the name alone of anything else."""
+    words = name.replace("_", " ")
+    for place, rate in machine.coordinates.items():
+        if name in (place, rate) and (symbol := machine.all_coordinates[place].symbol):
+            number = name_and_number(place)[1]
+            below = f"_{number}" if number > 1 or place in machine.counts else ""
+            return f"{words} {symbol_text(symbol + below + ('' if name == place else chr(39)))}"
+    return words
+
+
 def quantity_label(name: str, system: System) -> str:
     """A quantity of a motion in words with its symbol, its name where there are none."""
     machine = system.machine
-    label = LABELS.get(name, name.replace("_", " "))
+    label = LABELS.get(name) or _own_label(name, machine)
     if name == "position" and machine.cyclic is None:
         label = "position $x$"
     if len(machine.contact_states) > 1:
@@ -127,7 +138,7 @@ def quantity_label(name: str, system: System) -> str:
         label = known[stem].format(number) if stem in known else label
     elif name == "contact_velocity" and machine.imposes_motion:
         label = LABELS["velocity"]
-    elif name == "contact_velocity" and machine.contact_states[:1] == ("sliding_velocity",):
+    elif name == "contact_velocity" and machine.contact_states[0] != "velocity":
         label = LABELS["sliding_velocity"]
     elif name == "drive" and machine.imposes_motion:
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
