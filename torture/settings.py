@@ -19,7 +19,7 @@ MODULES = (  # but for those few that `python -m` imports before it finds the pa
     *("ast", "asyncio", "copyreg", "csv", "ctypes", "dataclasses", "gc", "json", "logging", "multiprocessing"),
     *("pathlib", "random", "re", "signal", "socket", "sitecustomize", "tempfile", "tomllib", "typing", "usercustomize"),
     *("cyclopts", "dask", "distributed", "h5netcdf", "h5py", "llvmlite", "matplotlib", "numba", "numcodecs", "numpy"),
-    *("pandas", "pint", "PIL", "pydantic", "rich", "scipy", "xarray", "zarr", "mylaws", "conftest"),
+    *("pandas", "PIL", "pydantic", "rich", "scipy", "xarray", "zarr", "mylaws", "conftest"),
 )
 PROGRAMS = ("ffmpeg", "fc-list", "gs", "latex", "uname", "python", "python3", "cc", "xdg-open", "lscpu")
 MATPLOTLIBRC = """animation.ffmpeg_path: ./picture.png
@@ -80,7 +80,6 @@ def _settings_of_others(folder: Path) -> None:
         "vibrocap.toml",
         "setup.cfg",
         "numpy.cfg",
-        "pint.cfg",
         "jupyter_config.py",
         ".pdbrc",
         "default_en.txt",
