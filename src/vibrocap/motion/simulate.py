@@ -100,12 +100,15 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
         else (1,)
         for each, law in zip(contacts, system.laws, strict=True)
     ]
-    least, number = max(_least_load(system, time, y, sides) for sides in itertools.product(*choices))
-    if least < 0.0:
-        states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
-        where = f" on contact {number}" if len(contacts) > 1 else ""
-        said = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
-        raise ArgumentError("initial", f"{said} ({states})")
+    least, number = -math.inf, 0
+    for sides in itertools.product(*choices):
+        least, number = max((least, number), _least_load(system, time, y, sides))
+        if least >= 0.0:
+            return
+    states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
+    where = f" on contact {number}" if len(contacts) > 1 else ""
+    said = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
+    raise ArgumentError("initial", f"{said} ({states})")
 
 
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:

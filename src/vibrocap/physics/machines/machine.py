@@ -7,6 +7,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
+from weakref import WeakKeyDictionary
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
@@ -67,13 +68,16 @@ class Derived:
 
     def __init__(self, value: Callable[[Any, type], Any] | None = None):
         self.value = value
+        self.known: WeakKeyDictionary[type, Any] = WeakKeyDictionary()
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.value = self.value or (lambda kind, _: getattr(kind, name))
 
     def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        assert self.value is not None
-        return self.value(owner.kind(), owner)
+        if owner not in self.known:
+            assert self.value is not None
+            self.known[owner] = self.value(owner.kind(), owner)
+        return self.known[owner]
 
 
 def result(name: str, doc: str) -> Any:

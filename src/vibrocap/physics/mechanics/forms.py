@@ -1,5 +1,6 @@
 """The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
 
+import functools
 import inspect
 from collections.abc import Callable
 from typing import Any
@@ -22,6 +23,7 @@ NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong 
 NUMBER = object()  # stands for a parameter that is a number
 
 
+@functools.lru_cache(maxsize=256)
 def table(kind: type) -> tuple:
     """The parameters of a class, or of the last one above it that declares any."""
     return parameter_table(next(each for each in kind.__mro__ if is_pydantic_dataclass(each)))
