@@ -4,7 +4,7 @@ Mechanical states come first in the state vector, the internal states of the fri
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
 from weakref import WeakKeyDictionary
@@ -12,6 +12,7 @@ from weakref import WeakKeyDictionary
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, table, whole_pattern
+from vibrocap.physics.mechanics.formulas import numbers_in
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
 from vibrocap.physics.mechanics.stops import IMPACT, stopped
 from vibrocap.physics.names import numbered
@@ -102,15 +103,6 @@ def _cyclic(kind: Kind, owner: type["Machine"]) -> str | None:
     at = 4 + len(form.inputs.parameters) + form.states.index(kind.place)
     names = ("rates", "energy", "contacts", "switches", "bounds")
     return None if any(at in form.program(name).inputs for name in names) else kind.place
-
-
-def _numbers(nested: Any) -> Iterator[float]:
-    """All numbers in tuples of tuples."""
-    if isinstance(nested, (tuple, list)):
-        for each in nested:
-            yield from _numbers(each)
-    elif nested is not None:
-        yield float(nested)
 
 
 class Machine(Part):
@@ -271,7 +263,7 @@ class Machine(Part):
         y = [0.01 * (1 + i) for i in range(len(self.states))]
         for share in (0.0, 0.31, 0.77):
             now, later = (
-                [*_numbers([self.evaluated(name, (share + whole) * period, y) for name in names])] for whole in (0, 1)
+                [*numbers_in([self.evaluated(name, (share + whole) * period, y) for name in names])] for whole in (0, 1)
             )
             if max(abs(a - b) for a, b in zip(now, later, strict=True)) > REPEATED * max(map(abs, now)):
                 return False

@@ -4,7 +4,7 @@ A formula is recorded once; a `Program` evaluates it, with numbers or with whate
 """
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vibrocap.physics import elementary
@@ -174,3 +174,12 @@ def _reached(results: Any) -> set[Formula]:
             found.add(each)
             waiting += each.operands
     return found
+
+
+def numbers_in(nested: Any) -> Iterator[float]:
+    """All numbers in tuples of tuples."""
+    if isinstance(nested, (tuple, list)):
+        for each in nested:
+            yield from numbers_in(each)
+    elif nested is not None:
+        yield float(nested)
