@@ -148,7 +148,9 @@ def load_panel(motion: Trajectory, stretch: Stretch, ax: Axes) -> Axes:
 def whole_run(ax: Axes, motion: Trajectory, detail: Stretch) -> None:
     """The place over the whole run, beside the reference where it is what is controlled."""
     period, place = motion.period, place_of(motion)
-    what = ("Place" if motion.system.cyclic is None else "Travel") + " of body 1" * (len(contacts_of(motion)) > 1)
+    what = ("Place" if motion.system.cyclic is None else "Travel") + f" of {body_of(motion)}" * (
+        len(contacts_of(motion)) > 1
+    )
     history(motion, place, last_periods(motion, None), ax, shaded=False).set_title(f"{what} over the whole run")
     if motion.system.controller is not None and motion.system.controller.compared(motion.system.machine) == place:
         trace = Trace(motion, *last_periods(motion, None))
@@ -184,6 +186,11 @@ def control_panels(axes: Any, motion: Trajectory, stretch: Stretch) -> None:
             for sign in (1.0, -1.0):
                 axes[1].axhline(sign * limit * scale("drive", system), **GIVEN, label="limit" if sign > 0 else None)
             legend_above(axes[1])
+
+
+def body_of(motion: Trajectory) -> str:
+    """What slides at the first contact."""
+    return motion.system.machine.derived.contacts[0].body.name
 
 
 def place_of(motion: Trajectory) -> str:

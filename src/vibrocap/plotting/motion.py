@@ -14,6 +14,7 @@ from vibrocap.plotting.histories import (
     FAINT,
     LAST,
     Stretch,
+    body_of,
     control_panels,
     hides_lift_off,
     history,
@@ -214,7 +215,9 @@ def _time_histories(axes: Any, motion: Trajectory, detail: Stretch) -> None:
     whole_run(axes[0], motion, detail)
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
-    for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
+    for ax, name, title in zip(
+        axes[1:], names, (_inner_name(motion), body_of(motion).capitalize(), "Contact"), strict=True
+    ):
         history(motion, name, detail, ax, shaded=True).set_title(title)
         mark_impacts(ax, motion, detail) if name == moving else None
         if name != moving and (legend := ax.get_legend()):
@@ -253,7 +256,7 @@ def _planes(motion: Trajectory) -> list[tuple[str, str, str]]:
     """(title, x, y) of the phase planes of a sheet: what moves within, and the body that rubs if it is another."""
     inner, body = _inner_plane(motion), (place_of(motion), _body_velocity(motion))
     title = "Actuator" if motion.system.machine.imposes_motion else _inner_name(motion)
-    return [(title, *inner)] + ([(_body_name(motion), *body)] if body != inner else [])
+    return [(title, *inner)] + ([(body_of(motion).capitalize(), *body)] if body != inner else [])
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:
@@ -277,22 +280,17 @@ def _body_velocity(motion: Trajectory) -> str:
     return "contact_velocity" if machine.imposes_motion else machine.contact_states[0]
 
 
-def _body_name(motion: Trajectory) -> str:
-    """What slides at the first contact."""
-    return motion.system.machine.derived.contacts[0].body.name.capitalize()
-
-
 def _inner_name(motion: Trajectory) -> str:
     """What moves within the capsule, or the block; of a row of bodies, the first gap, or the second of held ones."""
     machine = motion.system.machine
     if _held_row(motion):
         return "Body 2"
-    if len(machine.contact_states) > 1:
-        return "Gap 1"
     if machine.imposes_motion:
         return "Imposed motion"
     first = motion.state_names[0]
+    if len(machine.contact_states) > 1 and first == "displacement":
+        return "Gap 1"
     if first == place_of(motion):
-        return _body_name(motion)
+        return body_of(motion).capitalize()
     known = {"approach": "Block, across the belt", "angle": "Pendulum", "displacement": "Inner motion"}
     return known.get(first, first.replace("_", " ").capitalize())

@@ -110,13 +110,13 @@ def law_words(name: str) -> str:
 
 def _own_label(name: str, machine: Any) -> str:
     """The words of a coordinate, or of its rate, with its symbol; the name alone of anything else."""
-    words = name.replace("_", " ")
+    words = name_and_number(name)[0].replace("_", " ")
     for place, rate in machine.coordinates.items():
         if name in (place, rate) and (symbol := machine.all_coordinates[place].symbol):
             number = name_and_number(place)[1]
             below = f"_{number}" if number > 1 or place in machine.counts else ""
             return f"{words} {symbol_text(symbol + below + ('' if name == place else chr(39)))}"
-    return words
+    return name.replace("_", " ")
 
 
 def quantity_label(name: str, system: System) -> str:
