@@ -14,7 +14,6 @@ from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics import api as numerics
-from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.catalogue import laws
 from vibrocap.studies.plan.planning import planned_study
 
@@ -270,16 +269,6 @@ def test_orbit_and_its_multipliers_follow_the_load():
 def test_load_that_is_no_word_is_refused():
     with pytest.raises(ValueError, match='"weight" \\(mass_ratio \\+ 1\\) or "dynamic"'):
         vc.PendulumCapsule(normal_load="heavy")
-
-
-def test_load_follows_from_the_vertical_momentum():
-    """What a machine says of its reaction twice is one: the series of the load need no quotient."""
-
-    for law in (vc.Exponential(), vc.LuGre(), vc.SmoothedTanh()):
-        recorded = equations(capsule(law=law))
-        assert recorded.balance is not None  # the two agree, to 1e-9 at points drawn at random
-        assert recorded.balance.normal is not None
-        assert JetWriter(recorded.graph, list(recorded.rates), balance=recorded.balance).balance is not None
 
 
 def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):

@@ -11,22 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.motion.recording.told_mechanics import told_mechanics
 from vibrocap.numerics.expressions.corners import Corners
-from vibrocap.numerics.expressions.equations import (
-    Balance,
-    ContactEquations,
-    DecisionRows,
-    Equations,
-    NormalBalance,
-)
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable
+from vibrocap.numerics.expressions.equations import ContactEquations, DecisionRows, Equations
+from vibrocap.numerics.expressions.graph import Expression, Graph, reachable
 from vibrocap.numerics.expressions.refusals import RecordingError
 from vibrocap.numerics.expressions.structure import no_series_at_rest
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.events import LOCATED
 from vibrocap.physics.flow import Flow
-from vibrocap.physics.machines.machine import IMPACT, Machine
+from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.names import numbered
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
@@ -136,7 +131,6 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     own = len(system.friction.internal)
     internal_rates = dict(zip(system.friction.internal, flow.rates[len(flow.rates) - own :], strict=True))
     mechanical = y[: len(placed.states)]
-    first, *others = flow.contacts
     observables = {
         **_contact_observables(flow, 1),
         "drive": flow.drive,
@@ -147,21 +141,10 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     }
     for number in range(2, 1 + len(flow.contacts)):
         observables |= _contact_observables(flow, number)
-    contact = system.state_names.index(system.machine.contact_states[0])
-    balance = Balance(
-        momentum=expression(observables["momentum"]),
-        outer=expression(flow.outer_force),
-        friction=expression(first.sliding),
-        share=expression(first.contact.slips),
-        middle=first.middle if isinstance(first.middle, Expression) else None,
-        acceleration=expression(flow.rates[contact]),
-        normal=_normal_balance(graph, placed, mechanical, flow),
-    )
     reactions = [(numbered("reaction", i + 1), flow.reaction(i)) for i in range(len(flow.contacts))]
     observables |= {name: reaction for name, reaction in reactions if reaction is not None}
-    swing = placed.swing(graph.node("time"), y[: len(system.machine.states)])
     from_outside = expression(flow.outer_force).value != 0.0 or system.environment is not None
-    if from_outside or others:
+    if from_outside or len(flow.contacts) > 1:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
@@ -196,13 +179,9 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in system.laws),
         observables=expressed,
         base=len(flow.rates),
-        # Where several contacts rub, or the command knows the friction, the acceleration is but one of its terms.
-        balance=None if first.contact.given.response or others or not _balances(balance, flow, len(paths)) else balance,
+        mechanics=told_mechanics(recorded, graph, mechanical, flow, sides),
         corners=corners,
         true_load=None if flow.loads else expressed.get("reaction"),
-        normal_height=None
-        if flow.loads or "reaction" not in expressed or swing is None
-        else (expression(swing[0]), swing[1]),
     )
 
 
@@ -213,13 +192,6 @@ def _contact_observables(flow: Flow, number: int) -> dict[str, Any]:
     if flow.bounds and each.contact.sticks:
         own |= {"holding_limit": each.limit, "holding_centre": each.middle}
     return {numbered(name, number): value for name, value in own.items()}
-
-
-def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
-    """Whether the acceleration follows from the balance of momentum, and vanishes with that of a contact at rest."""
-    rates = [balance.momentum.graph.expression(rate) for rate in flow.rates]
-    still = derivative(balance.momentum.graph.expression(flow.contacts[0].contact.velocity), -1)
-    return still.value == 0.0 and balance.holds(rates, parameters)
 
 
 def put_on_segment(recorded: System, graph: Graph, place: int) -> None:
@@ -253,17 +225,6 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
         lengths=tuple(graph.expression(segment.length) for segment in segments),
         shapes=tuple(tuple(map(graph.expression, segment.coefficients)) for segment in segments),
         parts=graph.expression(drive.parts if sampled else 1.0),
-    )
-
-
-def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
-    """The balance of momentum normal to the ground, where the load of the law follows from it."""
-    momentum = machine.vertical_momentum(graph.node("time"), mechanical)
-    if not flow.loads or momentum is None:
-        return None
-    moving, at_rest = map(graph.expression, flow.loads)
-    return NormalBalance(
-        momentum=graph.expression(momentum), mean=graph.expression(machine.loads()[0]), moving=moving, at_rest=at_rest
     )
 
 

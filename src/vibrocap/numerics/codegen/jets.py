@@ -10,21 +10,22 @@ import operator
 from collections import Counter
 from collections.abc import Iterable
 
-from vibrocap.numerics.codegen.balance_series import BalanceWriter
+from vibrocap.numerics.codegen.mechanics_series import MechanicsWriter
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, combined, literal, total
-from vibrocap.numerics.expressions.equations import Balance
+from vibrocap.numerics.expressions.equations import Equations, Mechanics
 from vibrocap.numerics.expressions.graph import LEAST_BASE, Expression, Graph, operands_of, reachable
 from vibrocap.numerics.expressions.structure import Forms
 
 SUMS = ("add", "sub", "neg")
 AT_REST = 1e-10  # base of a power up to which it has no series: zero but for rounding
+COUNTED = 4  # order up to which operations are counted
 ONE, TWO = literal(1.0), literal(2.0)
 
 
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
-    def __init__(self, graph: Graph, rates: list[Expression], code: Code | None = None, balance: Balance | None = None):
+    def __init__(self, graph: Graph, rates: list[Expression], code: Code | None = None, mechanics: Mechanics | None = None):
         self.graph = graph
         self.rates = rates
         self.code = code or Code()
@@ -33,9 +34,16 @@ class JetWriter:
         self._numbers: dict[int, int] = {}
         needed = reachable(graph, [rate.index for rate in rates])
         self._uses = Counter(operand for index in needed for operand in operands_of(graph, index))
-        self.balance = None if balance is None else BalanceWriter(self, balance)
-        if self.balance is not None and not self.balance.usable:
-            self.balance = None
+        self.mechanics = None if mechanics is None else MechanicsWriter(self, mechanics)
+        if self.mechanics is not None and not self.mechanics.usable:
+            self.mechanics = None
+
+    def operations(self) -> int:
+        """How many there are in the series of all states up to a low order, which tells which of two texts is shorter."""
+        for k in range(COUNTED + 1):
+            for i in range(len(self.rates)):
+                self.coefficient(self.graph.node("state", i).index, k)
+        return self.code.operations
 
     def coefficient(self, index: int, k: int) -> Formula:
         """Name (or number) of the k-th coefficient of a node; its code is written if it is new."""
@@ -74,9 +82,8 @@ class JetWriter:
             return self.code.entry(f"PARAMETER + {operands[0]} * LANES")
         if op == "state":
             return self._state(operands[0], k)
-        if self._under_its_load(index):
-            assert self.balance is not None
-            return self.balance.formula(index, op, operands, k) or ZERO
+        if self.mechanics is not None and index in self.mechanics.formulas:
+            return self.mechanics.formulas[index](k)
         if k > 0:
             factor, base = self.forms.linear(index)
             scaled = self._scaled_exponential(factor, base)
@@ -86,15 +93,16 @@ class JetWriter:
                 return c(scaled, k)
             if base != index:
                 return self._scaled(factor, c(base, k))
-        balanced = None if self.balance is None else self.balance.formula(index, op, operands, k)
-        if balanced is not None:
-            return balanced
         if op in SUMS:
             return total(self.signed_terms(index, k))
         if op == "mul":
-            return self._product(operands[0], operands[1], k)
+            shared = None if self.mechanics is None else self.mechanics.product(index, k)
+            return self._product(operands[0], operands[1], k) if shared is None else shared
         if op == "div":
             return self._quotient(index, operands[0], operands[1], k)
+        if op == "rate":
+            value = c(operands[0], k + 1)
+            return value if k == 0 else value * literal(k + 1.0)
         if op == "power":
             return self._power(index, operands[0], c(operands[1], 0), k)
         return self._function(index, op, operands[0], k)
@@ -105,21 +113,14 @@ class JetWriter:
         inner: of a node within a sum, which is taken apart only if no other node uses it too
         """
         op, *operands = self.graph.nodes[index]
-        shared = inner and (self._uses[index] > 1 or self._under_its_load(index))
+        known = self.mechanics is not None and index in self.mechanics.formulas
+        shared = known or (inner and self._uses[index] > 1)
         factor, base = self.forms.linear(index) if k > 0 else (self.graph.constant(1.0), index)
         if base != index and not shared and self._scaled_exponential(factor, base) is None:
             return self._scaled_term(factor, self.coefficient(base, k))
-        if op not in SUMS or shared or base != index or self.is_acceleration(index):
+        if op not in SUMS or shared or base != index:
             return [(1, self.coefficient(index, k))]
         return combined(op, [self.signed_terms(i, k, inner=True) for i in operands])
-
-    def _under_its_load(self, index: int) -> bool:
-        """Whether a node is the acceleration under a load that it makes: what it is a multiple of contains it too."""
-        return self.is_acceleration(index) and self.balance is not None and self.balance.balance.normal is not None
-
-    def is_acceleration(self, index: int) -> bool:
-        """Whether a node is the acceleration that the balance of momentum gives."""
-        return self.balance is not None and index == self.balance.balance.acceleration.index
 
     def _scaled_term(self, factor: Expression, value: Formula) -> list[Term]:
         """A constant times a value, as a term."""
@@ -133,8 +134,8 @@ class JetWriter:
     def _state(self, state: int, k: int) -> Formula:
         if k == 0:
             return self.code.entry(f"STATE + {state} * LANES")
-        if k > 1 and self.balance is not None and self.balance.is_open(self.rates[state].index):
-            return self.balance.state(self.rates[state].index, k)
+        if k > 1 and self.mechanics is not None and self.mechanics.is_open(self.rates[state].index):
+            return self.mechanics.state(self.rates[state].index, k)
         rate = self.coefficient(self.rates[state].index, k - 1)
         return rate if k == 1 else rate * literal(1.0 / k)
 
@@ -204,9 +205,9 @@ class JetWriter:
         """
         scale = literal(sign / k)
         op, *operands = self.graph.nodes[a]
-        if op == "state" and self.balance is not None:
+        if op == "state" and self.mechanics is not None:
             product = self.graph.known("mul", f, self.rates[operands[0]].index)
-            if product is not None and self.balance.level(product) == 1:  # of the momentum: known already
+            if product is not None and self.mechanics.level(product) == 1:  # of the momentum: known already
                 return self.coefficient(product, k - 1) * scale
         order = sorted(range(1, k), key=lambda j: max(j, k - j))
         weighted = [(j, self._weighted(a, j)) for j in order]
@@ -248,3 +249,14 @@ class JetWriter:
             earlier = self.products(((index, i), (index, k - i)) for i in range(1, k))
             return literal(0.5) * (newest - earlier) / self.coefficient(index, 0)
         raise ValueError(f"no Taylor recurrence for {op}")
+
+
+@functools.lru_cache(maxsize=32)
+def shortest(equations: Equations) -> Mechanics | None:
+    """The equations of motion as told with which the series take the fewest operations; None: the solved ones do."""
+    given, told = (equations.graph, list(equations.rates)), equations.mechanics
+    if told is None:
+        return None
+    whole = JetWriter(*given, mechanics=told).mechanics
+    ways = [None, *(() if whole is None else (told, whole.reduced()))]
+    return min(ways, key=lambda way: JetWriter(*given, mechanics=way).operations())

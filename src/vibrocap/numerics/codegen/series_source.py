@@ -69,7 +69,7 @@ def _series(
     code = Code(CALLING + ADDING if simd else 0, polynomials=loop != "ensemble", chosen=chosen)
     writer = series_writer(equations, layout, code, slow)
     load = equations.true_load if layout.watched else None
-    watched = None if load is None else LoadSeries(load, equations.normal_height, writer, order)
+    watched = None if load is None else LoadSeries(load, writer, order)
     states, rows = layout.states, layout.rows
     code.name("time", code.entry("TIME"))
     code.name("sliding", code.entry("SIDE"))
@@ -94,9 +94,7 @@ def _series(
         if not contact.is_state:
             keep(rows, k, settled_coefficient(writer, contact.state, k, contact.velocity))
         if contact.hold is not None and contact.limit is not None and k < order:
-            resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
-            held = writer.coefficient(contact.hold.index, k) if resting is None else resting.hold(k)
-            keep(rows + 1, k, held)
+            keep(rows + 1, k, writer.coefficient(contact.hold.index, k))
             keep(rows + 2, k, writer.coefficient(contact.limit.index, k))
         if k < order:
             pairs = (pair for each in further for pair in (each.hold, each.limit) if pair is not None)
@@ -129,14 +127,10 @@ def limits_are_constant(equations: Equations) -> bool:
 
 
 class LoadSeries:
-    """The series of the true load: where it may go within a step.
+    """The series of the true load: where it may go within a step."""
 
-    Where the load is a constant and the second derivative of a height h, its coefficient k is (k + 1) (k + 2) h_(k+2),
-    which is there. Elsewhere it is written from the load itself.
-    """
-
-    def __init__(self, load: Expression, height: tuple[Expression, float] | None, writer: JetWriter, order: int):
-        self.load, self.height, self.writer, self.last = load, height, writer, order - 2
+    def __init__(self, load: Expression, writer: JetWriter, order: int):
+        self.load, self.writer, self.last = load, writer, order - 2
 
     def at_order(self, k: int) -> list[tuple[int, Formula]]:
         """(number, value) of the coefficients that are known with the coefficients k of the states."""
@@ -145,10 +139,5 @@ class LoadSeries:
 
     def _term(self, k: int) -> Formula:
         """The coefficient k; of the last one a bound of itself and of all that follow."""
-        factor = TAIL if k == self.last else 1.0
-        if k == 0:
-            return self.writer.coefficient(self.load.index, 0)
-        if self.height is None:
-            return self.writer.coefficient(self.load.index, k) * literal(factor)
-        height, sign = self.height
-        return self.writer.coefficient(height.index, k + 2) * literal(sign * factor * (k + 1) * (k + 2))
+        value = self.writer.coefficient(self.load.index, k)
+        return value * literal(TAIL) if k == self.last else value

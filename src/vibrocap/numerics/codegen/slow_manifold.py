@@ -17,7 +17,7 @@ equations with the Jacobian of both.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.codegen.jets import JetWriter, shortest
 from vibrocap.numerics.codegen.straight_line import ZERO, Code, Formula, Term, literal
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, reachable, sensitivity
@@ -45,11 +45,11 @@ def series_writer(equations: Equations, layout: Layout, code: Code, slow: Sequen
     """The writer of the series of these equations; slow: numbers of the manifolds on which they may be."""
     given = equations.graph, list(equations.rates), code
     if not slow:
-        return JetWriter(*given, equations.balance)
+        return JetWriter(*given, shortest(equations))
     states = {layout.slow[number][1]: number for number in slow}
     creeping = frozenset(each.state for each in equations.contacts if each.state in states)
-    balance = None if creeping else equations.balance  # which gives no rate that is slaved
-    return SlowWriter(*given, balance, states, creeping, layout)
+    mechanics = None if creeping else shortest(equations)  # which gives no rate that is slaved
+    return SlowWriter(*given, mechanics, states, creeping, layout)
 
 
 def bounding_decays(
@@ -145,13 +145,13 @@ class SlowWriter(JetWriter):
         graph: Graph,
         rates: list[Expression],
         code: Code,
-        balance: Any,
+        mechanics: Any,
         slow: Mapping[int, int],
         creeping: frozenset[int],
         layout: Layout,
     ):
         """slow: number of its manifold by state; creeping: those of them that are velocities."""
-        super().__init__(graph, rates, code, balance)
+        super().__init__(graph, rates, code, mechanics)
         self.slow, self.creeping = slow, creeping
         self.order = layout.order
         self.alone = layout.contacts == 1  # whatever is on a manifold is on all that are given of the one contact

@@ -130,6 +130,11 @@ class Code:
         self.lines: list[str] = []
         self._kept: dict[str, Formula] = {}
 
+    @property
+    def operations(self) -> int:
+        """Of all lines."""
+        return sum(line.count(operator) for line in self.lines for operator in (" + ", " - ", " * ", " / "))
+
     def name(self, name: str, formula: Formula) -> Formula:
         """What a formula is kept under; its line is written if the name is new. What vanishes needs no name."""
         if formula is ZERO:

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.expressions.corners import Corners
-from vibrocap.numerics.expressions.graph import Expression, Graph, depends_on_time, derivative, evaluate, sensitivity
-
-POINTS = 5  # at which the balance is compared with the equations
+from vibrocap.numerics.expressions.graph import Expression, Graph, depends_on_time, derivative
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -77,85 +75,56 @@ class DecisionRows:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class NormalBalance:
-    """load = mean + momentum', normal to the ground.
+class MotionRow:
+    """One equation of motion as mechanics tells it: what the motion leaves of the forces.
 
-    moving, at_rest: the load as a function of the state, while the contact slides and where it rests
+    It is what friction takes off along a speed of the machine, and minus the load along a lift.
+
+    left: forces less inertial forces, which are rates of the velocities of places; rates: the solved acceleration along
+    the speed, and it again where it is exactly zero at rest
     """
 
-    momentum: Expression
-    mean: Expression
-    moving: Expression
-    at_rest: Expression
+    left: Expression
+    rates: tuple[Expression, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Balance:
-    """The balance of momentum, which gives the acceleration of the contact by few products.
+class Load:
+    """A load that the motion makes: its row, and as solved, while the contact slides and at rest (None: no other)."""
 
-    Solved for the acceleration a of the contact, the equations of a machine are fractions of products of series. The
-    same acceleration follows from its momentum p, whose rate is the force from outside less friction,
+    row: MotionRow
+    moving: Expression
+    at_rest: Expression | None
 
-        (p)_(k+1) (k+1) = F_k - R_k
 
-    where all of (p)_(k+1) is known but for a_k, which stands in it with one and the same factor d at every order: that
-    of the highest derivatives in the rate of p. So a_k = (F_k - R_k - what (p)_(k+1) (k+1) is without a_k)/d, one
-    division per step. Without R, that numerator is the series of the force that holds a resting contact.
+@dataclasses.dataclass(frozen=True, eq=False)
+class ContactMechanics:
+    """What friction does to the row of one contact.
 
-    A normal load that the motion makes follows likewise from the momentum q normal to the ground, N = mean + q'. Its
-    coefficient N_k contains a_k with a factor e, and so does R_k with r e, r the slope of R by N:
-    the divisor is d + r e.
-
-    friction: while the contact slides; share: 1 where it slides, 0 where it sticks; middle: of the forces that the
-    contact can hold at rest, None where it is a number; normal: of a load that the motion makes, or None
+    friction: while it slides, less the push from outside; share: 1 where it slides, 0 where it rests; held, taken: the
+    solved forces that would hold it, and that act on it among others
     """
 
-    momentum: Expression
-    outer: Expression
     friction: Expression
     share: Expression
-    middle: Expression | None
-    acceleration: Expression
-    normal: NormalBalance | None = None
-
-    def inertia(self, rates: Sequence[Expression]) -> Expression:
-        """d + r e."""
-        result = self.slope(self.momentum, rates)
-        if self.normal is not None:
-            share = sensitivity(self.friction, self.normal.moving.index)
-            result = result + share * self.slope(self.normal.momentum, rates)
-        return result
-
-    def slope(self, momentum: Expression, rates: Sequence[Expression]) -> Expression:
-        """Slope of the rate of a momentum with respect to the acceleration."""
-        result = self.acceleration.graph.constant(0.0)
-        for i, rate in enumerate(rates):
-            result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index)
-        return result
-
-    def holds(self, rates: Sequence[Expression], parameters: int) -> bool:
-        """Whether the balance agrees with the equations, at a few points drawn at random, while the contact slides."""
-        draw = np.random.default_rng(0)
-        states, values = draw.uniform(0.1, 0.9, (len(rates), POINTS)), draw.uniform(0.5, 1.5, (parameters, POINTS))
-        time = draw.uniform(0.1, 0.9, POINTS)
-        pairs = [(rate_of(self.momentum, rates), self.outer - self.friction)]
-        if self.normal is not None:
-            pairs.append((self.normal.mean + rate_of(self.normal.momentum, rates), self.normal.moving))
-        sides = [side for pair in pairs for side in pair]
-        with np.errstate(all="ignore"):
-            *values, inertia = evaluate([*sides, self.inertia(rates)], time, states, 1.0, values)
-        close = all(
-            np.all(np.abs(left - right) <= 1e-9 * (1.0 + np.abs(left) + np.abs(right)))
-            for left, right in zip(values[::2], values[1::2], strict=True)
-        )
-        return bool(close and np.all(np.abs(inertia) > 0.0))
+    held: Expression | None
+    taken: Expression | None
+    load: Load | None
 
 
-def rate_of(momentum: Expression, rates: Sequence[Expression]) -> Expression:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Mechanics:
+    """The equations of motion, told rather than solved: a row for each speed, those of the contacts last."""
+
+    rows: tuple[MotionRow, ...]
+    contacts: tuple[ContactMechanics, ...]
+
+
+def rate_of(value: Expression, rates: Sequence[Expression]) -> Expression:
     """Rate of a function of time and state."""
-    found = derivative(momentum, -1)
+    found = derivative(value, -1)
     for i, rate in enumerate(rates):
-        found = found + derivative(momentum, i) * rate
+        found = found + derivative(value, i) * rate
     return found
 
 
@@ -194,12 +163,10 @@ class Equations:
     maybe_stiff: bool  # whether a contact has a law with a force for every velocity
     observables: dict[str, Expression]
     base: int  # states of the motion itself; tangents may follow them
-    balance: Balance | None  # of momentum, where it gives the acceleration of the contact
+    mechanics: Mechanics | None  # the equations of motion before they are solved, where they are told
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
     corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
     true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
-    # (h, sign): that load is a constant and sign h'', where it follows from a height h.
-    normal_height: tuple[Expression, float] | None = None
 
     @property
     def timed(self) -> bool:

@@ -31,7 +31,8 @@ class Graph:
 
     A node is (op, operands): ("constant", value), ("time",), ("side",) of the first contact, ("side", i) of contact i,
     ("delay",), ("state", i), ("parameter", i), ("add" | "sub" | "mul" | "div", a, b), ("neg", a), ("power", a, b) for
-    a^b with a >= 0 and a constant b, or (function, a) with a function of FUNCTIONS.
+    a^b with a >= 0 and a constant b, ("rate", a) for a', known by its series alone, or (function, a) with a function of
+    FUNCTIONS.
     """
 
     def __init__(self):
@@ -196,6 +197,10 @@ class Expression(Recordable):
         if self.value is not None:
             return self.graph.constant(FUNCTIONS[name](self.value))
         return self.graph.node(name, self.index)
+
+    def rate(self):
+        """The derivative in time, by its series."""
+        return self.graph.constant(0.0) if self.graph.is_constant_in_time(self.index) else self.graph.node("rate", self.index)
 
     def sin(self):
         return self._function("sin")

@@ -43,7 +43,6 @@ def with_integrals(equations: Equations) -> Equations:
         after_switch=tuple(map(longer, equations.after_switch)),
         base=n + len(kept),
         true_load=None,  # nothing is measured
-        normal_height=None,
     )
 
 

@@ -130,6 +130,10 @@ class ControlledMachine(WrappedMachine):
         own = self.controller_part.rates(*self._given(t, y, drive))
         return *self.machine.rates(t, *self._passed(t, y, drive, frictions), frictions), *own
 
+    def equations_of_motion(self, t, y, drive, frictions) -> tuple | None:
+        """Of the machine under u; None of a command that knows the friction, which is among their unknowns."""
+        return None if self._by_forces else super().equations_of_motion(t, y, drive, frictions)
+
     def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the controller."""
         if self.controller_part.sampled:

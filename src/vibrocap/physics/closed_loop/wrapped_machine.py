@@ -36,7 +36,7 @@ def _of_effort(name: str) -> Callable:
     return function
 
 
-for _name in ("energy", "momentum", "line_momentum", "vertical_momentum", "scene"):
+for _name in ("energy", "momentum", "line_momentum", "scene"):
     setattr(WrappedMachine, _name, _of_states(_name))
-for _name in ("wall_force", "powers"):
+for _name in ("wall_force", "powers", "equations_of_motion"):
     setattr(WrappedMachine, _name, _of_effort(_name))

@@ -350,11 +350,7 @@ class Machine(Part):
     energy = result("energy", "Kinetic and potential energy, but for that of the weight along a slope.")
     momentum = result("momentum", "Momentum whose rate is `outer_force` and `wall_force` less all friction.")
     line_momentum = result("line_momentum", "Momentum of all masses along the line.")
-    vertical_momentum = result(
-        "vertical_momentum",
-        "Momentum normal to the ground, whose rate is the reaction of the one contact less its load at rest; or None.",
-    )
-    swing = result("swing", "(cos a, sign) where the one load is a constant and sign (cos a)'', or None.")
+    equations_of_motion = result("equations_of_motion", "Its equations of motion before they are solved.")
     outer_force = result("outer_force", "Force from outside along the line of sliding, its weight on a slope included.")
     wall_force = result("wall_force", "Force of a rigid stop on the ground that is touched.")
     powers = result("powers", "Power into the machine through each of `channels`, but for -R v of each contact.")

@@ -150,6 +150,41 @@ class Derivation(Motion):
 
         return self._accelerated(right)
 
+    def equations_of_motion(self) -> tuple | None:
+        """(rows of the speeds, those of the contacts last; rows along the lift of each contact, None where none is known).
+
+        Of each (force, pairs (factor, rate of a place), share of u' itself). What friction takes off it along a speed is
+
+            R = force - sum of factor rate' - share u'
+
+        and minus the load along a lift. None where the drive imposes the motion, which leaves one speed.
+        """
+        if self.imposes:
+            return None
+        borne = (self._borne(each) and not self._given_load(each) for each in self.contacts)
+        lifts = (self._told(each.body.lift) if own else None for each, own in zip(self.contacts, borne, strict=True))
+        return tuple(map(self._told, self.order)), tuple(lifts)
+
+    def _told(self, i: Direction) -> tuple:
+        """A row by rates of places, whose second derivatives take fewer products than M and h; momentum where it can."""
+        free, momentum = self._free(i), Sum()
+        pairs: dict[Any, Sum] = {}
+        for m in self.masses:
+            for each, size in m.moved:
+                slope = each.slope(i)
+                if self._constant([slope]):
+                    momentum = momentum + as_sum(size) * slope * each.rate
+                else:
+                    factor = written(slope)
+                    pairs[factor] = pairs.get(factor, Sum()) + as_sum(size) * each.rate
+        moved = [*([(free, momentum)] if momentum else []), *((free * Sum.of(f), rate) for f, rate in pairs.items())]
+        force = free * (self.applied(i) + self.weight(i))
+        return written(force), tuple((written(f), written(rate)) for f, rate in moved), written(1.0 - free)
+
+    def _constant(self, sums: Sequence[Sum]) -> bool:
+        """Whether none of these changes along a motion."""
+        return Program(tuple(map(written, sums)), 0).inputs.isdisjoint(self.inputs.changing)
+
     # --- contacts ----------------------------------------------------------------------------------------------------
 
     def _moves(self, contact: Contact) -> bool:
@@ -310,8 +345,7 @@ class Derivation(Motion):
     def straight(self) -> bool:
         """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
         places = [each for m in self.masses for each in (m.along, m.height, m.turn)]
-        slopes = tuple(written(total(map(each.slope, self.rubbing))) for each in places)
-        return Program(slopes, 0).inputs.isdisjoint(self.inputs.changing)
+        return self._constant([total(map(each.slope, self.rubbing)) for each in places])
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
@@ -330,20 +364,6 @@ class Derivation(Motion):
         if not self.straight:
             return 0.0
         return written(total(self.applied(i) + self.weight(i) for i in self.rubbing))
-
-    def vertical_momentum(self) -> Any:
-        """Momentum normal to the ground of what stands on the one contact; None where that says nothing of its load."""
-        (*others, contact), found = self.contacts, total(as_sum(m.mass) * m.height.rate for m in self.masses)
-        given = not is_word(contact.load) and Quantity.of(contact.load).moves
-        return None if others or given or self.imposes or not found else written(found)
-
-    def swing(self) -> tuple | None:
-        """(cos a, sign) where N is a constant and sign (cos a)'', as of a bob that a coordinate a swings; or None."""
-        height = total(as_sum(m.mass) * m.height.value for m in self.masses)
-        sign = next(iter(height.terms.values()), 0.0)
-        bob = written(sign * height)
-        swings = isinstance(bob, Formula) and bob.op == "cos" and bob.operands[0].op == "input" and abs(sign) == 1.0
-        return (bob, sign) if swings and self.vertical_momentum() is not None else None
 
     def ground_speeds(self) -> tuple:
         """Speed at which the ground moves under each contact of a body that slides on it; None of any other contact."""

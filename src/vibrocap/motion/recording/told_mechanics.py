@@ -1,0 +1,49 @@
+"""The equations of motion of a system as its machine tells them, recorded beside the solved ones."""
+
+from vibrocap.numerics.expressions.equations import ContactMechanics, Load, Mechanics, MotionRow
+from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.flow import Flow
+from vibrocap.physics.system import System
+
+
+def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow, sides: tuple) -> Mechanics | None:
+    """The rows of a system; None where a drive imposes the motion, or a command knows the friction."""
+    time, machine, expression = graph.node("time"), recorded.placed, graph.expression
+    machine = machine if recorded.controller is None else machine.sliding(sides)
+    at = time, mechanical, flow.reference, flow.tangential
+    told = machine.equations_of_motion(*at)
+    if told is None:
+        return None
+    rows, lifts = told
+    names = [machine.derived.rates[name] for name in machine.derived.order]
+    solved = [
+        {name: expression(rate) for name, rate in zip(machine.states, rates, strict=False)}
+        for rates in (machine.rates(*at), flow.rates)
+    ]
+    accelerations = [tuple({each[name].index: each[name] for each in solved}.values()) for name in names]
+
+    def row(told: tuple, rates: tuple[Expression, ...] = ()) -> MotionRow:
+        force, motions, share = told
+        left = expression(force)
+        for factor, rate in motions:
+            left = left - factor * expression(rate).rate()
+        return MotionRow(left - share * rates[0] if rates else left, rates)
+
+    contacts = []
+    for c, (each, lift) in enumerate(zip(flow.contacts, lifts, strict=True)):
+        own, load = each.contact, None
+        if lift is not None:
+            moving = expression(each.normal if flow.loads else flow.reaction(c))
+            load = Load(row(lift), moving, expression(flow.loads[1]) if flow.loads and c == 0 else None)
+            load = None if graph.is_constant_in_time(moving.index) else load
+        held = flow.quotients[-1] if flow.quotients and c == 0 else own.given.holding_force
+        contacts.append(
+            ContactMechanics(
+                friction=expression(each.sliding - own.push),
+                share=expression(own.slips),
+                held=None if held is None else expression(held),
+                taken=expression(each.tangential) if flow.quotients and c else None,
+                load=load,
+            )
+        )
+    return Mechanics(tuple(map(row, rows, accelerations)), tuple(contacts))
