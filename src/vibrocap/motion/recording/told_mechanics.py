@@ -1,5 +1,7 @@
 """The equations of motion of a system as its machine tells them, recorded beside the solved ones."""
 
+from typing import Any
+
 from vibrocap.numerics.expressions.equations import ContactMechanics, Load, Mechanics, MotionRow
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.flow import Flow
@@ -22,19 +24,19 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
     ]
     accelerations = [tuple({each[name].index: each[name] for each in solved}.values()) for name in names]
 
-    def row(told: tuple, rates: tuple[Expression, ...] = ()) -> MotionRow:
+    def left(told: tuple, acceleration: Any) -> Expression:
         force, motions, share = told
-        left = expression(force)
+        found = expression(force)
         for factor, rate in motions:
-            left = left - factor * expression(rate).rate()
-        return MotionRow(left - share * rates[0] if rates else left, rates)
+            found = found - factor * expression(rate).rate()
+        return found - share * acceleration
 
     contacts = []
     for c, (each, lift) in enumerate(zip(flow.contacts, lifts, strict=True)):
         own, load = each.contact, None
         if lift is not None:
             moving = expression(each.normal if flow.loads else flow.reaction(c))
-            load = Load(row(lift), moving, expression(flow.loads[1]) if flow.loads and c == 0 else None)
+            load = Load(-left(lift, 0.0), moving, expression(flow.loads[1]) if flow.loads and c == 0 else None)
             load = None if graph.is_constant_in_time(moving.index) else load
         held = flow.quotients[-1] if flow.quotients and c == 0 else own.given.holding_force
         contacts.append(
@@ -46,4 +48,5 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
                 load=load,
             )
         )
-    return Mechanics(tuple(map(row, rows, accelerations)), tuple(contacts))
+    told = zip(rows, accelerations, strict=True)
+    return Mechanics(tuple(MotionRow(left(row, rates[0]), rates) for row, rates in told), tuple(contacts))

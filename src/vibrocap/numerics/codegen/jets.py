@@ -25,7 +25,9 @@ ONE, TWO = literal(1.0), literal(2.0)
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
-    def __init__(self, graph: Graph, rates: list[Expression], code: Code | None = None, mechanics: Mechanics | None = None):
+    def __init__(
+        self, graph: Graph, rates: list[Expression], code: Code | None = None, mechanics: Mechanics | None = None
+    ):
         self.graph = graph
         self.rates = rates
         self.code = code or Code()
@@ -39,7 +41,7 @@ class JetWriter:
             self.mechanics = None
 
     def operations(self) -> int:
-        """How many there are in the series of all states up to a low order, which tells which of two texts is shorter."""
+        """How many there are in the series of all states up to a low order: it tells which of two texts is shorter."""
         for k in range(COUNTED + 1):
             for i in range(len(self.rates)):
                 self.coefficient(self.graph.node("state", i).index, k)

@@ -76,23 +76,21 @@ class DecisionRows:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MotionRow:
-    """One equation of motion as mechanics tells it: what the motion leaves of the forces.
+    """One equation of motion as mechanics tells it, along a speed of the machine.
 
-    It is what friction takes off along a speed of the machine, and minus the load along a lift.
-
-    left: forces less inertial forces, which are rates of the velocities of places; rates: the solved acceleration along
-    the speed, and it again where it is exactly zero at rest
+    left: what inertial forces, by rates of the velocities of places, leave of all others: what friction takes, or 0
+    rates: the solved acceleration, and it again where it is exactly zero at rest
     """
 
     left: Expression
-    rates: tuple[Expression, ...] = ()
+    rates: tuple[Expression, ...]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Load:
-    """A load that the motion makes: its row, and as solved, while the contact slides and at rest (None: no other)."""
+    """A load that the motion makes: as told by accelerations, and as solved, moving and at rest (None: no other)."""
 
-    row: MotionRow
+    value: Expression
     moving: Expression
     at_rest: Expression | None
 

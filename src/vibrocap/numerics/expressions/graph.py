@@ -200,7 +200,8 @@ class Expression(Recordable):
 
     def rate(self):
         """The derivative in time, by its series."""
-        return self.graph.constant(0.0) if self.graph.is_constant_in_time(self.index) else self.graph.node("rate", self.index)
+        still = self.graph.is_constant_in_time(self.index)
+        return self.graph.constant(0.0) if still else self.graph.node("rate", self.index)
 
     def sin(self):
         return self._function("sin")

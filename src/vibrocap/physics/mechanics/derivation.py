@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vibrocap.physics.mechanics.formulas import Formula, Program, add, mul, sub
+from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
 from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
@@ -96,7 +96,7 @@ class Derivation(Motion):
         """The coordinates, those of contacts last."""
         return [*(name for name in self.names if name not in self.rubbing), *self.rubbing]
 
-    def _free(self, name: str) -> Sum:
+    def _free(self, name: Direction) -> Sum:
         """1; 0 where a rigid stop holds the coordinate."""
         free = Sum.of(1.0)
         for _, stop, touching in self.switching:
@@ -151,13 +151,13 @@ class Derivation(Motion):
         return self._accelerated(right)
 
     def equations_of_motion(self) -> tuple | None:
-        """(rows of the speeds, those of the contacts last; rows along the lift of each contact, None where none is known).
+        """(row of each speed, those of contacts last; row along the lift of each contact, None where none is known).
 
-        Of each (force, pairs (factor, rate of a place), share of u' itself). What friction takes off it along a speed is
+        Each is (force, pairs of a factor and the velocity of a place, share). What friction takes along a speed is
 
-            R = force - sum of factor rate' - share u'
+            R = force - sum of factor velocity' - share u'
 
-        and minus the load along a lift. None where the drive imposes the motion, which leaves one speed.
+        and the load is minus the same along a lift. None where the drive imposes the motion, which leaves one speed.
         """
         if self.imposes:
             return None
@@ -166,20 +166,17 @@ class Derivation(Motion):
         return tuple(map(self._told, self.order)), tuple(lifts)
 
     def _told(self, i: Direction) -> tuple:
-        """A row by rates of places, whose second derivatives take fewer products than M and h; momentum where it can."""
-        free, momentum = self._free(i), Sum()
-        pairs: dict[Any, Sum] = {}
+        """A row by velocities of places, whose rates take fewer products than M u' and h, or by a momentum."""
+        free = self._free(i)
+        moved: dict[Any, Sum] = {}
         for m in self.masses:
             for each, size in m.moved:
                 slope = each.slope(i)
-                if self._constant([slope]):
-                    momentum = momentum + as_sum(size) * slope * each.rate
-                else:
-                    factor = written(slope)
-                    pairs[factor] = pairs.get(factor, Sum()) + as_sum(size) * each.rate
-        moved = [*([(free, momentum)] if momentum else []), *((free * Sum.of(f), rate) for f, rate in pairs.items())]
-        force = free * (self.applied(i) + self.weight(i))
-        return written(force), tuple((written(f), written(rate)) for f, rate in moved), written(1.0 - free)
+                constant = self._constant([slope])
+                factor, own = (1.0, as_sum(size) * slope) if constant else (written(slope), as_sum(size))
+                moved[factor] = moved.get(factor, Sum()) + own * each.rate
+        pairs = ((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
+        return written(free * (self.applied(i) + self.weight(i))), tuple(pairs), written(1.0 - free)
 
     def _constant(self, sums: Sequence[Sum]) -> bool:
         """Whether none of these changes along a motion."""
