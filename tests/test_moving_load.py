@@ -11,8 +11,8 @@ from load_motions import Block, Capsule, Law, motion, random_block, random_capsu
 from planted import planted
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.api import Budget, ensemble_run
-from vibrocap.numerics.codegen.balance_series import BalanceWriter
 from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.contacts import ContactForce
 from vibrocap.physics.parameters import parameters
 
 TOLERANCE = 1e-10
@@ -22,11 +22,11 @@ SIDES = {"stick": 0, "slip_forward": 1, "slip_back": -1}
 
 @planted(vc.PendulumCapsule)
 class Unlevelled:
-    """A capsule that does not say its vertical momentum: the load is a quotient, as a machine of one's own may have."""
+    """A capsule that does not tell its equations of motion: the series of the load are those of a quotient."""
 
     name = "unlevelled"
 
-    def vertical_momentum(self, t, y):
+    def equations_of_motion(self, t, y, drive, frictions):
         return None
 
 
@@ -137,7 +137,7 @@ def test_random_motions_are_those_of_an_independent_solver():
 
 
 @pytest.mark.slow
-def test_a_load_that_follows_from_no_vertical_momentum_is_the_same():
+def test_a_load_by_solved_equations_is_the_same():
     for machine, start, end, events in drawn(random_capsule, ("coulomb",), 4):
         assert_same(system_of(machine, Unlevelled), start, end, events)
 
@@ -152,7 +152,7 @@ def test_a_certificate_sees_a_slip_that_begins_too_early(monkeypatch):
 
         name = "early"
 
-    monkeypatch.setattr(BalanceWriter, "hold", BalanceWriter.holding)
+    monkeypatch.setattr(ContactForce, "hold", property(lambda each: None if each.limit is None else each.held))
     chattering, start = random_capsule(43, "exponential")
     for machine, begun, periods in ((EXAMPLE, (0.2,), 10), (chattering, start, PERIODS)):
         system = system_of(machine, Early)
