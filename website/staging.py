@@ -100,7 +100,8 @@ def stage(folder: Path) -> None:
     for name in ("exchange", "own_parts", "published"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / "examples" / name, folder / "examples" / name, ignore=ignored)
-    for name in ("LICENSE", "CITATION.cff", "examples/three_users.py"):
+    scripts = (path.relative_to(ROOT) for path in (ROOT / "examples").glob("*.py"))
+    for name in ("LICENSE", "CITATION.cff", *scripts):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
 
