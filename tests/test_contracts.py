@@ -158,11 +158,17 @@ def loads_of(machine, *at):
 @pytest.mark.parametrize("machine", [*MACHINES, *instances(MECHANISMS)], ids=lambda machine: machine.name)
 @pytest.mark.parametrize("slope", [0.0, 0.3])
 def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
-    """Energy, momentum along the line and, of one contact that follows the load, normal to it; a contact is held."""
+    """Energy and momentum along the line; equations of motion as they are told, with loads; a contact is held."""
     machine = machine.driven_by(ImposedSample()).tilted(math.cos(slope), math.sin(slope))
-    names = ("energy", "momentum", "line_momentum", "vertical_momentum")
     count, still = len(machine.states), (0.0,) * len(machine.states)
-    stored = {n: growth_terms(getattr(machine, n), count) for n in names if getattr(machine, n)(0.0, still) is not None}
+    stored = {n: growth_terms(getattr(machine, n), count) for n in ("energy", "momentum", "line_momentum")}
+
+    def velocities(t, y):
+        told = machine.equations_of_motion(t, y) or ((), ())
+        return [velocity for row in itertools.chain(*told) if row for _, velocity in row[1]]
+
+    places = range(len(velocities(0.0, still)))
+    moved = [growth_terms(lambda t, y, place=place: velocities(t, y)[place], count) for place in places]
     for draw in draws(SAMPLES // 2):
         at = t, y, drive, frictions = machine_draw(machine, draw)
         rates, contacts = machine.rates(*at), machine.contacts(t, y, drive)
@@ -171,10 +177,20 @@ def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
         weighs = machine.gravity[1] * machine.line_momentum(t, y)
         flows = {"energy": sum(machine.powers(*at)) - lost - weighs}
         flows["momentum"] = machine.outer_force(t, y, drive) + machine.wall_force(*at) - sum(frictions)
-        if machine.follows_load and "vertical_momentum" in stored:
-            flows["vertical_momentum"] = loads_of(machine, *at)[0] - machine.loads()[0]
         size = max(map(abs, (*rates, *machine.powers(*at), *flows.values(), 1.0))) ** 2
         assert {n: grows[n] for n in flows} == pytest.approx(flows, rel=0.0, abs=64 * EPSILON * size)
+        rows, lifts = machine.equations_of_motion(*at) or ((), ())
+        growing = (sum(terms(t, y, rates)) for terms in moved)
+        names = [machine.derived.rates[each] for each in machine.derived.order][: len(rows)]
+        taken = dict(zip(machine.contact_states, frictions, strict=True))
+        for name, (force, pairs, share) in zip(names, rows, strict=True):
+            left = force - sum(factor * next(growing) for factor, _ in pairs)
+            left -= share * rates[machine.states.index(name)]
+            assert left == pytest.approx((1.0 - share) * taken.get(name, 0.0), abs=64 * EPSILON * size)
+        for c, lift in enumerate(lifts):
+            if lift is not None:
+                load = sum(factor * next(growing) for factor, _ in lift[1]) - lift[0]
+                assert load == pytest.approx(loads_of(machine, *at)[c], abs=64 * EPSILON * size)
         for state, each in zip(machine.contact_states, contacts, strict=True):
             if each.response or machine.imposes_motion:
                 continue

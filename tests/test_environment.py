@@ -19,7 +19,6 @@ from vibrocap.contracts.samples import draws, machine_draw, random_internal
 from vibrocap.mechanics import Contact, Drive, Machine, Mass, Positive, coordinate, parameter, parameters
 from vibrocap.motion.certificate import UNFINISHED
 from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.flow import CONTACT_CHANNELS
@@ -363,19 +362,6 @@ def test_a_contact_at_rest_is_held_exactly(system):
         flow = system.flow(t, y, 0)
         assert system.machine.imposes_motion or flow.rates[contact] == 0.0
         assert flow.friction == flow.contacts[0].held
-
-
-@pytest.mark.parametrize("system", SYSTEMS[:: max(1, len(SYSTEMS) // 12)], ids=LABELS[:: max(1, len(SYSTEMS) // 12)])
-def test_the_acceleration_comes_from_the_balance_of_momentum(system):
-    """Without it the series would be long, and the motion slow."""
-    recording = equations(system)
-    if len(system.machine.contact_states) > 1 or system.machine.imposes_motion:
-        assert recording.balance is None  # the acceleration of the contact is one of several in it, or is imposed
-        return
-    assert recording.balance is not None
-    written = JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance
-    unknown = ("clutch", "two-pendulum-capsule", "double-pendulum-capsule")  # another body moves besides: long series
-    assert (written is None) == (system.machine.name in unknown)
 
 
 @pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above

@@ -32,7 +32,8 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
         return found - share * acceleration
 
     contacts = []
-    for c, (each, lift) in enumerate(zip(flow.contacts, lifts, strict=True)):
+    last = rows[len(rows) - len(lifts) :]
+    for c, (each, lift, (*_, share)) in enumerate(zip(flow.contacts, lifts, last, strict=True)):
         own, load = each.contact, None
         if lift is not None:
             moving = expression(each.normal if flow.loads else flow.reaction(c))
@@ -41,7 +42,7 @@ def told_mechanics(recorded: System, graph: Graph, mechanical: tuple, flow: Flow
         held = flow.quotients[-1] if flow.quotients and c == 0 else own.given.holding_force
         contacts.append(
             ContactMechanics(
-                friction=expression(each.sliding - own.push),
+                friction=expression((1.0 - share) * (each.sliding - own.push)),
                 share=expression(own.slips),
                 held=None if held is None else expression(held),
                 taken=expression(each.tangential) if flow.quotients and c else None,

@@ -153,11 +153,12 @@ class Derivation(Motion):
     def equations_of_motion(self) -> tuple | None:
         """(row of each speed, those of contacts last; row along the lift of each contact, None where none is known).
 
-        Each is (force, pairs of a factor and the velocity of a place, share). What friction takes along a speed is
+        Each is (force, pairs of a factor and the velocity of a place, share). Along the speed of a contact
 
-            R = force - sum of factor velocity' - share u'
+            (1 - share) R = force - sum of factor velocity' - share u'
 
-        and the load is minus the same along a lift. None where the drive imposes the motion, which leaves one speed.
+        where the share is 1 while a rigid stop holds it, else 0. The load is minus the same along a lift. None where
+        the drive imposes the motion, which leaves one speed.
         """
         if self.imposes:
             return None
