@@ -9,14 +9,13 @@ the force that holds it at rest, and one at rest takes no part in the rows of th
 the motion makes contains accelerations, so that it belongs to the matrix.
 """
 
-import dataclasses
 import functools
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.straight_line import ZERO, Formula, Term, combined, literal, total
-from vibrocap.numerics.expressions.equations import ContactMechanics, Mechanics, MotionRow
+from vibrocap.numerics.expressions.equations import Mechanics, MotionRow
 from vibrocap.numerics.expressions.graph import Expression, derivative, operands_of, sensitivity
 
 ONE = literal(1.0)
@@ -32,19 +31,18 @@ class MechanicsWriter:
     def __init__(self, writer: Any, mechanics: Mechanics):
         self.writer, self.graph, self.rows = writer, writer.graph, mechanics.rows
         self.unknown = {node.index: i for i, row in enumerate(self.rows) for node in row.rates}
-        self.contacts = tuple(map(self._without_outer_load, mechanics.contacts))
+        outside = self._reached([row.left for row in self.rows], set())
+        self.contacts = tuple(each.without_load(outside) for each in mechanics.contacts)
         self.inner = range(len(self.rows) - len(self.contacts))
-        self._loads = {each.load.moving.index: c for c, each in enumerate(self.contacts) if each.load is not None}
+        loads = ((c, each.load) for c, each in enumerate(self.contacts))
+        self.loads = {c: load for c, load in loads if load is not None}
+        self._loaded = {load.moving.index: c for c, load in self.loads.items()}
+        told = (*(row.left for row in self.rows), *(load.value for load in self.loads.values()))
+        self._told = (*told, *(each.friction for each in self.contacts))
         self._newest: dict[int, bool] = {}
         self._levels: dict[int, int | None] = {}
         self._simples: dict[int, bool] = {}
         self.formulas = self._formulas()
-
-    def _without_outer_load(self, contact: ContactMechanics) -> ContactMechanics:
-        """A contact whose load, where it is one of the forces from outside, is written as these are."""
-        outside = self._reached([row.left for row in self.rows], set())
-        is_outer = contact.load is not None and contact.load.moving.index in outside
-        return dataclasses.replace(contact, load=None) if is_outer else contact
 
     def reduced(self) -> Mechanics:
         """Without the rows of accelerations that, as solved, are sums and products of the others."""
@@ -59,16 +57,11 @@ class MechanicsWriter:
         """How nodes are written that the rows give: accelerations, loads, forces at contacts."""
         found: dict[int, Callable[[int], Formula]] = {}
         for c, each in enumerate(self.contacts):
-            if each.load is not None:
-                found[each.load.moving.index] = functools.partial(self._load, c)
-            if each.load is not None and each.load.at_rest is not None:
-                found[each.load.at_rest.index] = functools.partial(self._load, c, at_rest=True)
-            for node, formula in ((each.held, self._held), (each.taken, self._taken)):
-                if node is not None:
-                    found[node.index] = functools.partial(formula, c)
-        needed = [*(row.left for row in self.rows), *(each.friction for each in self.contacts)]
-        needed += [each.load.value for each in self.contacts if each.load is not None]
-        for index in self._reached(needed, set(self._loads)):
+            pairs = [(each.held, self._held), (each.taken, self._taken)]
+            if c in self.loads:
+                pairs += [(self.loads[c].moving, self._load), (self.loads[c].at_rest, self._load_at_rest)]
+            found |= {node.index: functools.partial(formula, c) for node, formula in pairs if node is not None}
+        for index in self._reached(self._told, set(self._loaded)):
             found.pop(index, None)  # what the rows are made of is written as it stands
         for i, row in enumerate(self.rows):
             first, *same = (node.index for node in row.rates)
@@ -92,14 +85,12 @@ class MechanicsWriter:
     @property
     def usable(self) -> bool:
         """Whether every acceleration stands in rows, loads and friction by sums and products only."""
-        asked = [*(row.left for row in self.rows), *(each.friction for each in self.contacts)]
-        asked += [each.load.value for each in self.contacts if each.load is not None]
-        return all(self.level(each.index) != 0 or self._simple(each.index) for each in asked)
+        return all(self.level(each.index) != 0 or self._simple(each.index) for each in self._told)
 
     # --- where the accelerations stand -------------------------------------------------------------------------------
 
     def _is_told(self, index: int) -> bool:
-        return index in self.unknown or index in self._loads
+        return index in self.unknown or index in self._loaded
 
     def _is_newest(self, index: int) -> bool:
         """Whether the coefficient k of a node contains any a_k."""
@@ -191,8 +182,8 @@ class MechanicsWriter:
             return self.writer.signed_terms(index, k, inner=True)
         if index in self.unknown:
             return []
-        if index in self._loads:
-            return [(1, self._contact_loads[self._loads[index]].left(k))]
+        if index in self._loaded:
+            return [(1, self._raised[self._loaded[index]].left(k))]
         if op in ("mul", "div"):
             return self._product_terms(index, self._settled(index, k), lambda i: self.without(i, k))
         if op == "rate":
@@ -247,19 +238,22 @@ class MechanicsWriter:
         return [Eliminated(self, name, row.left, tuple(self._inner_rows)) for name, row in rows]
 
     @functools.cached_property
-    def _contact_loads(self) -> dict[int, "Eliminated"]:
+    def _raised(self) -> dict[int, "Eliminated"]:
         """Of the loads on contacts that the motion makes."""
-        loads = ((c, each.load) for c, each in enumerate(self.contacts))
         inner = tuple(self._inner_rows)
-        return {c: Eliminated(self, f"load{c}_", load.value, inner) for c, load in loads if load is not None}
+        return {c: Eliminated(self, f"load{c}_", load.value, inner) for c, load in self.loads.items()}
 
     def _behind(self, *without: int) -> list[int]:
         """The accelerations of contacts but for some, by their rows."""
         return [i for i in range(len(self.inner), len(self.rows)) if i - len(self.inner) not in without]
 
-    def _load(self, c: int, k: int, at_rest: bool = False) -> Formula:
-        """Coefficient k of a load; as it would be if the contact did not accelerate."""
-        return total(self._contact_loads[c].terms(self._behind(*([c] if at_rest else [])), k))
+    def _load(self, c: int, k: int) -> Formula:
+        """Coefficient k of a load."""
+        return total(self._raised[c].terms(self._behind(), k))
+
+    def _load_at_rest(self, c: int, k: int) -> Formula:
+        """The same as it would be if the contact did not accelerate."""
+        return total(self._raised[c].terms(self._behind(c), k))
 
     def _held(self, c: int, k: int) -> Formula:
         """Coefficient k of the force that would hold a contact, if it rests."""
@@ -282,9 +276,9 @@ class MechanicsWriter:
         matrix, factors, mobilities = [], [], []
         for c, each in enumerate(self.contacts):
             row = self._holds[c].entries[len(self.inner) :]
-            if each.load is not None:
-                ratio = self.writer.coefficient(sensitivity(each.friction, each.load.moving.index).index, 0)
-                pairs = zip(row, self._contact_loads[c].entries[len(self.inner) :], strict=True)
+            if c in self.loads:
+                ratio = self.writer.coefficient(sensitivity(each.friction, self.loads[c].moving.index).index, 0)
+                pairs = zip(row, self._raised[c].entries[len(self.inner) :], strict=True)
                 row = [entry - ratio * less for entry, less in pairs]
             own = []
             for e in range(c):

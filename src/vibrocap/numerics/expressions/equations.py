@@ -1,7 +1,7 @@
 """The equations of a system as they are recorded: what all writers and runs of the numerics are given."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 import numpy as np
@@ -108,6 +108,11 @@ class ContactMechanics:
     held: Expression | None
     taken: Expression | None
     load: Load | None
+
+    def without_load(self, outside: Container[int]) -> "ContactMechanics":
+        """The same where its load is one of the forces from outside, which are known by these nodes."""
+        outer = self.load is not None and self.load.moving.index in outside
+        return dataclasses.replace(self, load=None) if outer else self
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
