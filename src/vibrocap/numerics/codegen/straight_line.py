@@ -132,8 +132,9 @@ class Code:
 
     @property
     def operations(self) -> int:
-        """Of all lines."""
-        return sum(line.count(operator) for line in self.lines for operator in (" + ", " - ", " * ", " / "))
+        """Of all lines, and the values that they name."""
+        operators = " + ", " - ", " * ", " / "
+        return len(self.lines) + sum(line.count(operator) for line in self.lines for operator in operators)
 
     def name(self, name: str, formula: Formula) -> Formula:
         """What a formula is kept under; its line is written if the name is new. What vanishes needs no name."""

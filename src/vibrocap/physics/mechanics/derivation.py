@@ -172,10 +172,9 @@ class Derivation(Motion):
         moved: dict[Any, Sum] = {}
         for m in self.masses:
             for each, size in m.moved:
-                slope = each.slope(i)
-                constant = self._constant([slope])
-                factor, own = (1.0, as_sum(size) * slope) if constant else (written(slope), as_sum(size))
-                moved[factor] = moved.get(factor, Sum()) + own * each.rate
+                slope, size = each.slope(i), as_sum(size)
+                factor, size = (1.0, size * slope) if self._constant([slope]) else (written(slope), size)
+                moved[factor] = moved.get(factor, Sum()) + size * each.rate
         pairs = ((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
         return written(free * (self.applied(i) + self.weight(i))), tuple(pairs), written(1.0 - free)
 
@@ -218,10 +217,8 @@ class Derivation(Motion):
 
     def contact_results(self) -> tuple:
         """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction)."""
-        k, own = (
-            len(self.rubbing),
-            [row[len(self.order) - len(self.rubbing) :] for row in self.reduced[-len(self.rubbing) :]],
-        )
+        k = len(self.rubbing)
+        own = [row[len(self.order) - k :] for row in self.reduced[-k:]]
         alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
         alone = alone and not any(own[i][j] for i in range(k) for j in range(k) if i != j)
         found = []
@@ -237,9 +234,8 @@ class Derivation(Motion):
                 found.append((velocity, held, None, (), reaction))
             else:
                 free, *taken = self.responses[name]
-                found.append(
-                    (velocity, None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken), self._reaction(c))
-                )
+                taken = tuple(mul(-1.0, x) for x in taken)
+                found.append((velocity, None, add(free, written(bend)), taken, self._reaction(c)))
         return tuple(found)
 
     def _given_load(self, contact: Contact) -> tuple | None:
@@ -259,9 +255,8 @@ class Derivation(Motion):
             return given
         found = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
         for name, a in self.responses.items():
-            found = [
-                add(x, mul(written(self.inertia(contact.body.lift, name)), z)) for x, z in zip(found, a, strict=True)
-            ]
+            inertia = written(self.inertia(contact.body.lift, name))
+            found = [add(x, mul(inertia, z)) for x, z in zip(found, a, strict=True)]
         return (1.0, *found)
 
     def _borne_alone(self) -> tuple | None:
@@ -347,11 +342,9 @@ class Derivation(Motion):
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
-        return (
-            self.common_momentum()
-            if self.imposes
-            else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
-        )
+        if self.imposes:
+            return self.common_momentum()
+        return written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
 
     def weight_along(self) -> tuple:
         """What the weight of all pulls along the speed of each contact."""
