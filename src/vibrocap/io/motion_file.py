@@ -160,7 +160,7 @@ def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
 
 
 def _certificate_text(motion: "Trajectory") -> str:
-    return json_text(motion.certificate.record()) if len(motion.piece_start) else "null"
+    return json_text(motion.certificate) if len(motion.piece_start) else "null"
 
 
 def _facts(motion: "Trajectory") -> dict[str, str]:

@@ -11,6 +11,7 @@ from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si
 
 
 def calibrate(
@@ -68,7 +69,7 @@ def calibrate(
     rows = [row - 1 for row in held_out or ()]
     with progress("Calibrating") as report, refusing("starts", "seed", "periods", table="--to", held_out="--held-out"):
         found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, periods=periods, progress=report)
-    record = calibration_record(found)
+    record = in_si(found)
     if out is not None:
         folder = made_folder(out)
         write_text(folder / "calibration.json", json_text(record) + "\n")
@@ -86,27 +87,6 @@ def calibrate(
     if out is not None:
         page.rows([("case", str(out / "calibrated.toml"))], 16)
     return OK
-
-
-def calibration_record(found: Any) -> dict[str, Any]:
-    """What is known of a calibration, by name."""
-    names = ("path", "value", "low", "high", "standard_error")
-    parameters = [
-        {name: getattr(each, name) for name in names} | {"verdict": each.verdict.value} for each in found.parameters
-    ]
-    doubt = found.doubt and {
-        name: getattr(found.doubt, name) for name in ("column", "kind", "size", "probability", "gain")
-    }
-    return {
-        "parameters": parameters,
-        "correlation": found.correlation.tolist(),
-        "directions": [{"exponents": dict(each.exponents), "deviation": each.deviation} for each in found.directions],
-        "misfit": found.misfit,
-        "rms": found.rms,
-        "held_out_misfit": found.held_out_misfit,
-        "doubt": doubt,
-        "rows_not_trusted": {why: [row + 1 for row in rows] for why, rows in found.not_trusted.items()},
-    }
 
 
 def _residuals(found: Any) -> dict[str, list[float]]:

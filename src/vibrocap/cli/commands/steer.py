@@ -9,13 +9,10 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import in_both, json_text
+from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si
 from vibrocap.records.reading.units import unit_named
-
-NUMBERS = ("target", "tolerance", "position", "error", "worst_error", "arrival", "duration", "work", "drift", "creep")
-COUNTS = ("share_within", "settled", "checked", "tried")
 
 
 def steer(
@@ -102,11 +99,11 @@ def steer(
             levels=levels,
             progress=report,
         )
-    record, shown = steering_record(found), in_si(found)
+    shown = in_si(found)
+    segments = shown.table()
     if out is not None:
-        write_text(made_folder(out) / "steering.json", json_text(record) + "\n")
-        rows = record["segments"]
-        write_table(out / "schedule.csv", rows[0], (row.values() for row in rows))
+        write_text(made_folder(out) / "steering.json", json_text(shown) + "\n")
+        write_table(out / "schedule.csv", segments[0], (row.values() for row in segments))
         found.save(out / "steered.toml")
     if plot is not None:
         from vibrocap.plotting.look.finishing import save
@@ -114,9 +111,9 @@ def steer(
 
         save(steering_figure(found), plot)
     if json:
-        print(json_text(record))
+        print(json_text(shown))
     else:
-        _print(shown, record, out, plot)
+        _print(shown, segments, out, plot)
     if found.status.value != "arrives":
         worst = shown.said("worst_error", 6)
         complain(f"The schedule: {found.status.value}. The worst error is {worst}. {found.status.advice}")
@@ -147,27 +144,7 @@ def _number(option: str, text: str, dimension: str, system: Any, complaints: Com
     return None
 
 
-def steering_record(found: Any) -> dict[str, Any]:
-    """What is known of a schedule by name, in SI where the system is, then without units too."""
-
-    def record(each: Any) -> dict[str, Any]:
-        known = {"status": each.status.value, **{name: getattr(each, name) for name in (*NUMBERS, *COUNTS)}}
-        return known | {"segments": each.table(), "samples": _samples(each)}
-
-    shown = in_si(found)
-    if shown is found:
-        return record(found)
-    own = units_of(shown, *NUMBERS) | {"segments": units_of(shown.segments[0])}
-    return in_both(record(shown), own, record(found))
-
-
-def _samples(found: Any) -> list[dict[str, float]]:
-    """A row for each sample: what is uncertain, and where it ends."""
-    values = zip(*found.samples.values(), found.positions, strict=True)
-    return [dict(zip((*found.samples, "position"), map(float, row), strict=True)) for row in values]
-
-
-def _print(found: Any, record: dict[str, Any], out: Path | None, plot: Path | None) -> None:
+def _print(found: Any, segments: list[dict[str, Any]], out: Path | None, plot: Path | None) -> None:
     """The schedule as a table, and what is to be said of it."""
     page = Page()
     page.say(found.heading.capitalize(), style="bold")
@@ -176,7 +153,7 @@ def _print(found: Any, record: dict[str, Any], out: Path | None, plot: Path | No
     heads = ("", "factor", "periods", f"ends{_of(second)}", f"position{_of(unit)}")
     for column, head in zip(made.columns, heads, strict=True):
         column.header = head
-    for each in record["segments"]:
+    for each in segments:
         numbers = (each["factor"], each["periods"], each["end"], each["end_position"])
         made.add_row(each["kind"], *(f"{number:.6g}" for number in numbers))
     page.print(made)

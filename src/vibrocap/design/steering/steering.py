@@ -91,6 +91,12 @@ class Steering(Result):
     tried: int
     status: SteeringStatus
 
+    rows = "segments"
+    in_record = (
+        "status target tolerance position error worst_error arrival duration work drift creep share_within settled "
+        "checked tried segments samples positions"
+    )
+
     @property
     def share_within(self) -> Number:
         """Share of the samples that end within the tolerance; 1 or 0 where nothing is uncertain."""
@@ -112,10 +118,6 @@ class Steering(Result):
     def save(self, path: str | Path) -> Path:
         """Write a case file, which `vibrocap simulate` runs over the schedule."""
         return self.case().save(path)
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each segment of the schedule."""
-        return [dataclasses.asdict(each) for each in self.segments]
 
     @property
     def heading(self) -> str:
