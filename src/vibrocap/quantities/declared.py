@@ -233,6 +233,19 @@ class InItsUnit(AsGiven):
         return WithUnit(value, unit, None if context.system is None else value / context.units.factor_of(unit))
 
 
+@dataclasses.dataclass(frozen=True)
+class Measured(AsGiven):
+    """A number that was measured in an SI unit, or a record of such numbers; "" is the unit of force of the record."""
+
+    name: str
+
+    def seen(self, value: Any, context: Context) -> Any:
+        if dataclasses.is_dataclass(value):
+            return {each.name: self.seen(getattr(value, each.name), context) for each in dataclasses.fields(value)}
+        unit = self.name or context.known("force_unit")[0]
+        return WithUnit(value, unit) if isinstance(value, float) and unit != "1" else value
+
+
 class OverStates(Declared):
     """A matrix of derivatives of states by states: [states, states]."""
 
@@ -263,6 +276,9 @@ Forces = Annotated[np.ndarray, In("N")]
 Reason = Annotated[str, Words()]
 # results to be shown
 Shown = Annotated[Any, AsGiven()]
+# measured
+Seconds = Annotated[float, Measured("s")]
+RecordedForce = Annotated[float, Measured("")]
 # results that name their unit themselves
 NumberInUnit = Annotated[float, InItsUnit()]
 NumbersInUnit = Annotated[np.ndarray, InItsUnit()]

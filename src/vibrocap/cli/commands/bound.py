@@ -6,10 +6,10 @@ from typing import Any
 
 from vibrocap.cli.options import Refusal
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def bound(case: Path, /, *, json: bool = False) -> int:

@@ -6,11 +6,11 @@ from typing import Any
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def branch(

@@ -9,9 +9,9 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def calibrate(
@@ -80,7 +80,7 @@ def calibrate(
         print(json_text(record))
         return OK
     page = Page()
-    page.say(f"Calibration of {case} on {found.table.rows} rows of {to}", style="bold")
+    page.say(f"Calibration of {case} on {found.measured.rows} rows of {to}", style="bold")
     page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
     weak = [each for each in found.directions if not each.determined]
     page.rows([("not determined", str(each)) for each in weak], 16)
@@ -91,9 +91,9 @@ def calibrate(
 
 def _residuals(found: Any) -> dict[str, list[float]]:
     """Columns by name with the conditions, and of each measure what was read, what is predicted and the residual."""
-    columns = dict(found.table.conditions)
-    for name in found.table.measures:
-        columns[name] = found.table.targets[name]
+    columns = dict(found.measured.conditions)
+    for name in found.measured.measures:
+        columns[name] = found.measured.targets[name]
         columns[f"{name}_predicted"] = found.predicted[name]
         columns[f"{name}_residual"] = found.residuals[name]
     return {name: np.asarray(column, dtype=float).tolist() for name, column in columns.items()}

@@ -8,9 +8,9 @@ from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def crossing(

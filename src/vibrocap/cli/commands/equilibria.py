@@ -7,10 +7,10 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.cli.options import Refusal, quantity_range, refusing, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.declared import WithUnit, element, without_unit
 from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def equilibria(

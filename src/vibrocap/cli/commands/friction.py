@@ -16,12 +16,12 @@ from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import OK, Page, parameters_in_words, progress, said, table
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 friction = App(
     name="friction",

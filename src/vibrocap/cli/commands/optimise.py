@@ -10,9 +10,9 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 CASES = "cases"  # in the folder of a front
 

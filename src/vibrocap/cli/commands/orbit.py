@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import scaled
 from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.orbits.closing.gradients import Gradients

@@ -8,9 +8,9 @@ from cyclopts import Parameter
 from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing
 from vibrocap.cli.terminal import OK, Page, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def robust(

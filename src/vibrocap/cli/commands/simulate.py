@@ -18,7 +18,6 @@ from vibrocap.cli.options import (
     writable_table,
 )
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
@@ -27,6 +26,7 @@ from vibrocap.physics.parameters import brief, described, given_parameters, para
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import computed, in_si, view
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory

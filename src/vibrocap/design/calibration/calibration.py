@@ -79,7 +79,7 @@ class Calibration(Result):
     parameters: tuple[CalibratedParameter, ...]
     correlation: Numbers
     directions: tuple[Direction, ...]
-    table: MeasuredTable
+    measured: MeasuredTable
     predicted: dict[str, Numbers]
     residuals: dict[str, Numbers]
     misfit: Number
@@ -99,12 +99,12 @@ class Calibration(Result):
 
     @property
     def heading(self) -> str:
-        return f"calibration on {self.table.rows} rows"
+        return f"calibration on {self.measured.rows} rows"
 
     @property
     def facts(self) -> dict[str, str]:
         found = {each.path: str(each) for each in self.parameters}
-        found["misfit"] = f"{self.misfit:.4g}" + ("" if self.table.with_errors else " (errors estimated from it)")
+        found["misfit"] = f"{self.misfit:.4g}" + ("" if self.measured.with_errors else " (errors estimated from it)")
         for name, value in self.rms.items():
             unit, _ = measure_unit(self.system, name)
             found[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
@@ -232,7 +232,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         parameters=tuple(parameters),
         correlation=covariance / np.outer(deviation, deviation),
         directions=() if verdict is Verdict.UNTRUSTED else _directions(space.paths, logs, widen),
-        table=table,
+        measured=table,
         predicted=known,
         residuals=every,
         misfit=misfit,
