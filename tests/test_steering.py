@@ -304,7 +304,7 @@ def test_the_command_writes_a_case_that_arrives(tmp_path, monkeypatch, capsys):
     assert main([*asked, *unsure, "--out", str(out), "--plot", str(picture), "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["status"] == "arrives"
-    assert record["units"]["position"] == "m"
+    assert record["position"]["unit"] == "m"
     assert record == json.loads((out / "steering.json").read_text())
     with (out / "schedule.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from vibrocap.quantities.declared import WithUnit, without_unit
+from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import Dimensional, view
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Result(Dimensional):
     @property
     def facts(self) -> dict[str, str]:
         """What matters most about it: a few words by name."""
-        return {name: text for name, each in view(self).items() if (text := _in_a_word(each))}
+        return {name: text for name, each in view(self).items() if (text := _in_words(name, each))}
 
     def table(self) -> list[dict[str, Any]]:
         """A dictionary for each row."""
@@ -172,11 +172,13 @@ def _flat(record: Any) -> dict[str, Any]:
     return found
 
 
-def _in_a_word(seen: Any) -> str:
-    """A number, a quantity or a word as text; empty for what is more than that."""
-    if isinstance(seen, WithUnit) and isinstance(seen.value, float):
-        return f"{seen:.8g}"
-    return (f"{seen:.8g}" if isinstance(seen, float) else str(seen)) if isinstance(seen, (str, int, float)) else ""
+def _in_words(name: str, seen: Any) -> str:
+    """A number, a quantity or a word with its name, of a list how many; empty for what is more than that."""
+    words = name.replace("_", " ")
+    if isinstance(seen, list):
+        return f"{len(seen)} {words}"
+    plain = without_unit(seen)
+    return f"{words} {seen:.8g}" if isinstance(plain, float) else f"{words} {seen}" if isinstance(plain, str) else ""
 
 
 def _cell(value: Any) -> str:

@@ -99,9 +99,10 @@ class InSI:
 
 def _in_words(record: InSI, name: str) -> str:
     """A field with its unit, or with those of what it holds by name."""
-    value, hint = getattr(record._computed, name), _member_hints(type(record._computed))[name]
-    declared, _ = fitting(hint, value)
-    return repr(getattr(record, name)) if declared is None else _of_units(declared.seen(value, record._context))
+    value = getattr(record._computed, name)
+    if isinstance(value, Dimensional) or undeclared(_member_hints(type(record._computed))[name]):
+        return repr(getattr(record, name)) if isinstance(value, Dimensional) else repr(value)
+    return _of_units(member_view(record._computed, name, record._context))
 
 
 def _of_units(seen: Any) -> str:
@@ -109,6 +110,8 @@ def _of_units(seen: Any) -> str:
         return f"{seen.value!r} {seen.unit}"
     if isinstance(seen, Mapping):
         return "{" + ", ".join(f"{key!r}: {_of_units(one)}" for key, one in seen.items()) + "}"
+    if isinstance(seen, list):
+        return f"[{', '.join(map(_of_units, seen))}]"
     return repr(seen)
 
 

@@ -90,7 +90,7 @@ class EnergyBalance(Dimensional):
         return self.contact_sliding + self.bristle_loss + self.contact_storage
 
     def _over(self, divisor: float) -> "EnergyBalance":
-        kept = ("window", "periods", "own")
+        kept = ("window", "periods", "own", "channels")
         works = {
             field.name: getattr(self, field.name) / divisor
             for field in dataclasses.fields(self)

@@ -52,6 +52,8 @@ class Slope(Dimensional):
     unit: str
     elasticity: Number
 
+    in_record = "measure parameter value slope elasticity"
+
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Gradients(Result):

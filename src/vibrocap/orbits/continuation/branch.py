@@ -75,7 +75,7 @@ class Branch(Result):
     rows = "special_points"
     in_record = (
         "response_period symmetric parameter period drift mean_velocity stable mode_sequence certified "
-        "special_points ends"
+        "special_points ends advice"
     )
 
     def __len__(self) -> int:
@@ -136,6 +136,11 @@ class Branch(Result):
         points = list(zip(self.states, self.parameter.tolist(), self.period.tolist(), strict=True))
         known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
         return branch_crossings(self.closing_map, points, known.get(measure), measure, value)
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to try at each end."""
+        return tuple(end.advice for end in self.ends)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
         """The special points of some kinds."""

@@ -123,7 +123,7 @@ class EquilibriumBranch(Result):
     mode: Mode = dataclasses.field(compare=False)
 
     rows = "special_points"
-    in_record = "over between parameter states travel eigenvalues stable special_points ends"
+    in_record = "over between parameter states travel eigenvalues stable special_points ends advice"
 
     def __len__(self) -> int:
         return len(self.parameter)
@@ -142,6 +142,11 @@ class EquilibriumBranch(Result):
             "special points": special or "no special points",
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
         }
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to try at each end."""
+        return tuple(end.advice for end in self.ends)
 
     def kind(self, *kinds: EquilibriumPointKind) -> tuple[EquilibriumPoint, ...]:
         """The special points of some kinds."""
