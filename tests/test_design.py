@@ -627,7 +627,7 @@ def test_command_prints_what_python_has(tmp_path, capsys):
     own = vc.robustness(vc.read_case(case), {"machine.damping": "0.9:1.1"}, samples=16)
     assert found["mean"] == own.mean
     assert found["worst"] == own.worst
-    assert found["total"]["machine.damping"]["index"] == own.total["machine.damping"][0]
+    assert found["total"]["machine.damping"]["share"] == own.total["machine.damping"][0]
     assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
     assert "--samples" in capsys.readouterr().err
 

@@ -56,7 +56,6 @@ IN_SI = {
     "equilibria": "belt.toml",
     "optimise": f"{BENCH} --over drive.frequency_Hz=0.9:1.1 --evaluations 16",
     "robust": f"{BENCH} --uncertain machine.damping_N_m_s_per_rad=0.07:0.09 --samples 8",
-    "steer": f"{BENCH} --to 0.25m --tolerance 5cm",
     "calibrate": f"{BENCH} --to table.csv --over friction.coulomb_coefficient=0.02:0.2 --starts 1",
     "fit": "damper.csv --law exponential --steady",
     "stick-slip": "pull.csv --stiffness 10 --speed 0.1",

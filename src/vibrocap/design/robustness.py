@@ -25,7 +25,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 class SobolIndex(NamedTuple):
     """A share of the variance, with its 95 % interval."""
 
-    index: Number
+    share: Number
     low: Number
     high: Number
 

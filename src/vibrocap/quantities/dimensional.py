@@ -252,9 +252,9 @@ def _view(value: Any, hint: Any, context: Context) -> Any:
     if isinstance(value, Mapping):
         its = of_elements(own, 2)[1]
         return {str(name): _view(each, its, context) for name, each in value.items()}
-    if hasattr(value, "_asdict"):  # a named tuple
-        return value._asdict()
     if isinstance(value, (tuple, list)):
+        if names := getattr(value, "_fields", None):  # a named tuple
+            return dict(zip(names, value, strict=True))
         return [_view(one, its, context) for one, its in zip(value, of_elements(own, len(value)), strict=True)]
     return value.value if isinstance(value, enum.Enum) else value
 

@@ -207,8 +207,10 @@ class AtPath(AsGiven):
     @staticmethod
     def at(value: Any, path: str, context: Context) -> Any:
         """A number in the unit of a parameter."""
-        known = None if context.system is None or isinstance(value, str) else quantity(path, context.system)
-        return value if known is None or known.unit == "1" else WithUnit(value, known.unit, value / known.scale)
+        if context.system is None or isinstance(value, str):
+            return value
+        known = quantity(path, context.system)
+        return value if known.unit == "1" else WithUnit(value, known.unit, value / known.scale)
 
 
 class ByPath(AtPath):
