@@ -224,7 +224,7 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
     data = json.loads(data_path.read_text())
     (stiffness,) = [each["value"] for each in data["parameters"] if each["name"] == "bristle_stiffness"]
     assert stiffness == {"value": found.law.bristle_stiffness, "unit": "N/m"}
-    assert data["parameters"][0]["low"] == found["bristle_stiffness"].low
+    assert data["parameters"][0]["low"]["value"] == found["bristle_stiffness"].low
     assert data["identifiability"]["verdicts"]["bristle_stiffness"] == "determined"
     loaded = BENCH.replace('normal_load = "weight"', "normal_load_N = 1.0")  # its levels are forces
     case = case_from_text(loaded + case_path.read_text())
