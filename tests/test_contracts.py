@@ -161,9 +161,10 @@ def loads_of(machine, *at):
 
 
 @pytest.mark.parametrize("machine", TERMS, ids=lambda machine: machine.name)
-def test_a_machine_keeps_its_balances_on_a_slope(machine):
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_a_machine_keeps_its_balances_on_any_slope(machine, slope):
     """Energy, momentum along the line and, of one contact that follows the load, normal to it; a contact is held."""
-    machine = machine.driven_by(ImposedSample()).tilted(math.cos(0.3), math.sin(0.3))
+    machine = machine.driven_by(ImposedSample()).tilted(math.cos(slope), math.sin(slope))
     names = ("energy", "momentum", "line_momentum", "vertical_momentum")
     count, still = len(machine.states), (0.0,) * len(machine.states)
     stored = {n: growth_terms(getattr(machine, n), count) for n in names if getattr(machine, n)(0.0, still) is not None}
