@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.sticking import first_turned
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.itinerary import ModeChange, mode_change
@@ -141,4 +142,4 @@ class Residual(Protocol):
 
     def finer(self) -> "Residual":
         """The square of this map: what bifurcates at a multiplier -1 of this one closes under it."""
-        raise ValueError("special should be a point of driven orbits: nothing is followed from this one")
+        raise ArgumentError("special", "should be a point of driven orbits: nothing is followed from this one")
