@@ -258,6 +258,16 @@ class SpecialPoint(Result):
     vector: Numbers | None = None
 
     @property
+    def in_record(self) -> str:  # type: ignore[override]
+        """What belongs to it: of orbits their travel and their modes, of equilibria the frequency and the state."""
+        own = (
+            "frequency criticality state stability"
+            if self.multipliers is None
+            else "drift stability modes_before modes_after"
+        )
+        return f"kind parameter error {own} remarks"
+
+    @property
     def criticality(self) -> str:
         """ "supercritical", "subcritical", or "degenerate" where the coefficient vanishes; "" where there is none."""
         if self.lyapunov is None or self.frequency is None:
