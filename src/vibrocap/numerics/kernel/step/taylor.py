@@ -91,12 +91,10 @@ def series_length(floats, lane, last, before):
         last = max(last, abs(floats[row + ORDER * LANES]))
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
     closer = max(1.0, lane.tolerance * (1.0 / DECIDED))
-    for i in range(LAW_BRANCHES):  # those of the law are known to one order less
+    for i in range(LAW_BRANCHES):  # of the law, to one order less, where every other term vanishes after a reversal
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         before = max(before, closer * abs(floats[row + (ORDER - 1) * LANES]))
-        earlier = max(
-            earlier, closer * abs(floats[row + (ORDER - 2) * LANES])
-        )  # after a reversal every other term vanishes
+        earlier = max(earlier, closer * abs(floats[row + (ORDER - 2) * LANES]))
     wanted = rough_logarithm(lane.tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
