@@ -55,17 +55,16 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": limits_are_constant(equations),
     }
-    velocity, hold, limit, *places = (series + (layout.rows + i) * row_size for i in range(5))
-    constants |= dict(zip(("GUARD", "SWITCH"), places, strict=True))
-    imposed = series + (layout.rows + 4 + layout.switches) * row_size
+    constants["GUARD"] = series + layout.rows * row_size
+    constants["SWITCH"] = constants["GUARD"] + row_size
+    imposed = constants["SWITCH"] + layout.switches * row_size
     constants["SHIFT"] = imposed + layout.imposed * row_size
-    constants["HELD"] = constants["SHIFT"] + layout.shifts * row_size
-    constants["REACTION"] = constants["HELD"] + 2 * layout.held * row_size
-    held, velocities, holds, limits = constants["HELD"], [], [hold], [limit]
-    for i, each in enumerate(equations.contacts):
-        velocities.append(series + each.state * row_size if each.is_state else imposed if i else velocity)
-        imposed += row_size if i and not each.is_state else 0
-    for each in equations.contacts[1:]:
+    held = constants["SHIFT"] + layout.shifts * row_size
+    constants["REACTION"] = held + 2 * layout.held * row_size
+    velocities, holds, limits = [], [], []
+    for each in equations.contacts:
+        velocities.append(series + each.state * row_size if each.is_state else imposed)
+        imposed += 0 if each.is_state else row_size
         holds.append(held)
         limits.append(held + row_size)
         held += 2 * row_size if each.sticks else 0
