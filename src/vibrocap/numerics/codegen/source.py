@@ -187,10 +187,13 @@ def integrands_source(
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
-    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contacts[0].velocity)
+    contact, friction = equations.contacts[0], writer.name(equations.integrals[-1])
     values = [writer.name(power) for power in equations.integrals]
-    # The last one times the acceleration of the piece, see `accumulators.look`.
-    values += [f"{friction} * {velocity}", friction]
+    # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
+    ahead = derivative(contact.velocity, -1)
+    for i, rate in enumerate(equations.rates):
+        ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
+    values += [f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
     constants = {
