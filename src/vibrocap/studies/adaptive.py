@@ -35,7 +35,7 @@ from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.planning import with_load_watch
 from vibrocap.studies.plan.runs import Column
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import with_varied_parts
+from vibrocap.studies.plan.variation import plainly, with_varied_parts
 from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def adaptive_map(
     from vibrocap.studies.variables import coordinate_attributes
 
     if system is not None and isinstance(over, Mapping):
-        system = with_varied_parts(system, over)
+        system, over = with_varied_parts(system, over), plainly(over, system)
     axes = _axes(system, over, evaluate)
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)
@@ -210,16 +210,18 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
-            raise ValueError(f"evaluate: {name} should hold one value per run, shape ({runs},), got {values.shape}")
+            raise ArgumentError(
+                "evaluate", f"{name} should hold one value per run, shape ({runs},), got {values.shape}"
+            )
     if "travel" in by and "travel" not in results and "mean_velocity" in results:
         trust = Trust(results.get("status", np.full(runs, FINISHED)), None, dead_band)
         direction = trust.direction(results["mean_velocity"])
         results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
         if label not in results:
-            raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
+            raise ArgumentError("by", f"{label} should be among what evaluate returns, got {', '.join(results)}")
         if not discrete(results[label], label):
-            raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
+            raise ArgumentError("by", f"{label} takes real values and has no borders; choose a discrete measure")
     return results
 
 
@@ -241,9 +243,9 @@ def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettle
 def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> dict[str, np.ndarray]:
     """The values along the two axes, by path."""
     if not isinstance(over, Mapping) or len(over) != 2:
-        raise ValueError(f"over should name two quantities with their values, got {over!r}")
+        raise ArgumentError("over", f"should name two quantities with their values, got {over!r}")
     if system is None and evaluate is None:
-        raise ValueError("system should be a System unless there is an evaluator, got None")
+        raise ArgumentError("system", "should be a System unless there is an evaluator, got None")
     axes: list[Column] = []
     complaints: list[str] = []
     for path, given in over.items():
@@ -263,13 +265,13 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
 
 def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled: bool, tile: Any) -> None:
     if isinstance(by, str) or not by or not all(isinstance(label, str) for label in by):
-        raise ValueError(f"by should be a list of labels, such as ['mode_sequence', 'travel'], got {by!r}")
+        raise ArgumentError("by", f"should be a list of labels, such as ['mode_sequence', 'travel'], got {by!r}")
     if not refine_unsettled and "response_period" not in by:
-        raise ValueError(f"by should hold 'response_period' where refine_unsettled is False, got {by!r}")
+        raise ArgumentError("by", f"should hold 'response_period' where refine_unsettled is False, got {by!r}")
     for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
         check_whole(name, value, low)
     if dead_band is not None and (not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf):
-        raise ValueError(f"dead_band should be a finite number >= 0, got {dead_band!r}")
+        raise ArgumentError("dead_band", f"should be a finite number >= 0, got {dead_band!r}")
 
 
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):

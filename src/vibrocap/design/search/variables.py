@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, is_number, shown
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import axis_of
 from vibrocap.studies.plan.designs import Range, range_from
@@ -94,13 +95,13 @@ class DesignSpace:
             value = design[each.path]
             if isinstance(each, Column):
                 if value not in each.values:
-                    raise ValueError(
-                        f"{each.path} should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
+                    raise ArgumentError(
+                        each.path, f"should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
                     )
                 found[i] = (each.values.index(value) + 0.5) / len(each.values)
                 continue
             if not (is_number(value) and each.low <= value <= each.high):
-                raise ValueError(f"{each.path} should be from {each.low:g} to {each.high:g}, got {shown(value)}")
+                raise ArgumentError(each.path, f"should be from {each.low:g} to {each.high:g}, got {shown(value)}")
             ends = np.array([each.low, value, each.high])
             low, here, high = np.log(ends) if each.logarithmic else ends
             found[i] = (here - low) / (high - low)
@@ -247,7 +248,7 @@ def _end_complaints(system: System, space: DesignSpace) -> list[str]:
     """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
     found: list[str] = []
     for each in space.variables:
-        parts = [system.parts.get(path.strip().partition(".")[0]) for path in each.path.split(",")]
+        parts = [system.parts.get(split_path(path.strip())[0]) for path in each.path.split(",")]
         if isinstance(each, Range) and not any(map(_compares, parts)):
             ends = [{each.path: end} for end in (each.low, each.high)]
             ends = [end if space.through is None else space.through(**end) for end in ends]

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.fitting.fit import fit, split_records
 from vibrocap.identification.problem.parametrisation import law_class
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.result.fit_result import Fit, relative_rmse, table
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, relative_rmse, table
+from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.progress import Progress, shows_progress, told
 
 FEW = 8  # records up to which each one is left out in turn
@@ -35,6 +37,18 @@ class ComparedLaw:
     bic: float
     seconds: float
     fit: Fit
+
+    in_record = "law held_out relative_rmse parameters aic bic seconds status fitted"
+
+    @property
+    def status(self) -> SearchStatus:
+        """How its fit to all records ended."""
+        return self.fit.status
+
+    @property
+    def fitted(self) -> tuple[FittedParameter, ...]:
+        """The parameters of that fit."""
+        return self.fit.parameters
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -98,11 +112,11 @@ def compare(
     the criteria ask for. They hold where the errors are noise; held-out error holds where they are the law's own, too.
     """
     if not laws:
-        raise ValueError("laws: there is none to compare")
+        raise ArgumentError("laws", "there is none to compare")
     names = [law_class(law).name for law in laws]
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise ValueError(f"laws: {name!r} is given twice")
+            raise ArgumentError("laws", f"{name!r} is given twice")
     fitted, unseen = split_records(records, held_out, load)
     folds, method = _folds(fitted, unseen)
     said = told(progress) or (lambda _: None)

@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.numerics.api import codes
-from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
@@ -19,13 +19,18 @@ from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers
-from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.ranges import cell_middles
+from vibrocap.results import Result
 
 PHASE = "phase"
 SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
 FORWARD, NO_TRAVEL, BACK = 1, 0, -1
 MOST_STARTS = 10_000_000
+DIRECTIONS = {"forward": FORWARD, "no travel": NO_TRAVEL, "back": BACK} | {
+    "not settled": NOT_SETTLED,
+    "failed": FAILED,
+    "not certified": NOT_CERTIFIED,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,8 +43,8 @@ class OfAxis(Declared):
         return context.units.unit(context.known("axes")[0][self.axis])
 
 
-@dataclasses.dataclass(frozen=True)
-class Basins(Dimensional):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Basins(Result):
     """Where the starts of a plane lead; arrays [x, y].
 
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
@@ -65,6 +70,19 @@ class Basins(Dimensional):
     attractors: tuple[Attractor, ...]
     settle_periods: int
     keys: tuple[str, ...] = ()
+
+    rows = "attractors"
+    in_record = "axes starts directions attractors"
+
+    @property
+    def starts(self) -> int:
+        """How many there are."""
+        return self.direction.size
+
+    @property
+    def directions(self) -> dict[str, Number]:
+        """Share of the starts by the direction of travel in the end, in words."""
+        return {word: float(np.mean(self.direction == code)) for word, code in DIRECTIONS.items()}
 
 
 @shows_progress("Running the starts of the plane")
@@ -102,7 +120,7 @@ def basins(
             "phase", "nothing drives the system in time, so that there is none; plane should name two states"
         )
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
-        raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
+        raise ArgumentError("phase", f"should be a finite share of the drive's period, got {phase!r}")
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
@@ -185,7 +203,9 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
     if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
         plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:
-        raise ValueError(f'plane should name two states, or one and "phase", with (low, high) each, got {plane!r}')
+        raise ArgumentError(
+            "plane", f'should name two states, or one and "phase", with (low, high) each, got {plane!r}'
+        )
     for name in plane:
         if name != PHASE:
             check_state("plane", system, name)
@@ -204,7 +224,7 @@ def _checked_resolution(resolution: Any) -> tuple[int, int]:
     pair = (resolution, resolution) if isinstance(resolution, (int, np.integer)) else resolution
     whole = isinstance(pair, (tuple, list, np.ndarray)) and len(pair) == 2
     if not whole or not all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in pair):
-        raise ValueError(f"resolution should be one or two whole numbers >= 1, got {resolution!r}")
+        raise ArgumentError("resolution", f"should be one or two whole numbers >= 1, got {resolution!r}")
     if pair[0] * pair[1] > MOST_STARTS:
-        raise ValueError(f"resolution: {pair[0]} x {pair[1]} starts are more than {MOST_STARTS:,}")
+        raise ArgumentError("resolution", f"{pair[0]} x {pair[1]} starts are more than {MOST_STARTS:,}")
     return int(pair[0]), int(pair[1])
