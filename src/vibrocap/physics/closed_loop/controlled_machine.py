@@ -132,7 +132,9 @@ class ControlledMachine(WrappedMachine):
 
     def equations_of_motion(self, t, y, drive, frictions) -> tuple | None:
         """Of the machine under u; None of a command that knows the friction, which is among their unknowns."""
-        return None if self._by_forces else super().equations_of_motion(t, y, drive, frictions)
+        if self._by_forces:
+            return None
+        return self.machine.equations_of_motion(t, *self._passed(t, y, drive, frictions), frictions)
 
     def switches(self, t, y, drive, frictions) -> tuple:
         """Guards of the machine, then those of the controller."""
