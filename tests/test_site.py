@@ -12,9 +12,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from vibrocap.cli.command_examples import EXAMPLES
 
 import vibrocap as vc
-from vibrocap.cli.command_examples import EXAMPLES
 from vibrocap.physics.catalogue import machines
 from website.docstrings import as_rst, members
 from website.embeds import stage_report, with_lab
