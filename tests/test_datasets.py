@@ -17,7 +17,6 @@ import pytest
 from scipy.io import savemat
 
 from published_data import published_folder
-from vibrocap.cli import main as cli
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.records import fetching
@@ -154,13 +153,6 @@ def test_addresses():
 
 
 # --- the command ------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(autouse=True)
-def _registered():
-    """The command is there, also before the command line knows it."""
-    if "datasets" not in set(cli.app):
-        cli.app.command(datasets)
 
 
 @pytest.fixture

@@ -95,7 +95,7 @@ def stick_slip(request: StickSlipRequest) -> Answer:
 
 
 def _figure(found: "list[StickSlip]") -> Callable[[], Any]:
-    """Makes the picture of a record, or the diagram of regimes of several; Refusal for records without a place in it."""
+    """Makes the picture of a record, or the diagram of several; Refusal for records without a place in it."""
     from vibrocap.records.regime_diagram import regime_diagram
 
     try:
