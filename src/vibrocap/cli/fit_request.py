@@ -1,6 +1,7 @@
 """The options of `vibrocap fit`: records, parameters and files, every fault of them before any work."""
 
 import dataclasses
+import functools
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +12,7 @@ from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import own_names
 from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, folder, picture
 from vibrocap.cli.refusal import by_option
-from vibrocap.cli.texts import pairs, split
+from vibrocap.cli.texts import column_names, pairs, split
 
 if TYPE_CHECKING:
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
@@ -19,6 +20,16 @@ if TYPE_CHECKING:
 
 OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
 PENDULUM = "written as mass=0.5,length=0.3"
+
+
+@dataclasses.dataclass(frozen=True)
+class FitPlan:
+    """What `vibrocap fit` runs: records ready for a fit, its settings, units of a case, and doubts about units."""
+
+    records: "list[Record]"
+    settings: dict[str, Any]
+    scales: "PendulumScales | None"
+    doubts: list[str]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -106,22 +117,41 @@ class FitRequest(WithParts, Drawn):
         """The law that is fitted, or those that are compared."""
         return split([self.law]) if self.law else split(self.compare)
 
-    def own_complaints(self) -> Complaints:
-        """Options that do not go together, and files that would be replaced."""
-        found = Complaints()
+    @functools.cached_property
+    def plan_and_complaints(self) -> tuple[FitPlan, Complaints]:
+        """The fit that the options ask for, and everything that is wrong with them."""
+        wrong = Complaints()
+        held = held_parameters(self.laws, self.fixed, self.free, wrong)
         if bool(self.law) == bool(self.compare):
-            found.append("--law: give one law, or several with --compare")
+            wrong.append("--law: give one law, or several with --compare")
         if self.compare and self.steady:
-            found.append("--steady: is for --law; laws are compared by driving them through the records")
+            wrong.append("--steady: is for --law; laws are compared by driving them through the records")
+        other = self.compare or self.steady
+        stiffness = machine_stiffness(self.spring, other, self.hold_out, self.data, wrong)
         if not self.data:
-            found.append("DATA: give at least one file with force and motion")
-        with found.collected():
+            wrong.append("DATA: give at least one file with force and motion")
+        with wrong.collected():
             if self.out is not None and self.compare:
                 own_names("--out", self.out, "comparison.json", "comparison.png")
             for folder in [self.out / each for each in self.laws] if self.out and self.compare else [self.out]:
                 if folder is not None:
                     own_names("--out", folder, *OF_FIT)
-        return found
+        records, doubts = read(self, wrong)
+        hidden = held_out(self.hold_out, records, wrong)
+        scales = units_of_case(self.pendulum, self.out, records, wrong)
+        settings: dict[str, Any] = {"fixed": held, "free": split(self.free) or None, "loss": self.loss}
+        settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
+        if self.spring is not None:
+            settings |= {"machine_stiffness": stiffness}
+        else:
+            settings |= {"held_out": hidden, "weights": self.weights, "offset": self.offset}
+            own = ("least_speed",) if self.steady else ("mass", "delay", "start")
+            settings |= {name: getattr(self, name) for name in own}
+        return FitPlan(records, settings, scales, doubts), wrong
+
+    def plan(self, refused: Complaints) -> None:
+        """Everything that is wrong with records, parameters and files."""
+        refused += self.plan_and_complaints[1]
 
 
 def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], list[str]]":
@@ -131,9 +161,7 @@ def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], li
     from vibrocap.records.reading.readers import read_records
 
     options = FitRequest.flags()
-    named: dict[str, str | int] = {}
-    for quantity, name in pairs("columns", split(request.columns), complaints, "written as force=F1").items():
-        named[quantity] = int(name) if name.isdigit() else name
+    named = column_names(request.columns, complaints)
     units = pairs("units", split(request.units), complaints, "written as force=kN")
     found: list[Record] = []
     with warnings.catch_warnings(record=True) as caught:

@@ -31,7 +31,7 @@ BEGIN = """\
 To begin with:
   vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
-vibrocap COMMAND --help explains a command. --version; --completion SHELL for TAB
+vibrocap COMMAND --help explains a command; --completion SHELL is for TAB.
 Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
 # commands of earlier versions, by their first words: what they are now

@@ -87,3 +87,9 @@ def quantity_range(text: str, system: System) -> tuple[Quantity, float, float]:
     except ArgumentError as error:
         raise Refusal(f"--over {error}") from None
     return found, low / found.scale, high / found.scale
+
+
+def column_names(texts: "list[str] | None", complaints: Complaints) -> dict[str, str | int]:
+    """The columns of records by quantity, as names or numbers."""
+    named = pairs("columns", split(texts), complaints, "QUANTITY=NAME, such as force=F1")
+    return {quantity: int(name) if name.isdigit() else name for quantity, name in named.items()}

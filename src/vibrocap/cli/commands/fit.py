@@ -5,18 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.cli.command import Answer, Report, command
-from vibrocap.cli.fit_request import (
-    FitRequest,
-    held_out,
-    held_parameters,
-    machine_stiffness,
-    own_settings,
-    read,
-    units_of_case,
-)
-from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.fit_request import FitRequest, own_settings
 from vibrocap.cli.terminal import complain
-from vibrocap.cli.texts import split
 from vibrocap.files import made_folder, write_table, write_text
 from vibrocap.io.json_text import json_text
 
@@ -41,26 +31,11 @@ def fit(request: FitRequest, report: Report) -> Answer:
 
     Exit code 3: the law could not be fitted.
     """
-    complaints = request.own_complaints()
-    held = held_parameters(request.laws, request.fixed, request.free, complaints)
-    other = request.compare or request.steady
-    stiffness = machine_stiffness(request.spring, other, request.hold_out, request.data, complaints)
-    records, doubts = read(request, complaints)
-    hidden = held_out(request.hold_out, records, complaints)
-    scales = units_of_case(request.pendulum, request.out, records, complaints)
-    if complaints:
-        raise Refusal(*complaints)
-    for doubt in doubts:
+    plan, _ = request.plan_and_complaints
+    for doubt in plan.doubts:
         complain(f"warning: {doubt}")
-    settings: dict[str, Any] = {"fixed": held, "free": split(request.free) or None, "progress": report}
-    settings |= {"loss": request.loss, "starts": request.starts, "seed": request.seed} | request.given("intervals")
-    if request.spring is not None:
-        settings |= {"machine_stiffness": stiffness}
-    else:
-        settings |= {"held_out": hidden, "weights": request.weights, "offset": request.offset}
-        own = ("least_speed",) if request.steady else ("mass", "delay", "start")
-        settings |= {name: getattr(request, name) for name in own}
-    return (_compared if request.compare else _fitted)(request, records, settings, scales)
+    settings = plan.settings | {"progress": report}
+    return (_compared if request.compare else _fitted)(request, plan.records, settings, plan.scales)
 
 
 def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:

@@ -126,16 +126,16 @@ def _kind(kind: str) -> Answer:
 
 def _named(names: Sequence[str]) -> list[Any]:
     """The classes of parts by name; Refusal, with the nearest name, for what there is not."""
-    catalogue_of = {name: part for known in PARTS.values() for name, part in known().items()}
-    known, kinds = [*KINDS, *catalogue_of], "machine, law, drive or controller"
+    catalogues = [known() for known in PARTS.values()]
+    near = [*KINDS, *(name for known in catalogues for name in known)]
     complaints = [
-        f"no {kinds} is called {name!r}; {suggestion(name, known, cutoff=0.0)}"
+        f"no machine, law, drive or controller is called {name!r}; {suggestion(name, near, cutoff=0.0)}"
         for name in names
-        if name not in catalogue_of
+        if not any(name in known for known in catalogues)
     ]
     if complaints:
         raise Refusal(*complaints)
-    return [catalogue_of[name] for name in names]
+    return [known[name] for name in names for known in catalogues if name in known]
 
 
 def _sheets(parts: list[Any], latex: bool) -> Answer:

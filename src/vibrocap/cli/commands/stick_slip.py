@@ -1,6 +1,7 @@
 """`vibrocap stick-slip`: stick-slip in the measured force on sliders that are pulled through a spring."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,7 @@ from vibrocap.cli.command import Answer, Drawn, command
 from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, picture
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import Page, table
-from vibrocap.cli.texts import pairs, split
+from vibrocap.cli.texts import column_names, pairs, split
 
 if TYPE_CHECKING:
     from vibrocap.records.slips.periods import Drift
@@ -44,6 +45,20 @@ class StickSlipRequest(Drawn):
         float, Option("slips below this share of the mean slip do not count in period and slips", advanced=True)
     ] = 0.5
 
+    @functools.cached_property
+    def reading(self) -> tuple[dict[str, Any], dict[str, str]]:
+        """Columns and units by quantity; Refusal for texts that are none."""
+        refused = Complaints()
+        columns = column_names(self.columns, refused)
+        units = pairs("units", split(self.units), refused, "QUANTITY=UNIT, such as force=kN")
+        if refused:
+            raise Refusal(*refused)
+        return columns, units
+
+    def plan(self, refused: Complaints) -> None:
+        """Columns and units can be read."""
+        _ = self.reading
+
 
 @command("data", "vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --plot pull.png")
 def stick_slip(request: StickSlipRequest) -> Answer:
@@ -58,16 +73,13 @@ def stick_slip(request: StickSlipRequest) -> Answer:
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
     complaints = Complaints()
-    pair = "QUANTITY=NAME, such as force=F1"
-    named = pairs("columns", split(request.columns), complaints, pair)
-    wanted = {quantity: int(name) if name.isdigit() else name for quantity, name in named.items()}
-    units = pairs("units", split(request.units), complaints, pair)
+    columns, units = request.reading
     settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force")
     settings |= {} if request.speed is None else {"pulling_speed": request.speed}
     settings |= {"coefficient": True} if request.coefficient else {}
     found: list[StickSlip] = []
     try:
-        pulls = read_pulls(request.source, request.record, wanted, units, request.sampling_rate)
+        pulls = read_pulls(request.source, request.record, columns, units, request.sampling_rate)
     except (RecordError, FileNotFoundError) as error:
         raise Refusal(*complaints, str(error)) from None
     if request.coefficient and any("coefficient" not in each.settings for each in pulls):
