@@ -13,6 +13,7 @@ from cyclopts import App
 
 from vibrocap.physics.system import System
 
+LISTED = ("machines", "laws", "drives", "controllers", "measures", "datasets")
 Offered = Iterable[tuple[str, str]]  # each with what it means
 
 
@@ -70,10 +71,8 @@ def part_names(asked: Any) -> Offered:
 
 
 def listed_names(asked: Any) -> Offered:
-    """Kinds of what `vibrocap list` lists, and the names of parts."""
-    from vibrocap.cli.commands.list import KINDS
-
-    return [*((kind, "") for kind in KINDS), *part_names(asked)]
+    """The kinds that `vibrocap list` lists, and the names of parts."""
+    return [*((kind, "") for kind in LISTED), *part_names(asked)]
 
 
 def law_parameters(asked: Any) -> Offered:

@@ -26,7 +26,6 @@ PARTS = {
     "controllers": catalogue.controllers,
 }
 OF_SYSTEM = {"machines": "machine", "laws": "friction", "drives": "drive", "controllers": "controller"}
-KINDS = (*PARTS, "measures", "datasets")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -36,7 +35,7 @@ class ListRequest(WithParts):
     names: Annotated[
         tuple[str, ...],
         Option(
-            f"{', '.join(KINDS)}; a machine, law, drive or controller; with a case file those of the case",
+            f"{', '.join(completers.LISTED)}; a machine, law, drive or controller; with a case file those of the case",
             place=True,
             offers=completers.listed_names,
         ),
@@ -127,7 +126,7 @@ def _kind(kind: str) -> Answer:
 def _named(names: Sequence[str]) -> list[Any]:
     """The classes of parts by name; Refusal, with the nearest name, for what there is not."""
     catalogues = [known() for known in PARTS.values()]
-    near = [*KINDS, *(name for known in catalogues for name in known)]
+    near = [*completers.LISTED, *(name for known in catalogues for name in known)]
     complaints = [
         f"no machine, law, drive or controller is called {name!r}; {suggestion(name, near, cutoff=0.0)}"
         for name in names
