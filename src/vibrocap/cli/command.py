@@ -21,9 +21,9 @@ from vibrocap.cli.destinations import needs
 from vibrocap.cli.options import CaseOption, Option, Parts, flag
 from vibrocap.cli.refusal import Refusal, by_option
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.plotting.look.page import on_page
+from vibrocap.quantities.json_text import json_text
 
 GROUPS = ("start", "run", "steady", "design", "data", "out")  # of commands, in the order of the help
 ADVANCED = Group("Advanced", sort_key=9)

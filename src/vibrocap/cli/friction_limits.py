@@ -1,6 +1,5 @@
 """Limits of the friction of a case: exact, as the paper prints them (its equations 10 to 15), and as tables."""
 
-import dataclasses
 from typing import Any
 
 from rich.table import Table
@@ -9,7 +8,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si, view
 
 
 def limits_of(system: System) -> tuple[Any, dict[str, Any], list[str]]:
@@ -22,10 +21,7 @@ def limits_of(system: System) -> tuple[Any, dict[str, Any], list[str]]:
         raise ArgumentError("friction", str(error)) from None
     found = in_si(plain, system)
     notes = beyond_friction(system, found.breakaway_force)
-    record = dataclasses.asdict(found) | ({"notes": notes} if notes else {})
-    if found is not plain:
-        record |= {"units": units_of(found), "dimensionless": dataclasses.asdict(plain)}
-    return found, record, notes
+    return found, view(found) | ({"notes": notes} if notes else {}), notes
 
 
 def beyond_friction(system: System, breakaway: float) -> list[str]:

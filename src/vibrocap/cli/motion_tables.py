@@ -4,12 +4,13 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from vibrocap.cli.terminal import Page, said, table
+from vibrocap.cli.terminal import Page, table
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.physics.names import name_and_number
 from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import computed
 
 if TYPE_CHECKING:
@@ -34,16 +35,16 @@ CHANNELS = {
 
 
 def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title: str) -> None:
-    """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
+    """The summary of `vibrocap simulate`; record: the view of it."""
     page.say(title, style="bold")
     for part in motion.system.parts.values():
         page.say(f"  {in_words(part, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
-        page.print(_energy_table(record["energy"], bool(record.get("units"))))
-    if record["certificate"]:
-        page.print(_certificate_table(record["certificate"]))
-        for warning in record["certificate"]["warnings"]:
+        page.print(_energy_table(record["energy"]))
+    if certificate := record["certificate"]:
+        page.print(_certificate_table(certificate))
+        for warning in certificate["warnings"]:
             page.say(f"Warning: {warning}", style="bold")
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.si_context() is not None:
@@ -54,36 +55,30 @@ def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title
 
 
 def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
-    units: dict[str, Any] = record.get("units") or {"state": {}}
-    second = units.get("time", "")
-    period = motion.period
-    done = record["time"] / period
+    period, plain = motion.said("period", 8), computed(motion)
     made = table("Motion", "quantity", "value", "what it rests on")
-    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {said(period, second, 8)}"
-    made.add_row("time reached", said(record["time"], second), periods)
+    periods = f"{plain.end / plain.period:.6g} of {motion.periods:.6g} drive periods T = {period}"
+    made.add_row("time reached", f"{record['time']:.10g}", periods)
     for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), said(value, units["state"].get(name, "")), "at the end")
+        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
     made.add_section()
     if record["drift"] is not None:
-        made.add_row("drift", said(record["drift"], units.get("drift", "")), "travel in the last whole period")
+        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
         velocity = record["mean_velocity"]
-        start, end = (mark / period for mark in velocity["window"])
+        start, end = (without_unit(mark) / motion.period for mark in velocity["window"])
         count = round(end - start)
         settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
-        speed = units.get("mean_velocity", {}).get("value", "")
-        made.add_row("mean velocity", said(velocity["value"], speed), window)
-        if record["cost_of_transport"] is not None:
-            cost = said(record["cost_of_transport"], units.get("cost_of_transport", ""))
-            made.add_row("cost of transport", cost, "work of the drive per distance travelled, over the same periods")
-        for name, turns in (record.get("winding") or {}).items():
+        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
+        if (cost := record["cost_of_transport"]) is not None:
+            words = "work of the drive per distance travelled, over the same periods"
+            made.add_row("cost of transport", f"{cost:.10g}", words)
+        for name, turns in (record["winding"] or {}).items():
             made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
-    if record["least_reaction"] is not None:
-        least = said(record["least_reaction"], units.get("least_reaction", ""))
-        made.add_row(
-            "least reaction", least, "of the ground in the whole run; below 0 the machine would have lifted off"
-        )
+    if (least := record["least_reaction"]) is not None:
+        words = "of the ground in the whole run; below 0 the machine would have lifted off"
+        made.add_row("least reaction", f"{least:.10g}", words)
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
     elif motion.system.friction.kind != "set-valued":
@@ -102,16 +97,6 @@ def _event_words(kind: str) -> str:
     return (events.MEANINGS | events.ADDED).get(kind, "this happens")
 
 
-def own_events(motion: "Trajectory") -> list[str]:
-    """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
-    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
-
-
-def further_events(motion: "Trajectory") -> tuple[str, ...]:
-    """What may happen at the further contacts of a machine."""
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in events.CONTACT)
-
-
 def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
     from vibrocap.measures.recorded.response import response_class
@@ -123,15 +108,15 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
     return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
 
 
-def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
-    start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
+def _energy_table(energy: dict[str, Any]) -> Table:
+    start, end = (f"{mark:.6g}" for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    own = {name: f"work of {name.replace('_', ' ')}" for name in energy if name not in (*CHANNELS, "window", "periods")}
-    for name, text in (own | CHANNELS).items():
-        if name not in energy or (name in ("damper", "belt", "impact", "contact_storage") and energy[name] == 0.0):
+    own = energy.get("own", {})
+    for name, text in ({name: f"work of {name.replace('_', ' ')}" for name in own} | CHANNELS).items():
+        work = (energy | own).get(name)
+        if work is None or (name in ("damper", "belt", "impact", "contact_storage") and without_unit(work) == 0.0):
             continue
-        number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
-        made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)
+        made.add_row(name.replace("_", " "), f"{work:{'.1e' if name == 'residual' else '.10g'}}", text)
     return made
 
 
@@ -149,9 +134,9 @@ CERTIFICATE = {
 
 def _certificate_table(certificate: dict[str, Any]) -> Table:
     made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
+    verdicts = {each["field"]: each for each in certificate["verdicts"]}
     for field, meaning in CERTIFICATE.items():
-        verdict = certificate["verdicts"].get(field)
-        if verdict is None:
+        if (verdict := verdicts.get(field)) is None:
             continue
         bound = "" if verdict["bound"] is None else f"{verdict['bound']:.1e}"
         word = "" if verdict["bound"] is None else "pass" if verdict["ok"] else "FAIL"

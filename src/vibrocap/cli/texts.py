@@ -6,6 +6,7 @@ from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.cli.refusal import Refusal
 from vibrocap.physics.dimensions.conversion import Quantity, quantity
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
 
@@ -43,7 +44,7 @@ def changes(
     """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
     found = {}
     for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
-        section, _, name = path.partition(".")
+        section, name = split_path(path)
         if not is_section(section):
             complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
         elif not name:

@@ -1,7 +1,6 @@
 """`vibrocap basins`: which initial conditions lead to which steady motion."""
 
 import dataclasses
-import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,12 +9,11 @@ from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.options import Json, Option, SettlePeriods, picture
 from vibrocap.cli.refusal import Refusal
-from vibrocap.cli.terminal import Page, said
+from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import range_of
-from vibrocap.io.json_text import in_both
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si, view
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -57,9 +55,7 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
         settle_periods=request.settle_periods,
         progress=report,
     )
-    record, shown = _basin_record(found), in_si(found)
-    if shown is not found:
-        record = in_both(_basin_record(shown), {"attractors": units_of(shown, "drift")}, record)
+    record = view(in_si(found))
 
     def figure() -> Any:
         from vibrocap.plotting.steady.basins import PRINT, basin_figure
@@ -84,41 +80,13 @@ def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | No
     return asked, (low / asked.scale, high / asked.scale)
 
 
-def _basin_record(found: Any) -> dict[str, Any]:
-    """Shares of the plane, by direction and by attractor."""
-    size = found.direction.size
-    words = {1: "forward", 0: "no travel", -1: "back", -2: "not settled", -3: "failed", -5: "not certified"}
-    return {
-        "axes": found.axes,
-        "starts": size,
-        "directions": {word: int((found.direction == code).sum()) / size for code, word in words.items()},
-        "attractors": [
-            {
-                "index": i,
-                "kind": each.motion.kind,
-                "share": each.share,
-                "share_error": each.error,
-                "drift": _drift(found, i),
-            }
-            for i, each in enumerate(found.attractors)
-        ],
-    }
-
-
-def _drift(found: Any, index: int) -> float | None:
-    """Drift per drive period of the motions that lead to an attractor."""
-    drifts = found.drift[found.label == index]
-    return float(drifts[0]) if len(drifts) and math.isfinite(drifts[0]) else None
-
-
 def _print_basins(page: Page, record: dict[str, Any]) -> None:
     """The table of shares."""
     page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
     for word, share in record["directions"].items():
         if share and (word != "no travel" or any(each["drift"] is not None for each in record["attractors"])):
             page.print(f"  {word:<12}{share:.2%}")
-    length = "m" if "units" in record else ""
-    for each in record["attractors"]:
-        drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
-        share = f"{each['share']:.2%} +- {each['share_error']:.2%}"
-        page.say(f"  attractor {each['index']}: {share} of the starts, {each['kind']}{drift}")
+    for i, each in enumerate(record["attractors"]):
+        drift = "" if each["drift"] is None else f", drift {each['drift']:.10g} per drive period"
+        share = f"{each['share']:.2%} +- {each['error']:.2%}"
+        page.say(f"  attractor {i}: {share} of the starts, {each['kind']}{drift}")

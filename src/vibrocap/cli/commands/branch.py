@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.options import Json, Option, Over, SettlePeriods, picture
 from vibrocap.cli.texts import quantity_range
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -52,9 +52,7 @@ def branch(request: BranchRequest, report: Report) -> Answer:
         points=request.points,
         settle_periods=request.settle_periods,
     )
-    record, shown = _diagram_record(found), in_si(found, over=along.path)
-    if shown is not found:
-        record = _diagram_record(shown) | {"units": _diagram_units(shown), "dimensionless": record}
+    shown = in_si(found, over=along.path)
 
     def figure() -> Any:
         from vibrocap.plotting.steady.branches import branch_figure
@@ -63,32 +61,9 @@ def branch(request: BranchRequest, report: Report) -> Answer:
 
     if not any(len(each) for each in found.branches):
         words = "No steady motion closed at the start; simulate the case, or raise --settle-periods."
-        return Answer(record, str(shown), incomplete=words)
+        return Answer(shown, str(shown), incomplete=words)
     refused = sum(int((~each.certified).sum()) for each in found.branches)
     wrong = [f"{refused} points are not certified: their motions are not those of the equations."] if refused else []
     early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
     wrong += [f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}" for end, i in early.items()]
-    return Answer(record, str(shown), figure, incomplete="\n".join(wrong))
-
-
-def _diagram_record(found: Any) -> dict[str, Any]:
-    """Branches with their points and special points, by name."""
-    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "mode_sequence", "certified")
-    branches = [
-        {"response_period": each.response_period, "symmetric": each.symmetric}
-        | {name: getattr(each, name).tolist() for name in columns}
-        | {"special_points": each.table()}
-        | {"ends": [end.value for end in each.ends], "advice": [end.advice for end in each.ends]}
-        for each in found.branches
-    ]
-    joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
-    transitions = [dataclasses.asdict(each) for each in found.transitions]
-    known = {"over": found.over, "between": found.between}
-    return known | {"branches": branches, "joins": joins, "transitions": transitions}
-
-
-def _diagram_units(found: Any) -> dict[str, Any]:
-    """The units of the record of branches in SI, by name."""
-    along = found.unit_of("over")
-    units = dict.fromkeys(("between", "parameter", found.over, "error"), along)
-    return units | (units_of(found.branches[0], "period", "drift", "mean_velocity") if found.branches else {})
+    return Answer(shown, str(shown), figure, incomplete="\n".join(wrong))

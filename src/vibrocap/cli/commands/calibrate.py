@@ -12,7 +12,8 @@ from vibrocap.cli.options import Json, Option, Seed, folder
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -70,7 +71,7 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
         periods=request.periods,
         progress=report,
     )
-    record = calibration_record(found)
+    record = in_si(found)
     written: tuple[tuple[str, Any], ...] = ()
     if request.out is not None:
         folder = made_folder(request.out)
@@ -81,39 +82,18 @@ def calibrate(request: CalibrateRequest, report: Report) -> Answer:
         written = (("case", request.out / "calibrated.toml"),)
 
     def text(page: Page) -> None:
-        page.say(f"Calibration of {request.case} on {found.table.rows} rows of {request.to}", style="bold")
+        page.say(f"Calibration of {request.case} on {found.measured.rows} rows of {request.to}", style="bold")
         page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
         page.rows([("not determined", str(each)) for each in found.directions if not each.determined], 16)
 
     return Answer(record, text, written=written)
 
 
-def calibration_record(found: Any) -> dict[str, Any]:
-    """What is known of a calibration, by name."""
-    names = ("path", "value", "low", "high", "standard_error")
-    parameters = [
-        {name: getattr(each, name) for name in names} | {"verdict": each.verdict.value} for each in found.parameters
-    ]
-    doubt = found.doubt and {
-        name: getattr(found.doubt, name) for name in ("column", "kind", "size", "probability", "gain")
-    }
-    return {
-        "parameters": parameters,
-        "correlation": found.correlation.tolist(),
-        "directions": [{"exponents": dict(each.exponents), "deviation": each.deviation} for each in found.directions],
-        "misfit": found.misfit,
-        "rms": found.rms,
-        "held_out_misfit": found.held_out_misfit,
-        "doubt": doubt,
-        "rows_not_trusted": {why: [row + 1 for row in rows] for why, rows in found.not_trusted.items()},
-    }
-
-
 def _residuals(found: Any) -> dict[str, list[float]]:
     """Columns by name with the conditions, and of each measure what was read, what is predicted and the residual."""
-    columns = dict(found.table.conditions)
-    for name in found.table.measures:
-        columns[name] = found.table.targets[name]
+    columns = dict(found.measured.conditions)
+    for name in found.measured.measures:
+        columns[name] = found.measured.targets[name]
         columns[f"{name}_predicted"] = found.predicted[name]
         columns[f"{name}_residual"] = found.residuals[name]
     return {name: np.asarray(column, dtype=float).tolist() for name, column in columns.items()}

@@ -12,7 +12,8 @@ from vibrocap.cli.options import Json, Option, Over
 from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import said
 from vibrocap.cli.texts import pairs, quantity_range, split, value_of
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.physics.names import split_path
+from vibrocap.quantities.dimensional import in_si
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -74,9 +75,7 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
         periods=request.periods,
         progress=report,
     )
-    record, shown = _crossings_record(found), in_si(found, given.system, over=along.path)
-    if shown is not found:
-        record = _crossings_record(shown) | {"units": units_of(shown), "dimensionless": record}
+    shown = in_si(found, given.system, over=along.path)
     other = "" if request.against is None else f" less that with {request.against}"
     head = f"{found.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
     incomplete = ""
@@ -87,26 +86,19 @@ def crossing(request: CrossingRequest, report: Report) -> Answer:
             f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic."
         )
     text = "\n".join([head, *(f"  {line}" for line in str(shown).splitlines())])
-    return Answer(record, text, incomplete=incomplete)
-
-
-def _crossings_record(found: Any) -> dict[str, Any]:
-    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
-    return {
-        "measure": found.measure,
-        "over": found.over,
-        "value": found.value,
-        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
-        "equal": found.equal,
-        "unsettled": found.unsettled,
-        "parameters": found.parameters.tolist(),
-        "differences": found.differences.tolist(),
-    }
+    return Answer(shown, text, incomplete=incomplete)
 
 
 def _other(system: Any, text: str) -> Any:
     """The system with another kind of part, which keeps the parameters that both have, or with other parameters."""
-    from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal, varied, with_varied_parts
+    from vibrocap.studies.plan.variation import (
+        kinds_chosen,
+        path_complaints,
+        plainly,
+        refusal,
+        varied,
+        with_varied_parts,
+    )
 
     found = Complaints()
     wanted = "friction.law=NAME or PATH=VALUE"
@@ -114,9 +106,9 @@ def _other(system: Any, text: str) -> Any:
     if found:
         raise Refusal(f"--against should be {wanted}, got {text!r}")
     for path, name in values.items():
-        if is_kind(path) and (known := kinds_of(path.partition(".")[0])).get(str(name)) is None:
+        if is_kind(path) and (known := kinds_of(split_path(path)[0])).get(str(name)) is None:
             found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
-    system = with_varied_parts(system, values)
+    system, values = with_varied_parts(system, values), plainly(values, system)
     if not found:
         found += path_complaints(values, [kinds_chosen(system, values)], system.units)
     try:

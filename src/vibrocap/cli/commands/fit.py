@@ -8,10 +8,9 @@ from vibrocap.cli.command import Answer, Report, command
 from vibrocap.cli.fit_request import FitRequest, own_settings
 from vibrocap.cli.terminal import complain
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
-    from vibrocap.identification.experiments.comparison import Comparison
     from vibrocap.identification.result.fit_result import Fit
     from vibrocap.records.record import Record
 
@@ -43,12 +42,11 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
     from vibrocap.identification.fitting.fit import fit as driven_fit
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
-    from vibrocap.identification.result.fit_result import as_data
 
     method = spring_fit if request.spring is not None else steady_fit if request.steady else driven_fit
     found = method(records, request.laws[0], **settings)
     if not found.ok:
-        return Answer(as_data(found), incomplete=f"No fit of {request.laws[0]}: {found.status}.")
+        return Answer(found, incomplete=f"No fit of {request.laws[0]}: {found.status}.")
     written = _write(found, request.out, scales) if request.out is not None else []
 
     def figure() -> Any:
@@ -56,7 +54,7 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
 
         return fit_figure(found)
 
-    return Answer(as_data(found), found.summary(), figure, tuple(("Written:", path) for path in written))
+    return Answer(found, found.summary(), figure, tuple(("Written:", path) for path in written))
 
 
 def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
@@ -76,30 +74,19 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     if out is not None:
         for each in good:
             written += _write(each, made_folder(out / each.law_name, own=True), scales)
-        text = json_text(comparison_record(found)) + "\n"
+        text = json_text(found) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
         if good and _can_draw():
             from vibrocap.plotting.look.finishing import save
 
             written.append(save(figure(), out / "comparison.png"))
     return Answer(
-        comparison_record(found),
+        found,
         found.summary(),
         figure if good else None,
         tuple(("Written:", path) for path in written),
         "" if good else f"None of the laws could be fitted: {found.laws[0].fit.status}.",
     )
-
-
-def comparison_record(found: "Comparison") -> dict[str, Any]:
-    """A comparison by name, the best law first."""
-    numbers = ("law", "held_out", "relative_rmse", "parameters", "aic", "bic", "seconds")
-    rows = [
-        {name: getattr(each, name) for name in numbers}
-        | {"status": str(each.fit.status), "values": {p.name: p.value for p in each.fit.parameters}}
-        for each in found.laws
-    ]
-    return {"held_out": found.method, "effective_samples": found.effective_samples, "laws": rows}
 
 
 def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:

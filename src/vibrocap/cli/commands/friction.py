@@ -81,10 +81,11 @@ def friction(request: FrictionRequest, report: Report) -> Answer:
 
 def _limits(case: Path) -> Answer:
     """The limits of the friction of a case."""
-    found, record, notes = limits_of(read_source(case).system)
+    system = read_source(case).system
+    found, record, notes = limits_of(system)
 
     def text(page: Page) -> None:
-        print_limits(page, found, *(("N", "m/s", "m") if "units" in record else ()))
+        print_limits(page, found, *(("N", "m/s", "m") if system.units is not None else ()))
         for note in notes:
             page.say(f"Note: {note}")
 
@@ -140,29 +141,7 @@ def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
 
         return sheet_figure(sheet)
 
-    return Answer(sheet_record(sheet), lambda page: print_sheet(page, request.name, sheet), figure)
-
-
-def sheet_record(sheet: Any) -> dict[str, Any]:
-    """The numbers of a test sheet by name."""
-    from vibrocap.physics.parameters import parameter_table
-
-    def chosen(found: Any, names: str) -> dict[str, Any]:
-        values = {name: getattr(found, name) for name in names.split()}
-        return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
-
-    cycle = "regime period stick_time slip_time amplitude largest_pull least_pull static_force kinetic_force settled"
-    parameters = {info.name: getattr(sheet.law, info.name) for info in parameter_table(sheet.law)}
-    return {
-        "law": sheet.law.name,
-        "parameters": parameters,
-        **chosen(sheet, "load mass stiffness speed"),
-        "presliding": [chosen(loop, "amplitude area peak_force deflection closure") for loop in sheet.presliding],
-        "lag": chosen(sheet.lag, "frequency width at area"),
-        "break_away": chosen(sheet.break_away, "rate force applied peaked"),
-        "stick_slip": chosen(sheet.stick_slip, cycle),
-        "creep": chosen(sheet.creep, "bias amplitude drift_per_cycle creeps"),
-    }
+    return Answer(sheet, lambda page: print_sheet(page, request.name, sheet), figure)
 
 
 def print_sheet(page: Page, name: str, sheet: Any) -> None:

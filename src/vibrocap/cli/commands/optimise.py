@@ -8,14 +8,14 @@ from typing import Annotated, Any
 from vibrocap.arguments import Complaints
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
-from vibrocap.cli.commands.orbit import bound_rows, bounds_record, orbit_record, orbit_units
+from vibrocap.cli.commands.orbit import bound_rows, bounds_record
 from vibrocap.cli.destinations import needs, writable_folder
 from vibrocap.cli.options import For, Json, Option, Seed, Uncertain, flag, folder, picture
 from vibrocap.cli.terminal import Page, said
 from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import in_both, json_text
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 CASES = "cases"  # in the folder of a front
 
@@ -144,7 +144,8 @@ def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, st
         **{"robust": "worst", "samples": 16} | request.given("robust", "samples"),
         **shared,
     )
-    record = optimum_record(found, request.setup.system)
+    record = view(in_si(found, request.setup.system))
+    record["bounds"] = [] if found.orbit is None else bounds_record(found.orbit.system, found.orbit)
     written = []
     if request.out is not None:
         write_text(made_folder(request.out) / "design.json", json_text(record) + "\n")
@@ -178,8 +179,7 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
     objectives = request.for_, request.against
     points = 100 if request.points is None else request.points
     found = pareto_front(request.setup, ranges, objectives, points=points, **shared)
-    names = ("measures", "units", "maximised", "counts", "rejected")
-    record = {"status": found.status.value, "designs": found.table(), **{name: getattr(found, name) for name in names}}
+    record = in_si(found, request.setup.system)
     written: list[tuple[str, Any]] = []
     if (out := request.out) is not None:
         made_folder(out / CASES)
@@ -207,22 +207,6 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
     return Answer(record, text, figure if len(found) else None, tuple(written), incomplete)
 
 
-def optimum_record(found: Any, system: Any) -> dict[str, Any]:
-    """What is known of an optimum of a system, by name, in SI where the system is."""
-    steady = None
-    if found.orbit is not None:
-        steady = orbit_record(found.orbit)
-        if (shown := in_si(found.orbit)) is not found.orbit:
-            units = {name: unit for name, unit in orbit_units(shown).items() if steady.get(name) is not None}
-            steady = in_both(orbit_record(shown), units, steady)
-    names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
-    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "nearest", "under", "attractor")}
-    known["starts"] = in_si(found, system).starts
-    return {"status": found.status.value, **known, "attractors": _attractors_record(found), "orbit": steady} | {
-        "bounds": [] if found.orbit is None else bounds_record(found.orbit.system, found.orbit)
-    }
-
-
 def _motions_in_words(found: Any) -> list[str]:
     """The motions besides that of the design to which spread starts lead, a line each."""
     if found.attractors is None:
@@ -241,19 +225,3 @@ def _motions_in_words(found: Any) -> list[str]:
             words.append(f"largest multiplier {row['largest_multiplier']:.4g}")
         lines.append(", ".join(words))
     return lines
-
-
-def _attractors_record(found: Any) -> dict[str, Any] | None:
-    """What spread starts lead to at a design."""
-    if found.attractors is None:
-        return None
-    shown, plain = in_si(found.attractors), found.attractors
-    lost = float((plain.label < 0).mean())
-    record = {"starts": len(plain.label), "not_settled_or_failed": lost, "motions": plain.table()}
-    if shown is plain:
-        return record
-    motion = shown.attractors[0].motion if shown.attractors else None
-    units = {} if motion is None else units_of(motion, "drift")
-    orbits = [each.motion.orbit for each in shown.attractors if each.motion.orbit is not None]
-    units |= units_of(orbits[0], "mean_velocity") if orbits else {}
-    return in_both(record | {"motions": shown.table()}, {"motions": units}, record)

@@ -1,17 +1,13 @@
 """`vibrocap robust`: how sure a measure of a case is where some of its quantities are not known exactly."""
 
 import dataclasses
-from typing import Annotated, Any
+from typing import Annotated
 
 from vibrocap.cli.command import Answer, OfCase, Report, command
 from vibrocap.cli.options import For, Json, Option, Seed, Uncertain
 from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import checked_pairs
-
-NUMBERS = (
-    *("measure", "unit", "nominal", "nominal_doubt", "mean", "deviation", "worst", "tail_mean"),
-    *("wrong_way", "failed", "not_settled"),
-)
+from vibrocap.quantities.dimensional import in_si
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -43,12 +39,6 @@ def robust(request: RobustRequest, report: Report) -> Answer:
     found = robustness(
         request.setup, quantities, request.for_, samples=request.samples, seed=request.seed, progress=report
     )
-    record: dict[str, Any] = {name: getattr(found, name) for name in NUMBERS}
-    record["quantiles"] = {str(share): value for share, value in found.quantiles.items()}
-    for name in ("first_order", "total"):
-        table = getattr(found, name)
-        keys = ("index", "low", "high")
-        record[name] = table and {each: dict(zip(keys, row, strict=True)) for each, row in table.items()}
 
     def text(page: Page) -> None:
         page.say(f"Robustness of {found.measure}", style="bold")
@@ -59,4 +49,4 @@ def robust(request: RobustRequest, report: Report) -> Answer:
             width = max(16, 2 + max(map(len, found.total)))
             page.rows([(name, f"{alone[0]:.3f}, {total[0]:.3f}") for name, alone, total in rows], width)
 
-    return Answer(record, text)
+    return Answer(in_si(found, request.setup.system), text)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from vibrocap.records.slips.periods import Drift
     from vibrocap.records.stick_slip import Spread, StickSlip
 
-ARRAYS = ("time", "force", "velocity")  # too long for a summary
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StickSlipRequest(Drawn):
@@ -102,7 +100,7 @@ def stick_slip(request: StickSlipRequest) -> Answer:
         for note in pulls[0].notes:
             page.say(f"  read: {note}")
 
-    record = _plain(found[0]) if len(found) == 1 else [_plain(each) for each in found]
+    record = found[0] if len(found) == 1 else found
     return Answer(record, text, None if request.plot is None else _figure(found))
 
 
@@ -121,18 +119,6 @@ def _figure(found: "list[StickSlip]") -> Callable[[], Any]:
         return stick_slip_figure(found[0]) if diagram is None else regime_figure(diagram)
 
     return figure
-
-
-def _plain(found: "StickSlip") -> dict[str, Any]:
-    """What is known of a record by name, without the arrays."""
-    record: dict[str, Any] = {}
-    for field in dataclasses.fields(found):
-        value = getattr(found, field.name)
-        if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            value = dataclasses.asdict(value)
-        if field.name not in ARRAYS:
-            record[field.name] = value
-    return record | {"phases": [dataclasses.asdict(phase) for phase in found.phases]}
 
 
 def print_stick_slip(page: Page, found: "StickSlip") -> None:
