@@ -30,7 +30,7 @@ def shown(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("vibrocap.lab.bundle.browser_module", lambda forms: b"")  # test_lab.py compiles them
 
     def run(command, *options, refused=None):
-        code = main([command, "case.toml", *options])
+        code = main([*command.split(), "case.toml", *options])
         told = capsys.readouterr()
         assert code in (0, 3) or (code == 2 and refused and refused.search(told.err)), (command, options, told.err)
         return told.out

@@ -180,7 +180,7 @@ def _measures(system: System | None) -> Answer:
         page.print("Every run also has status, settled, response_period, window_start and window_periods.")
 
     record = {
-        name: {"unit": each.si_unit if with_units else "1", "meaning": each.meaning} for name, each in known.items()
+        name: {"si_unit": each.si_unit if with_units else "1", "meaning": each.meaning} for name, each in known.items()
     }
     return Answer({"measures": record}, text)
 
