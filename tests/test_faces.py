@@ -94,7 +94,7 @@ def test_a_case_is_exported(shown, tmp_path, number):
     row = case_matrix.every_kind()[number]
     written(row, tmp_path)
     exported(shown, row, "c", "fmu", "mjcf")
-    for command in ("measures", "limits", "cite"):
+    for command in ("list measures", "friction", "simulate --cite text"):
         shown(command, refused=re.compile("law"))
 
 

@@ -17,6 +17,7 @@ from cyclopts import Group, Parameter
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import Case, CaseError
+from vibrocap.case.sections import SECTIONS
 from vibrocap.cli.destinations import needs
 from vibrocap.cli.options import CaseOption, Option, Parts, flag
 from vibrocap.cli.refusal import Refusal, by_option
@@ -89,6 +90,11 @@ class OfCase(WithParts):
     """A request about a case."""
 
     case: CaseOption
+
+    @classmethod
+    def flags(cls) -> dict[str, str]:
+        """The option by every argument; sections of the case are named with it."""
+        return {name: f"CASE: {name}" for name in SECTIONS} | super().flags()
 
     @functools.cached_property
     def setup(self) -> Case:
