@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.command import Answer, OfCase, Report, command
 from vibrocap.cli.options import Json, Option, SettlePeriods, Tolerance
+from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import scaled, without_unit
@@ -73,7 +74,10 @@ def orbit(request: OrbitRequest, report: Report) -> Answer:
 
     given = request.setup
     if request.gradients:
-        check_gradients(given.system)
+        try:
+            check_gradients(given.system)
+        except ArgumentError as error:
+            raise Refusal(f"--gradients: {error.complaint.text}") from None
     found = steady_motion(
         given.system,
         initial=given.initial,
