@@ -21,9 +21,9 @@ from vibrocap.physics.dimensions.units import (
     state_units,
     undeclared,
 )
-from vibrocap.physics.names import number_in
+from vibrocap.physics.names import number_in, plain_path, split_path
 from vibrocap.physics.parameters import FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
-from vibrocap.quantities.declared import Context, Declared
+from vibrocap.quantities.declared import AsGiven, Context, Declared, WithUnit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,7 +102,7 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
 
     parts: of a system by name, or their classes
     """
-    section, _, name = path.partition(".")
+    section, name = split_path(plain_path(path, parts["machine"]))
     if path.startswith(INITIAL):
         keys: Mapping[str, Key] = state_keys(state_units(parts))
     else:
@@ -144,7 +144,7 @@ def quantity(path: str, system: Any) -> Quantity:
     """
     place = path_in_si(path, system.parts)
     if place is None:
-        return Quantity(path, path)
+        return Quantity(path, plain_path(path, system.machine))
     if system.units is None:
         raise ArgumentError(path, f"the case does not say what its units are; give {place[0]}, or a case in SI")
     return Quantity(path, place[0], place[1].unit, system.si.per_key(place[1]))
@@ -188,10 +188,40 @@ class Along(Declared):
             return value if asked.path == asked.plain else super().converted(value, context, back)
         return super().converted(value, context, back)
 
+    def seen(self, value: Any, context: Context) -> Any:
+        shown = isinstance(value, str) and context.system is not None
+        return self.converted(value, context) if shown else super().seen(value, context)
+
 
 Path = Annotated[str, Along()]
 Parameter = Annotated[float, Along()]
 Parameters = Annotated[np.ndarray, Along()]
+
+
+class AtPath(AsGiven):
+    """A number in the unit of the parameter that its record names `path`."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return self.at(value, context.known("path")[0], context)
+
+    @staticmethod
+    def at(value: Any, path: str, context: Context) -> Any:
+        """A number in the unit of a parameter."""
+        if context.system is None or isinstance(value, str):
+            return value
+        known = quantity(path, context.system)
+        return value if known.unit == "1" else WithUnit(value, known.unit, value / known.scale)
+
+
+class ByPath(AtPath):
+    """Values by the paths of parameters, which say their units: {"drive.frequency_Hz": 1.0}."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return value if value is None else {path: self.at(each, path, context) for path, each in value.items()}
+
+
+NumberAtPath = Annotated[float, AtPath()]
+Design = Annotated[dict[str, Any], ByPath()]
 
 
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:
@@ -203,13 +233,13 @@ def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts
     found: dict[str, Any] = {}
     for path, value in values.items():
         place = path_in_si(path, parts) if scales is not None else None
-        plain = path if place is None else place[0]
+        plain = plain_path(path, parts["machine"]) if place is None else place[0]
         if plain in found:
             raise ArgumentError(path, "is given in two ways; give one of them")
         if place is None or scales is None or isinstance(value, str):
             found[plain] = value
         else:
-            found[plain] = value / place[1].scale(scales, effort_of(plain.partition(".")[0], parts))
+            found[plain] = value / place[1].scale(scales, effort_of(split_path(plain)[0], parts))
     return found
 
 
