@@ -190,6 +190,8 @@ def calibrate(
 
 def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
     """The result of a search."""
+    from scipy.special import stdtrit
+
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
     doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
@@ -207,7 +209,8 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
     elif doubt or improbable(model, float(np.sum(residuals**2))):
         verdict = Verdict.DOUBTED
-    parameters = [_parameter(model, k, shares, covariance, slopes, verdict) for k in range(unknowns)]
+    half = float(stdtrit(spare, 0.5 + 0.5 * LEVEL))
+    parameters = [calibrated(model, k, shares, covariance, slopes, half, verdict) for k in range(unknowns)]
     own = np.array([each.value for each in parameters])
     per_fold = np.array([space.derivative(k, float(shares[k])) for k in range(unknowns)])
     logs = slopes * (np.where(own == 0.0, 1.0, own) / per_fold)
@@ -239,19 +242,26 @@ def _mean(squares: np.ndarray) -> float:
     return float(np.mean(known)) if len(known) else math.nan
 
 
-def _parameter(
-    model: TableModel, k: int, shares: np.ndarray, covariance: np.ndarray, slopes: np.ndarray, doubted: Verdict | None
+def calibrated(
+    model: Any,
+    k: int,
+    shares: np.ndarray,
+    covariance: np.ndarray,
+    slopes: np.ndarray,
+    half: float,
+    doubted: Verdict | None,
 ) -> CalibratedParameter:
-    """A parameter with its interval and what the table says of it; doubted: what is said of all parameters."""
-    from scipy.special import stdtrit
+    """A parameter with its interval and what the data say of it.
 
+    model: a `TableModel` or a `RecordModel`; covariance: of the shares; slopes [errors, parameters]; half: half width
+    of the interval in standard deviations; doubted: what is said of all parameters
+    """
     space, path, share = model.space, model.space.paths[k], float(shares[k])
     deviation = float(np.sqrt(covariance[k, k]))
     error = deviation * space.derivative(k, share)
     value = float(space.design(shares)[path])
     if doubted is Verdict.UNTRUSTED:
         return CalibratedParameter(path, value, math.nan, math.nan, error, doubted)
-    half = float(stdtrit(len(slopes) - len(shares), 0.5 + 0.5 * LEVEL))
     ends = [_end(model, shares, sign * half * covariance[:, k] / deviation) for sign in (-1.0, 1.0)]
     low, high = (float(space.design(end)[path]) for end, _ in ends)
     open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
@@ -270,7 +280,7 @@ def _parameter(
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 
-def _end(model: TableModel, shares: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, bool]:
+def _end(model: Any, shares: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, bool]:
     """(shares at an end of an interval, whether a part refuses what lies beyond).
 
     way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated.
