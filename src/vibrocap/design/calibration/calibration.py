@@ -190,8 +190,6 @@ def calibrate(
 
 def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initial: Mapping[str, float]) -> Calibration:
     """The result of a search."""
-    from scipy.special import stdtrit
-
     space, table, unknowns = model.space, model.table, len(model.space.paths)
     values, trust = model.predicted(np.vstack([shares, model.beside(shares)]), np.arange(table.rows))
     doubts = ([trust.doubt((point, row)) for point in range(len(values))] for row in range(table.rows))
@@ -209,8 +207,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         covariance, verdict = np.full_like(covariance, np.nan), Verdict.UNTRUSTED
     elif doubt or improbable(model, float(np.sum(residuals**2))):
         verdict = Verdict.DOUBTED
-    half = float(stdtrit(spare, 0.5 + 0.5 * LEVEL))
-    parameters = [calibrated(model, k, shares, covariance, slopes, half, verdict) for k in range(unknowns)]
+    parameters = [_parameter(model, k, shares, covariance, slopes, verdict) for k in range(unknowns)]
     own = np.array([each.value for each in parameters])
     per_fold = np.array([space.derivative(k, float(shares[k])) for k in range(unknowns)])
     logs = slopes * (np.where(own == 0.0, 1.0, own) / per_fold)
@@ -242,27 +239,20 @@ def _mean(squares: np.ndarray) -> float:
     return float(np.mean(known)) if len(known) else math.nan
 
 
-def calibrated(
-    model: Any,
-    k: int,
-    shares: np.ndarray,
-    covariance: np.ndarray,
-    slopes: np.ndarray,
-    half: float,
-    doubted: Verdict | None,
+def _parameter(
+    model: TableModel, k: int, shares: np.ndarray, covariance: np.ndarray, slopes: np.ndarray, doubted: Verdict | None
 ) -> CalibratedParameter:
-    """A parameter with its interval and what the data say of it.
+    """A parameter with its interval and what the table says of it; doubted: what is said of all parameters."""
+    from scipy.special import stdtrit
 
-    model: a `TableModel` or a `RecordModel`; covariance: of the shares; slopes [errors, parameters]; half: half width
-    of the interval in standard deviations; doubted: what is said of all parameters
-    """
     space, path, share = model.space, model.space.paths[k], float(shares[k])
     deviation = float(np.sqrt(covariance[k, k]))
     error = deviation * space.derivative(k, share)
     value = float(space.design(shares)[path])
     if doubted is Verdict.UNTRUSTED:
         return CalibratedParameter(path, value, math.nan, math.nan, error, doubted)
-    ends = [_end(model, shares, sign * half * covariance[:, k] / deviation) for sign in (-1.0, 1.0)]
+    half = float(stdtrit(len(slopes) - len(shares), 0.5 + 0.5 * LEVEL))
+    ends = [_end(model, shares, sign * half * covariance[:, k] / deviation, k) for sign in (-1.0, 1.0)]
     low, high = (float(space.design(end)[path]) for end, _ in ends)
     open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
     if np.sqrt(np.mean(slopes[:, k] ** 2)) < 1e-9:
@@ -280,24 +270,28 @@ def calibrated(
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 
-def _end(model: Any, shares: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, bool]:
-    """(shares at an end of an interval, whether a part refuses what lies beyond).
+def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tuple[np.ndarray, bool]:
+    """(shares at an end of the interval of parameter k, whether a part refuses what lies beyond).
 
-    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated.
+    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated,
+    or stay, where a part refuses that they do.
     """
 
     def point(part: float) -> np.ndarray:
         return np.clip(shares + part * way, 0.0, 1.0)
 
-    if not refusal(model.system, model.space.parameters(point(1.0))):
+    def refused(part: float) -> bool:
+        alone = shares.copy()
+        alone[k] = point(part)[k]
+        return all(refusal(model.system, model.space.parameters(each)) for each in (point(part), alone))
+
+    if not refused(1.0):
         return point(1.0), False
-    allowed, refused = 0.0, 1.0
+    low, high = 0.0, 1.0
     for _ in range(HALVINGS):
-        middle = 0.5 * (allowed + refused)
-        allowed, refused = (
-            (allowed, middle) if refusal(model.system, model.space.parameters(point(middle))) else (middle, refused)
-        )
-    return point(allowed), True
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if refused(middle) else (middle, high)
+    return point(low), True
 
 
 def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Direction, ...]:

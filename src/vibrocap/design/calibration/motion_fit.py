@@ -14,13 +14,13 @@ import numpy as np
 from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
-from vibrocap.design.calibration.calibration import CalibratedParameter, calibrated
+from vibrocap.design.calibration.calibration import CalibratedParameter
 from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column
 from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import design_space
-from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.inference.identifiability import WIDE, Verdict
 from vibrocap.identification.inference.residuals import FAR
-from vibrocap.identification.inference.uncertainty import correlation_time, inverse, uncertainty
+from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse, uncertainty
 from vibrocap.identification.search.loss import Loss
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import available_threads
@@ -29,8 +29,16 @@ from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
 from vibrocap.records.record import Record
 from vibrocap.results import Result
+from vibrocap.studies.plan.variation import refusal
 
-HORIZONS = ((0.125, 4, 15), (0.25, 2, 15), (0.5, 1, 15), (1.0, 1, 60))  # share of the records, candidates, evaluations
+HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
+ROUNDS = 3  # of the search at most, each from points of its own, until it leaves noise alone or two agree
+NOISY = 1.2  # error over the noise of the samples: up to here it is noise alone
+HALVINGS = 6  # to where the squares object to a value of a parameter
+LEAST = 1e-9  # share of a range: the first step from a value
+FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
+SCANNED = 33  # points over the range of a parameter
+AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
 FEWEST = 64  # samples of the shortest record within a horizon
 BEGIN = 0.1  # share of a held-out record from which its start is found
 CONSTANT = 1.0  # relative error from which on a prediction is no better than a constant
@@ -194,9 +202,20 @@ def _check_records(
 
 
 def _searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
-    """(best point, whether the search has settled), over longer and longer stretches of the records."""
-    from scipy.optimize import least_squares
+    """(best point, whether the search has settled): rounds until one leaves noise alone, or two end alike."""
+    counts, best = model.counts(1.0), (math.inf, np.zeros(0), False)
+    for k in range(ROUNDS):
+        point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
+        cost, point = _beyond_kinks(model, point, counts)
+        again = abs(cost - best[0]) <= AGREE * cost
+        best = min(best, (cost, point, settled), key=lambda found: found[0])
+        if again or math.sqrt(best[0]) <= NOISY * model.noise:
+            break
+    return best[1:]
 
+
+def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled), over longer and longer stretches of the records."""
     many = len(model.space.paths)
     points = np.zeros((starts, model.coordinates))
     points[:, :many] = sample_points(many, starts, seed)
@@ -207,25 +226,36 @@ def _searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[
             continue
         counts = model.counts(share)
         costs = [float(np.sum(_soft(model.errors(point, counts)))) for point in points]
-        best = [points[i] for i in np.argsort(costs, kind="stable")[:kept]]
-        ends = [
-            least_squares(
-                model.errors,
-                np.clip(point, model.bounds[0] + 1e-9, model.bounds[1] - 1e-9),
-                jac=model.slopes,  # type: ignore[arg-type]
-                args=(counts,),
-                bounds=model.bounds,
-                max_nfev=most,
-                xtol=1e-10,
-                ftol=1e-10,
-            )
-            for point in best
-        ]
+        ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
         ends.sort(key=lambda end: end.cost)
         points, settled = np.array([end.x for end in ends]), ends[0].status > 0
         if report:
             report((k + 1) / len(HORIZONS))
     return points[0], settled
+
+
+def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
+    many = len(model.space.paths)
+    points = np.tile(point, (many, SCANNED, 1))
+    for k in range(many):
+        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
+    squares = [float(np.sum(model.errors(each, counts) ** 2)) for each in points.reshape(-1, len(point))]
+    return points, np.reshape(squares, (many, SCANNED))
+
+
+def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
+    """(sum of squares, point) of the least minimum that is seen along single parameters.
+
+    Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
+    """
+    least = float(np.sum(model.errors(point, counts) ** 2))
+    while True:
+        points, squares = _scan(model, point, counts)
+        if np.min(squares) >= least * (1.0 - AGREE):
+            return least, point
+        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
+        least, point = 2.0 * float(end.cost), end.x
 
 
 def _soft(errors: np.ndarray) -> np.ndarray:
@@ -244,23 +274,10 @@ def _found(
     parts = np.split(errors, np.cumsum(counts)[:-1])
     spread = uncertainty(parts, slopes, np.eye(model.coordinates), Loss())
     deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
-    noise = math.sqrt(sum(float(np.sum(np.diff(each.measured, 2) ** 2)) / 6.0 / each.size**2 for each in model.courses))
-    ratio = float(np.linalg.norm(errors)) / max(noise, 1e-300)
+    ratio = float(np.linalg.norm(errors)) / max(model.noise, 1e-300)
     shares = point[:many]
-    verdict = Verdict.DOUBTED if ratio > FAR else None
     own = spread.covariance[:many, :many]
-    parameters = [
-        calibrated(
-            model,
-            k,
-            shares,
-            own,
-            slopes[:, :many],
-            float(spread.threshold[k] / math.sqrt(spread.inflation[k])),
-            verdict,
-        )
-        for k in range(many)
-    ]
+    parameters = [_parameter(model, k, point, slopes, spread, errors) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
     found = MotionFit(
         system=system.with_parameters(
@@ -281,6 +298,64 @@ def _found(
     for other in others:
         _predict(found, other, shares, own, deviation)
     return found
+
+
+def _parameter(
+    model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, errors: np.ndarray
+) -> CalibratedParameter:
+    """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
+
+    It is sought along the way on which the others follow the parameter as they are correlated, and on which they stay:
+    where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
+    """
+    space, path = model.space, model.space.paths[k]
+    each: Any = space.variables[k]
+    limit = float(np.sum(errors**2)) + spread.unit * spread.threshold[k] ** 2
+    error = math.sqrt(spread.covariance[k, k])
+    alone = np.eye(len(point))[k]
+    acting = np.any(np.abs(slopes) > FAINT, axis=0)
+    joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
+    half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
+    reached = []
+    for sign in (-1.0, 1.0):
+        linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
+        refused = refusal(
+            model.system, space.parameters(np.where(alone[: len(space.paths)], linear, point[: len(space.paths)]))
+        )
+        ways = [point[k] + sign * _reach(model, k, point, sign * way, error, limit) for way in (alone, joint)]
+        reached.append(sorted([*ways, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+    low, high = reached
+    ends = float(each.at(low)), float(each.at(high))
+    if not acting[k]:
+        verdict = Verdict.NO_EFFECT
+    elif low <= 0.0 or high >= 1.0:
+        verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
+    elif float(np.linalg.norm(errors)) > FAR * model.noise:
+        verdict = Verdict.DOUBTED
+    else:
+        verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED
+    error *= space.derivative(k, float(point[k]))
+    return CalibratedParameter(path, float(each.at(point[k])), *ends, error, verdict)
+
+
+def _reach(model: RecordModel, k: int, point: np.ndarray, way: np.ndarray, begin: float, limit: float) -> float:
+    """How far parameter k may go along a way, in shares of its range, before the squares exceed a limit."""
+    counts, (low, high) = model.counts(1.0), model.bounds
+    room = (1.0 - point[k]) if way[k] > 0.0 else point[k]
+
+    def allowed(change: float) -> bool:
+        return float(np.sum(model.errors(np.clip(point + change * way, low, high), counts) ** 2)) <= limit
+
+    inside, step = 0.0, min(max(begin, LEAST), room)
+    while allowed(step):
+        if step >= room:
+            return room
+        inside, step = step, min(2.0 * step, room)
+    outside = step
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if allowed(middle) else (inside, middle)
+    return outside
 
 
 def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.ndarray:
@@ -309,14 +384,11 @@ def _predict(
     What is uncertain of the start follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
     Js^T Jp there.
     """
-    from scipy.optimize import least_squares
-
     many, (place,) = len(shares), model.places
     begun, (whole,) = model.counts(BEGIN), model.counts(1.0)
-    start = np.zeros(len(place))
+    point = np.concatenate((shares, np.zeros(len(place))))
     if len(place):
-        start = least_squares(lambda s: model.errors(np.concatenate((shares, s)), begun), start, max_nfev=30).x
-    point = np.concatenate((shares, start))
+        point = model.refined(point, begun, 30, place).x
     errors, slopes = model.errors(point, (whole,)), model.slopes(point, (whole,))
     first = slopes[: begun[0]]
     base = inverse(first[:, place].T @ first[:, place])

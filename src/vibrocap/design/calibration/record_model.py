@@ -2,8 +2,10 @@
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -103,6 +105,11 @@ class RecordModel:
         self.coordinates = int(ends[-1])
 
     @property
+    def noise(self) -> float:
+        """Norm of the errors that the noise of the samples alone makes, as their second differences tell."""
+        return math.sqrt(sum(np.sum(np.diff(each.measured, 2) ** 2) / 6.0 / each.size**2 for each in self.courses))
+
+    @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest coordinates."""
         many, starts = len(self.space.paths), self.coordinates - len(self.space.paths)
@@ -172,3 +179,27 @@ class RecordModel:
             found[ends[k] : ends[k + 1], i] = (values[place : place + n] - values[place + n : place + 2 * n]) / width
             place += 2 * n
         return found
+
+    def refined(self, point: np.ndarray, counts: Sequence[int], most: int, moving: Any = slice(None)) -> Any:
+        """The minimum near a point, as SciPy tells it, from so many evaluations at most; moving: coordinates sought."""
+        from scipy.optimize import least_squares
+
+        low, high = self.bounds
+        begun = np.clip(point, low + 1e-9, high - 1e-9)
+
+        def whole(x: np.ndarray) -> np.ndarray:
+            found = begun.copy()
+            found[moving] = x
+            return found
+
+        end = least_squares(
+            lambda x: self.errors(whole(x), counts),
+            begun[moving],
+            jac=lambda x: self.slopes(whole(x), counts)[:, moving],  # type: ignore[arg-type]
+            bounds=(low[moving], high[moving]),
+            max_nfev=most,
+            xtol=1e-10,
+            ftol=1e-10,
+        )
+        end.x = whole(end.x)
+        return end
