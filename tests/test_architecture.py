@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-LOCKED_APART = {"site": ["docs"], "exchange": ["exchange", "gym", "mujoco"]}  # extras by the lock that holds them
+LOCKED_APART = {"site": ["docs"], "exchange": ["exchange", "mujoco"]}  # extras by the lock that holds them
 LOCKS = [ROOT / "requirements.lock", *sorted((ROOT / ".ci").glob("*.txt"))]
 
 LONGEST_MODULE = 400

@@ -8,33 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from systems import two_blocks
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.names import numbered
 
 STILL = vc.Constant(force=0.0, duration=10.0)
-
-
-def test_two_masses_of_siconos():
-    """Mass 1 does not rub and feels cos(0.3 t); its digits are those of the example and of an independent solver."""
-    row = vc.TwoBlockRow(stiffness_2=0.0, normal_load=0.0, actuation_2=0.0)
-    system = vc.System(row, vc.Coulomb(0.5, 0.5), vc.Harmonic(amplitude=1.0, frequency=0.3))
-    motion = vc.simulate(system, initial={"position": 1.0}, periods=500.0 / system.drive.period, tolerance=1e-12)
-    assert motion.certificate.ok
-    assert list(motion.state.values()) == pytest.approx([0.2362539, 0.3776140, -0.2589723, 0.0], abs=6e-8)
-    assert motion.state["sliding_velocity_2"] == 0.0
-
-
-@pytest.mark.parametrize(("belt", "period"), [(0.15, 12.3929518), (0.2, 11.8962162), (0.3, 10.0706235)])
-def test_periods_of_galvanetto_and_bishop(belt, period):
-    """Digits of an independent event-driven solver; block 1 sticks twice in a turn."""
-    start = {"position": 1.0, "position_2": 1.0}
-    motion = vc.simulate(two_blocks(belt), initial=start, periods=120, tolerance=1e-11)
-    assert motion.certificate.ok
-    sticks = np.array([event.time for event in motion.events if event.kind == "stick"])[-5:]
-    assert sticks[2:] - sticks[:-2] == pytest.approx([period] * 3, abs=1e-7)
-    assert abs(sticks[-1] - sticks[-2] - period / 2.0) > 0.1
 
 
 @pytest.mark.slow

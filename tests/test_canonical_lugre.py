@@ -36,17 +36,6 @@ def pulls():
     return break_away(OWN, [1.0, 10.0])
 
 
-@pytest.mark.slow
-def test_break_away_forces_of_the_authors(pulls):
-    """1.43242 N at 1 N/s and 1.21995 N at 10 N/s: the largest friction force before the mass slides away."""
-    assert [f"{force:.5f}" for force in pulls.force] == ["1.43242", "1.21995"]
-    assert pulls.peaked.all()
-    for force, pull in zip(pulls.force, pulls.pulls, strict=True):
-        before = pull.time <= pull.time[np.argmax(pull.friction == force)]
-        assert pull.friction[before].max() == force
-        assert pull.friction[-1] < 0.9 * force
-
-
 def test_break_away_by_another_integrator(pulls):
     def rates(t, y):
         return own_rates(y, 10.0 * t)

@@ -91,7 +91,7 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
-OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
+OPTIONAL = ("fmpy",)  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
 OWN = ROOT / "examples" / "own_parts"  # the worked parts of CONTRIBUTING.md, in folders as those of `physics/`
 FOLDERS = ("friction", "machines", "drives", "controllers")
@@ -297,9 +297,7 @@ def test_every_command_has_examples_of_its_own(capsys):
         text = " ".join(capsys.readouterr().out.split())
         shown = text.rpartition("Examples:")[2].strip()
         assert shown == " ".join(lines)
-        assert all(
-            line.startswith(f"vibrocap {command}") for line in lines if command not in ("friction", "datasets", "steer")
-        )
+        assert all(line.startswith(f"vibrocap {command}") for line in lines if command not in ("friction", "datasets"))
     commands = {name for name in cli.app if not name.startswith("-")}
     assert {command.split()[0] for command in EXAMPLES} == commands
 
@@ -335,7 +333,7 @@ def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
 
 
 # Where an example of the help gives a number, in SI it carries a unit; there is an example in SI beside it.
-WITH_UNIT = ("vibrocap steer examples/travels-by-stick-slip.toml", "vibrocap convert")
+WITH_UNIT = ("vibrocap convert",)
 LACKING = ("vibrocap sweep case.toml --over friction.law",)  # whose bristles have no default in SI
 
 

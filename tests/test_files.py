@@ -150,7 +150,6 @@ def test_a_command_does_not_write_over_what_it_reads(tmp_path, capsys):
 CONTINUED = {
     "optimise": ("best.toml", "--over", "drive.frequency=0.5:3"),
     "optimise front": ("cases/003.toml", "--over", "drive.frequency=0.5:3", "--against", "drift"),
-    "steer": ("steered.toml", "--to", "5", "--tolerance", "0.1"),
     "calibrate": ("calibrated.toml", "--to", "rows.csv", "--over", "machine.damping=0.5:2"),
 }
 

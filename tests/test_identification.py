@@ -259,7 +259,7 @@ def test_the_summary_says_what_was_found(found):
         ({"weights": "none"}, "weights should be one of"),
         ({"held_out": "other"}, "no record is called 'other'"),
         ({"held_out": "all of it"}, "leaves no record"),
-        ({"load": -1.0}, "load: should be a normal force > 0"),
+        ({"load": -1.0}, "load should be a normal force > 0"),
         ({"records": []}, "there is none"),
         ({"records": [record(), record()]}, "different names"),
     ],

@@ -37,21 +37,6 @@ def multipliers(mu, machine=MACHINE, period=1.0):
     return found.multipliers
 
 
-def squared_gap(mu):
-    """(omega_1^2 - omega_2^2)^2 of the two vibrations, linear in mu, zero where they meet."""
-    found = np.abs(np.angle(multipliers(mu)))
-    slow, fast = np.sort(found)[::2]
-    return (fast**2 - slow**2) ** 2
-
-
-@pytest.mark.slow
-def test_the_critical_coefficient_is_where_two_frequencies_meet():
-    expected = critical_coefficient(MACHINE)
-    low, high = 0.5 * expected, 0.8 * expected
-    below, above = squared_gap(low), squared_gap(high)
-    assert low - below * (high - low) / (above - below) == pytest.approx(expected, abs=1e-9)
-
-
 @pytest.mark.slow
 def test_vibrations_grow_beyond_the_critical_coefficient_only():
     expected = critical_coefficient(MACHINE)

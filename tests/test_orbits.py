@@ -237,39 +237,6 @@ def test_block_on_a_belt_with_static_and_kinetic_friction():
     assert list(found.multipliers) == [0.0]
 
 
-@pytest.mark.slow
-def test_leines_block_on_a_belt():
-    """Its period agrees with that of an event solver (tests/test_oscillator.py); the turning points with its energy."""
-    belt = vc.System(
-        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.2),
-        vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
-        vc.Constant(),
-    )
-    found = vc.orbit(belt, settle_periods=200)
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.period == pytest.approx(12.0010312948306, abs=1e-9)
-    assert list(found.multipliers) == [0.0]
-    assert found.mode_sequence in ("SB", "SF")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("r", "beta"), [(0.8, 0.5), (0.9, 0.5), (1.5, 0.3), (1.5, 0.6), (2.0, 0.2)])
-def test_den_hartogs_amplitude(r, beta):
-    """docs/model.md; time t of x'' + x + beta sgn(x') = cos(r t), an orbit that is its own mirror image."""
-    system = vc.System(
-        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.0),
-        vc.Coulomb(static_coefficient=beta, coulomb_coefficient=beta),
-        vc.Harmonic(amplitude=1.0, frequency=r),
-    )
-    found = vc.orbit(system, initial={"position": 1.0})
-    assert found.status is vc.OrbitStatus.CONVERGED
-    assert found.symmetric
-    motion = found.motion()
-    turns = [abs(event.state["position"]) for event in motion.events if event.kind in ("reversal", "stick")]
-    v, u = 1.0 / (1.0 - r**2), math.sin(math.pi / r) / (r * (1.0 + math.cos(math.pi / r)))
-    assert max(turns) == pytest.approx(math.sqrt(v**2 - (beta * u) ** 2), abs=1e-10)
-
-
 # --- what goes wrong -------------------------------------------------------------------------------------------------
 
 

@@ -107,10 +107,6 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
         "--held-out": (("1",), ("0", "x", "99")),
         "--json": (("",), ()),
     }),
-    "steer": (("case.toml", "--tolerance", "0.1", "--within", "60", "--levels", "2"), {
-        "--to": ((), ("x", "", "nan")),
-        "--least": ((), ("money",)),
-    }),
     "reproduce": (("--only", "fig99"), {"--out": ((), ("case.toml",))}),
     "bound": (("case.toml",), {"--json": (("",), ())}),
     "lab": (("case.toml",), {
@@ -178,7 +174,6 @@ NEEDS = dict.fromkeys(("branch", "crossing", "optimise", "calibrate"), ("--over"
     "basins": ("--plane",),
     "robust": ("--uncertain",),
     "export": ("--out",),
-    "steer": ("--to",),
     "convert": ("--scales",),
 }
 SEVERAL = (
@@ -187,7 +182,6 @@ SEVERAL = (
     "export",
     "crossing",
     "calibrate",
-    "steer",
     "branch",
     "optimise",
     "orbit",

@@ -6,6 +6,7 @@
 import dataclasses
 import os
 import re
+import runpy
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,8 +20,20 @@ INDEX = ROOT / "docs" / "index.md"
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
-# Pages that the package prints; in the repository a few lines stand in their place.
-PRINTED = {"symbols.md": symbols.page, "references.md": references_page, "errata.md": errata_page}
+
+
+def published_page() -> str:
+    """The page that `examples/published/published.py` prints."""
+    return runpy.run_path(str(ROOT / "examples" / "published" / "published.py"))["page"]()
+
+
+# Pages that are printed; in the repository a few lines stand in their place.
+PRINTED = {
+    "symbols.md": symbols.page,
+    "references.md": references_page,
+    "errata.md": errata_page,
+    "published.md": published_page,
+}
 WIDE = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"  # a page without the list of its headings
 ROW = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| (.+) \|$", re.MULTILINE)
 
@@ -84,10 +97,11 @@ def stage(folder: Path) -> None:
         text = PRINTED[place]() if place in PRINTED else page.read_text(encoding="utf-8")
         copy.write_text(relinked(text, page, place, known), encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "images", folder / "images", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
-    for name in ("exchange", "own_parts"):
+    for name in ("exchange", "own_parts", "published"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / "examples" / name, folder / "examples" / name, ignore=ignored)
-    for name in ("LICENSE", "CITATION.cff", "examples/three_users.py"):
+    scripts = (path.relative_to(ROOT) for path in (ROOT / "examples").glob("*.py"))
+    for name in ("LICENSE", "CITATION.cff", *scripts):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
     from vibrocap.design.shapes import drive_shape
-    from vibrocap.design.steering.steer import steer
-    from vibrocap.design.steering.steering import ScheduleSegment, Steering, SteeringStatus
     from vibrocap.exchange.stepper import InputStepper, Instant, MotionEnded, Stepper, StepperEvent, stepper
     from vibrocap.exchange.stepper_array import StepperArray
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
@@ -177,7 +175,6 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.plotting.steady.branches import draw_branch, draw_floquet_multipliers
     from vibrocap.plotting.steady.diagrams import draw_bifurcation
     from vibrocap.plotting.steady.equilibria import draw_equilibria
-    from vibrocap.plotting.steering import draw_steering
     from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
@@ -291,7 +288,6 @@ __all__ += ["SpecialKind", "ModeChange"]
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
 __all__ += ["calibrate", "Calibration", "CalibratedParameter"]
-__all__ += ["steer", "Steering", "SteeringStatus", "ScheduleSegment"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification
@@ -300,7 +296,7 @@ __all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidat
 # pictures into axes that are given
 __all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
 __all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
-__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front", "draw_steering"]
+__all__ += ["draw_presliding", "draw_equilibria", "draw_bifurcation", "draw_front"]
 # parts of one's own
 __all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
 __all__ += ["PartsError"]

@@ -61,12 +61,6 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap calibrate examples/bench-in-si.toml --to examples/bench-in-si-speeds.csv "
         "--over friction.coulomb_coefficient=0.02:0.2 --over machine.damping_N_m_s_per_rad=0.02:0.3 --out calibrated",
     ),
-    "steer": (
-        "vibrocap steer examples/travels-by-stick-slip.toml --to 5 --tolerance 0.01",
-        "vibrocap steer examples/bench-in-si.toml --to 0.25m --tolerance 1cm"
-        " --uncertain friction.coulomb_coefficient=0.048:0.052 --out steer --plot steer.png",
-        "vibrocap simulate steer/steered.toml --plot steered.png",
-    ),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
     "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "export": (

@@ -148,7 +148,6 @@ COMMANDS = {
     "robust": "commands.robust",
     "bound": "commands.bound",
     "calibrate": "commands.calibrate",
-    "steer": "commands.steer",
     "lab": "commands.lab",
     "export": "commands.export",
     "friction": "commands.friction",
@@ -160,7 +159,7 @@ COMMANDS = {
     "cite": "commands.cite",
     "completion": "main",
 }
-WITH_PICTURES = ("simulate", "plot", "branch", "basins", "equilibria", "optimise", "steer", "fit", "stick-slip")
+WITH_PICTURES = ("simulate", "plot", "branch", "basins", "equilibria", "optimise", "fit", "stick-slip")
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = ("examples", "completion", "reproduce", "verify", "plot", "friction", "stick-slip", "datasets")
 OWN_OFFERS = {

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.design.search.goal import measure_unit
 from vibrocap.measures.during_run import measured
 from vibrocap.orbits.closing.orbit import Orbit
@@ -83,7 +84,7 @@ def performance_bounds(system: System) -> tuple[PerformanceBound, ...]:
         else:
             found.append(each)
     if not found:
-        raise ValueError(f"no bound is known of this system: {'; '.join(refused)}")
+        raise ArgumentError("system", f"no bound is known of this system: {'; '.join(refused)}")
     return tuple(found)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.laboratory.driven import check_numbers
 from vibrocap.numerics.api import ScalarWriter
 from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
@@ -120,7 +121,7 @@ def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
     Raises ValueError for what is no law, and for a load that is no positive number.
     """
     if not isinstance(law, Law):
-        raise ValueError(f"law should be a friction law such as LuGre(), got {law!r}")
+        raise ArgumentError("law", f"should be a friction law such as LuGre(), got {law!r}")
     check_numbers(load=load)
     graph = Graph()
     velocity, side = graph.node("state", 0), graph.node("side")

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.laboratory.driven import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
@@ -181,11 +182,12 @@ def width_for(
     meter = _Meter(system, measure, shape, periods, window, settle, initial, tolerance)
     wanted = error * abs(meter.exact.value) if relative else float(error)
     if wanted == 0.0:
-        raise ValueError(f"relative should be False: the exact {meter.name} is zero, got error {error!r}")
+        raise ArgumentError("relative", f"should be False: the exact {meter.name} is zero, got error {error!r}")
     if wanted <= ABOVE_NOISE * meter.exact.noise:
-        raise ValueError(
-            f"error should be above that of integration, {ABOVE_NOISE * meter.exact.noise:.2g}, got {wanted:.2g}; "
-            "or choose a smaller tolerance"
+        raise ArgumentError(
+            "error",
+            f"should be above that of integration, {ABOVE_NOISE * meter.exact.noise:.2g}, got {wanted:.2g}; "
+            "or choose a smaller tolerance",
         )
     runs: list[SmoothedRun] = []
 
@@ -220,9 +222,9 @@ class _Meter:
 
     def __init__(self, system, measure, shape, periods, window, settle, initial, tolerance):
         if not isinstance(system, System):
-            raise ValueError(f"system should be a System, got {system!r}")
+            raise ArgumentError("system", f"should be a System, got {system!r}")
         if shape not in ("tanh", "arctan"):
-            raise ValueError(f"shape should be 'tanh' or 'arctan', got {shape!r}")
+            raise ArgumentError("shape", f"should be 'tanh' or 'arctan', got {shape!r}")
         self.kind = smoothed(type(system.friction))  # refuses laws that are not set-valued
         self.system, self.shape = system, shape
         self.name = measure.name if isinstance(measure, Measure) else measure
@@ -235,7 +237,7 @@ class _Meter:
             raise RuntimeError(f"the exact motion could not be completed ({motion.status.value}): {motion.status.text}")
         self.speed = float(np.max(np.abs(motion["contact_velocity"])))
         if self.speed == 0.0:
-            raise ValueError("system should move: its contact never slides in this motion")
+            raise ArgumentError("system", "should move: its contact never slides in this motion")
         self.exact = self._measured(system, 0.0, motion)
 
     def run(self, width: float) -> SmoothedRun:
@@ -256,14 +258,14 @@ class _Meter:
             return math.nan
         found = measured(motion, self._measure, **self._options)[self.name]
         if isinstance(found, str):
-            raise ValueError(f"measure should be a number, got {self.name!r}, which is a text")
+            raise ArgumentError("measure", f"should be a number, got {self.name!r}, which is a text")
         return float(found)
 
     def regularisation(self, runs: Sequence[SmoothedRun]) -> Regularisation:
         """All runs together, from wide to narrow."""
         ordered = tuple(sorted(runs, key=lambda run: -run.width))
         if all(run.status.ok and math.isnan(run.value) for run in ordered):
-            raise ValueError(f"measure should exist for a contact that cannot stick, got {self.name!r}")
+            raise ArgumentError("measure", f"should exist for a contact that cannot stick, got {self.name!r}")
         order, span, smooth = _fitted_order(ordered, self.exact)
         return Regularisation(self.system, self.name, self.shape, self.exact, ordered, self.speed, order, span, smooth)
 

@@ -121,7 +121,7 @@ def ensemble(
 
         problem = cuda_problem()
         if problem is not None:
-            raise ValueError(problem)
+            raise ArgumentError("device", problem.removeprefix("device: "))
         run_all: Callable = cuda_ensemble_run
     else:
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
@@ -220,7 +220,9 @@ def _measured(
 def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """The values that vary, as arrays [runs]: of numbers, or of objects where some are text."""
     if not isinstance(over, Mapping) or not over:
-        raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
+        raise ArgumentError(
+            "over", f"should name at least one parameter or initial state with its values, got {over!r}"
+        )
     given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
     over = values_without_units(given, system.units, system.parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
@@ -232,9 +234,9 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
         columns[path] = _column(path, given)
     lengths = {path: len(column) for path, column in columns.items()}
     if len(set(lengths.values())) > 1:
-        raise ValueError(f"over: every list should have one value per run, got lists of lengths {lengths}")
+        raise ArgumentError("over", f"every list should have one value per run, got lists of lengths {lengths}")
     if 0 in lengths.values():
-        raise ValueError(f"over: {next(iter(lengths))} should have at least one value")
+        raise ArgumentError("over", f"{next(iter(lengths))} should have at least one value")
     return columns
 
 
@@ -244,23 +246,23 @@ def _column(path: str, given: Any) -> np.ndarray:
         try:
             given = np.array(list(given), dtype=object)
         except TypeError:
-            raise ValueError(f"{path}: should be a list of values, one per run, got {given!r}") from None
+            raise ArgumentError(path, f"should be a list of values, one per run, got {given!r}") from None
     if given.ndim != 1:
-        raise ValueError(f"{path}: should be a list of values, one per run, got an array of shape {given.shape}")
+        raise ArgumentError(path, f"should be a list of values, one per run, got an array of shape {given.shape}")
     if given.dtype.kind in "OU":
         text = np.array([isinstance(value, str) for value in given], dtype=bool)
         may_be_text = not path.startswith(INITIAL)
         for run, value in enumerate(given):
             if not (is_number(value) or (may_be_text and isinstance(value, str))):
-                raise ValueError(f"{path}: should be numbers, got {value!r} for run {run}")
+                raise ArgumentError(path, f"should be numbers, got {value!r} for run {run}")
         if text.any():
             return np.array([str(v) if t else float(v) for v, t in zip(given, text, strict=True)], dtype=object)
     elif given.dtype.kind not in "fiu":
-        raise ValueError(f"{path}: should be numbers, got an array of {given.dtype}")
+        raise ArgumentError(path, f"should be numbers, got an array of {given.dtype}")
     column = given.astype(float)
     wrong = np.flatnonzero(~np.isfinite(column))
     if len(wrong):
-        raise ValueError(f"{path}: should be finite numbers, got {column[wrong[0]]} for run {wrong[0]}")
+        raise ArgumentError(path, f"should be finite numbers, got {column[wrong[0]]} for run {wrong[0]}")
     return column
 
 

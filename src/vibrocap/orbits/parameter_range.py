@@ -4,7 +4,7 @@ import dataclasses
 import math
 from typing import Any
 
-from vibrocap.arguments import is_number
+from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.system import System
 
 
@@ -13,9 +13,9 @@ def checked_pair(name: str, pair: Any) -> tuple[float, float]:
     try:
         low, high = (float(x) for x in pair)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} should be two numbers (low, high), got {pair!r}") from None
+        raise ArgumentError(name, f"should be two numbers (low, high), got {pair!r}") from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"{name} should be finite with low < high, got {pair!r}")
+        raise ArgumentError(name, f"should be finite with low < high, got {pair!r}")
     return low, high
 
 
@@ -24,9 +24,9 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
     try:
         value = system.parameter(over)
     except ValueError as error:
-        raise ValueError(f"over: {error}") from None
+        raise ArgumentError("over", f"{error}") from None
     if not is_number(value):
-        raise ValueError(f"over should be a parameter that is a number, but {over} is {value!r}")
+        raise ArgumentError("over", f"should be a parameter that is a number, but {over} is {value!r}")
     low, high = checked_pair("between", between)
     if system.controller is not None and system.controller.sampled:
         _check_samples(system, over, low, high)
@@ -43,7 +43,9 @@ def _check_samples(system: System, over: str, low: float, high: float) -> None:
         drive = changed if part == "drive" else system.drive
         time = getattr(changed if part == "controller" else system.controller, "sample_time", None)
         if (drive.period, time) != (system.drive.period, system.parameter("controller.sample_time")):
-            raise ValueError(f"over: {over} decides how many samples a period has; compare them one by one, by a sweep")
+            raise ArgumentError(
+                "over", f"{over} decides how many samples a period has; compare them one by one, by a sweep"
+            )
 
 
 def system_at(system: System, over: str, value: float) -> System:
@@ -51,4 +53,4 @@ def system_at(system: System, over: str, value: float) -> System:
     try:
         return system.with_parameters({over: float(value)})
     except ValueError as error:
-        raise ValueError(f"between: {over} cannot be {value:g}: {error}") from None
+        raise ArgumentError("between", f"{over} cannot be {value:g}: {error}") from None

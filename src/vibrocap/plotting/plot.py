@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.design.front import ParetoFront
-from vibrocap.design.steering.steering import Steering
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.result.fit_result import Fit
@@ -44,7 +43,6 @@ from vibrocap.plotting.steady.basins import basin_figure, draw_basins
 from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
 from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation
 from vibrocap.plotting.steady.equilibria import draw_equilibria, equilibrium_figure
-from vibrocap.plotting.steering import draw_steering, steering_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.studies.view import study_view
@@ -70,8 +68,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
-        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`,
-        `draw_steering`
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`, `draw_equilibria`, `draw_bifurcation`, `draw_front`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
@@ -105,8 +102,6 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         return draw_bifurcation(result, what, ax=ax, **options)
     if isinstance(result, ParetoFront):
         return draw_front(result, ax=ax, **options)
-    if isinstance(result, Steering):
-        return draw_steering(result, ax=ax, **options)
     if isinstance(result, Law):
         _check(what, ("steady", "presliding"))
         return (draw_presliding if what == "presliding" else draw_steady_curve)(result, ax=ax, **options)
@@ -129,7 +124,7 @@ def figure(
     """The whole sheet of a result, all its panels, as the command line draws it.
 
     result: a motion, an orbit, a branch or several, a branch of equilibria, a fit, a comparison, a match, basins, a
-        bifurcation diagram, a Pareto front, a schedule that steers, a friction law, a sheet of its tests, a report on
+        bifurcation diagram, a Pareto front, a friction law, a sheet of its tests, a report on
         smoothing, a stick-slip record, a regime diagram, a dataset of a study
     path: a file to write it to as well (.png, .svg or .pdf)
     width: "column" (3.4 inches), "page" (7 inches) or a number of inches: letters, labels and legends suit that width,
@@ -172,7 +167,6 @@ FIGURES: dict[type, Callable[..., Figure]] = {
     Basins: basin_figure,
     BifurcationDiagram: bifurcation_figure,
     ParetoFront: front_figure,
-    Steering: steering_figure,
     Law: law_figure,
     TestSheet: sheet_figure,
     Regularisation: regularisation_figure,
@@ -191,7 +185,6 @@ PLOTTED = (
     Basins,
     BifurcationDiagram,
     ParetoFront,
-    Steering,
     Law,
 )
 

@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrocap.arguments import is_positive
+from vibrocap.arguments import ArgumentError, is_positive
 from vibrocap.records.checks import integral
 from vibrocap.records.record import Record
 
@@ -105,9 +105,10 @@ class _Filter:
             step = min(float(np.quantile(steps, 0.1)), 1.0 / (8.0 * cutoff))
             count = int(np.ceil(span / step)) + 1
             if count > MOST_SAMPLES:
-                raise ValueError(
-                    f"time: has gaps of up to {np.max(steps):.4g} s between samples {step:.4g} s apart; should be "
-                    "split at the gaps into records (`between`)"
+                raise ArgumentError(
+                    "time",
+                    f"has gaps of up to {np.max(steps):.4g} s between samples {step:.4g} s apart; should be "
+                    "split at the gaps into records (`between`)",
                 )
         self.time = time
         self.even = np.linspace(time[0], time[-1], count)
@@ -161,4 +162,6 @@ def _check(record: Record, cutoff: float | None, mass: float | None, offset: flo
             "derivative would be noise; give the cut-off in Hz"
         )
     if wrong:
-        raise ValueError(f"record {record.name!r} cannot be prepared:\n" + "\n".join(f"  {each}" for each in wrong))
+        raise ArgumentError(
+            f"record {record.name!r}", "cannot be prepared:\n" + "\n".join(f"  {each}" for each in wrong)
+        )

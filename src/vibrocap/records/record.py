@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole, shown
+from vibrocap.arguments import ArgumentError, check_whole, shown
 from vibrocap.records.checks import RecordError, RecordWarning, complaints, doubts
 
 # fields with a value per sample
@@ -136,9 +136,10 @@ class Record:
         """The samples with start <= time <= stop (s, on the record's own clock)."""
         kept = (self.time >= start) & (self.time <= stop)
         if kept.sum() < 2:
-            raise ValueError(
-                f"start, stop: should hold samples of the record's time, {self.time[0]:g} to {self.time[-1]:g} s, "
-                f"got {start:g} to {stop:g}"
+            raise ArgumentError(
+                "start, stop",
+                f"should hold samples of the record's time, {self.time[0]:g} to {self.time[-1]:g} s, "
+                f"got {start:g} to {stop:g}",
             )
         return self._with_samples(kept)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.records.slips.regimes import HALF_STICK_X, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
@@ -45,15 +46,11 @@ def regime_diagram(found: Sequence[StickSlip]) -> RegimeDiagram:
     """The regimes of many records over stiffness and pulling speed, which each of them has to know. ValueError else."""
     found = list(found)
     if not found:
-        raise ValueError("found: should be at least one StickSlip, got none")
-    wrong = [
-        f"found[{at}] ({each.name}): stiffness and pulling_speed are needed for its place in the diagram; "
-        "give them to stick_slip"
-        for at, each in enumerate(found)
-        if each.stiffness is None or each.pulling_speed is None
-    ]
-    if wrong:
-        raise ValueError("\n".join(wrong))
+        raise ArgumentError("found", "should be at least one StickSlip, got none")
+    for at, each in enumerate(found):
+        if each.stiffness is None or each.pulling_speed is None:
+            what = "stiffness and pulling_speed are needed for its place in the diagram; give them to stick_slip"
+            raise ArgumentError(f"found[{at}] ({each.name})", what)
     borders = [
         each.release.mean * each.stiffness / (2.0 * HALF_STICK_X * each.mass**0.5)
         for each in found

@@ -209,16 +209,18 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
     for name, values in results.items():
         if values.shape != (runs,):
-            raise ValueError(f"evaluate: {name} should hold one value per run, shape ({runs},), got {values.shape}")
+            raise ArgumentError(
+                "evaluate", f"{name} should hold one value per run, shape ({runs},), got {values.shape}"
+            )
     if "travel" in by and "travel" not in results and "mean_velocity" in results:
         velocity = results["mean_velocity"]
         direction = np.where(np.abs(velocity) <= dead_band, 0.0, np.sign(velocity))
         results["travel"] = np.where(np.isnan(velocity), UNKNOWN, direction).astype(np.int8)
     for label in by:
         if label not in results:
-            raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
+            raise ArgumentError("by", f"{label} should be among what evaluate returns, got {', '.join(results)}")
         if not discrete(results[label], label):
-            raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
+            raise ArgumentError("by", f"{label} takes real values and has no borders; choose a discrete measure")
     return results
 
 
@@ -240,9 +242,9 @@ def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettle
 def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> dict[str, np.ndarray]:
     """The values along the two axes, by path."""
     if not isinstance(over, Mapping) or len(over) != 2:
-        raise ValueError(f"over should name two quantities with their values, got {over!r}")
+        raise ArgumentError("over", f"should name two quantities with their values, got {over!r}")
     if system is None and evaluate is None:
-        raise ValueError("system should be a System unless there is an evaluator, got None")
+        raise ArgumentError("system", "should be a System unless there is an evaluator, got None")
     axes: list[Column] = []
     complaints: list[str] = []
     for path, given in over.items():
@@ -262,13 +264,13 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
 
 def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled: bool, tile: Any) -> None:
     if isinstance(by, str) or not by or not all(isinstance(label, str) for label in by):
-        raise ValueError(f"by should be a list of labels, such as ['mode_sequence', 'travel'], got {by!r}")
+        raise ArgumentError("by", f"should be a list of labels, such as ['mode_sequence', 'travel'], got {by!r}")
     if not refine_unsettled and "response_period" not in by:
-        raise ValueError(f"by should hold 'response_period' where refine_unsettled is False, got {by!r}")
+        raise ArgumentError("by", f"should hold 'response_period' where refine_unsettled is False, got {by!r}")
     for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
         check_whole(name, value, low)
     if not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf:
-        raise ValueError(f"dead_band should be a finite number >= 0, got {dead_band!r}")
+        raise ArgumentError("dead_band", f"should be a finite number >= 0, got {dead_band!r}")
 
 
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, is_number, shown
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.physics.system import System
@@ -94,13 +94,13 @@ class DesignSpace:
             value = design[each.path]
             if isinstance(each, Column):
                 if value not in each.values:
-                    raise ValueError(
-                        f"{each.path} should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
+                    raise ArgumentError(
+                        each.path, f"should be one of {', '.join(map(str, each.values))}, got {shown(value)}"
                     )
                 found[i] = (each.values.index(value) + 0.5) / len(each.values)
                 continue
             if not (is_number(value) and each.low <= value <= each.high):
-                raise ValueError(f"{each.path} should be from {each.low:g} to {each.high:g}, got {shown(value)}")
+                raise ArgumentError(each.path, f"should be from {each.low:g} to {each.high:g}, got {shown(value)}")
             ends = np.array([each.low, value, each.high])
             low, here, high = np.log(ends) if each.logarithmic else ends
             found[i] = (here - low) / (high - low)

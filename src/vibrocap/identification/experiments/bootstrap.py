@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.fit_result import Fit, Problem
 from vibrocap.identification.search.descent import warm_descent
@@ -47,17 +47,17 @@ def bootstrap(
     What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
     """
     if fit.problem is None or not fit.ok:
-        raise ValueError(
-            "fit: should be a fit of this session that found a law; fit again after reading one from a file"
+        raise ArgumentError(
+            "fit", "should be a fit of this session that found a law; fit again after reading one from a file"
         )
     check_whole("replicates", replicates, 10)
     problem = fit.problem
     count = len(problem.prediction.records)
     over = over or ("records" if count >= FEWEST_RECORDS else "blocks")
     if over not in ("records", "blocks"):
-        raise ValueError(f"over: should be 'records' or 'blocks', got {over!r}")
+        raise ArgumentError("over", f"should be 'records' or 'blocks', got {over!r}")
     if over == "records" and count < 2:
-        raise ValueError("over: 'records' needs several records; there is one, use 'blocks'")
+        raise ArgumentError("over", "'records' needs several records; there is one, use 'blocks'")
     base = problem.draft if problem.prediction.size > LARGE else problem.prediction
     rng = np.random.default_rng(seed)
     begin = _refit(base, problem.best.u, problem)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.fitting.fit import fit, split_records
 from vibrocap.identification.problem.parametrisation import law_class
 from vibrocap.identification.problem.samples import Samples
@@ -98,11 +99,11 @@ def compare(
     the criteria ask for. They hold where the errors are noise; held-out error holds where they are the law's own, too.
     """
     if not laws:
-        raise ValueError("laws: there is none to compare")
+        raise ArgumentError("laws", "there is none to compare")
     names = [law_class(law).name for law in laws]
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise ValueError(f"laws: {name!r} is given twice")
+            raise ArgumentError("laws", f"{name!r} is given twice")
     fitted, unseen = split_records(records, held_out, load)
     folds, method = _folds(fitted, unseen)
     said = told(progress) or (lambda _: None)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import suggestion
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid
 from vibrocap.identification.inference.identifiability import LOOSE
 from vibrocap.identification.problem.parameter_roles import role
@@ -65,7 +65,7 @@ def candidate_motions(
     """
     for name, (low, high) in (("amplitude", amplitude), ("frequency", frequency)):
         if not 0 < low < high:
-            raise ValueError(f"{name}: should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
+            raise ArgumentError(name, f"should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
     largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
     grid = itertools.product(np.geomspace(*amplitude, 4).tolist(), np.geomspace(*frequency, 3).tolist())
     found = [sinusoid(a, f, samples=samples) for a, f in grid]
@@ -100,26 +100,26 @@ def experiment_design(
     """
     fitted = law if isinstance(law, Fit) else None
     if fitted is not None and (fitted.law is None or fitted.problem is None):
-        raise ValueError("law: the fit should be one of this session that found a law")
+        raise ArgumentError("law", "the fit should be one of this session that found a law")
     base: Any = law if fitted is None else fitted.law
     if not isinstance(base, Law):
-        raise ValueError(f"law: should be a friction law with its parameters, or a fit, got {law!r}")
+        raise ArgumentError("law", f"should be a friction law with its parameters, or a fit, got {law!r}")
     if noise is None:
         if fitted is None:
-            raise ValueError("noise: is missing; should be the standard deviation of the force's error")
+            raise ArgumentError("noise", "is missing; should be the standard deviation of the force's error")
         noise = fitted.rmse
     if not (np.isfinite(noise) and noise > 0):
-        raise ValueError(f"noise: should be > 0, got {noise!r}")
+        raise ArgumentError("noise", f"should be > 0, got {noise!r}")
     if criterion not in CRITERIA:
-        raise ValueError(f"criterion: should be 'D' or 'A', got {criterion!r}")
+        raise ArgumentError("criterion", f"should be 'D' or 'A', got {criterion!r}")
     if not candidates:
-        raise ValueError("candidates: there is none")
+        raise ArgumentError("candidates", "there is none")
     names = _names(base, parameters, fitted)
     known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
     informations = [(motion, _information(base, names, motion, noise, load)) for motion in candidates]
     told = [(motion, information) for motion, information in informations if information is not None]
     if not told:
-        raise ValueError(f"candidates: {base.name} can be driven through none of them")
+        raise ArgumentError("candidates", f"{base.name} can be driven through none of them")
     rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda each: -each.gain)
     chosen, so_far = [], known
     for _ in range(min(experiments, len(told))):
@@ -142,9 +142,11 @@ def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tu
     chosen = tuple(parameters)
     for name in chosen:
         if name not in numbers:
-            raise ValueError(f"parameters: {law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}")
+            raise ArgumentError(
+                "parameters", f"{law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}"
+            )
     if not chosen:
-        raise ValueError("parameters: there is none")
+        raise ArgumentError("parameters", "there is none")
     return chosen
 
 

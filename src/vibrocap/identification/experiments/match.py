@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.experiments.motions import Motion, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
@@ -69,9 +70,9 @@ def match(
     and where the law cannot be driven through the motion.
     """
     if (velocity is None) == (motion is None):
-        raise ValueError("velocity: give either a velocity range or a motion")
+        raise ArgumentError("velocity", "give either a velocity range or a motion")
     if not isinstance(to, Law):
-        raise ValueError(f"to: should be a friction law with its parameters, got {to!r}")
+        raise ArgumentError("to", f"should be a friction law with its parameters, got {to!r}")
     if motion is not None:
         record = synthetic_record(to, motion, load=load)
         found = fit(
@@ -82,7 +83,7 @@ def match(
         assert velocity is not None
         low, high = _range(velocity)
         if spacing not in ("even", "logarithmic"):
-            raise ValueError(f"spacing: should be 'even' or 'logarithmic', got {spacing!r}")
+            raise ArgumentError("spacing", f"should be 'even' or 'logarithmic', got {spacing!r}")
         speeds = values_between(low, high, CURVE, spacing == "logarithmic")
         target = steady_force(to, speeds, load)
         time = np.empty(0)
@@ -92,7 +93,7 @@ def match(
         found = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
         over = f"velocities from {low:g} to {high:g}"
     if found.law is None:
-        raise ValueError(f"law: {found.law_name} cannot be matched: {found.status}")
+        raise ArgumentError("law", f"{found.law_name} cannot be matched: {found.status}")
     matched = found.records[0].predicted
     difference = np.abs(matched - target)
     at = int(np.argmax(difference))
@@ -107,5 +108,5 @@ def _range(velocity: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = math.nan
     if not (0 < low < high < math.inf):
-        raise ValueError(f"velocity: should be (lowest, highest) with 0 < lowest < highest, got {velocity!r}")
+        raise ArgumentError("velocity", f"should be (lowest, highest) with 0 < lowest < highest, got {velocity!r}")
     return low, high

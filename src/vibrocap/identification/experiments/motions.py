@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.physics.friction.law import Law
 
 
@@ -94,7 +95,7 @@ def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: floa
 
     driven = driven_force(law, motion.time, motion.velocity, load=load)
     if not driven.status.ok:
-        raise ValueError(f"law: {law.name} cannot be driven by {motion.name}: {driven.status}")
+        raise ArgumentError("law", f"{law.name} cannot be driven by {motion.name}: {driven.status}")
     wobble = np.random.default_rng(seed).standard_normal(len(motion.time))
     force = driven.force + noise * float(np.std(driven.force)) * wobble
     return Record(
@@ -112,4 +113,4 @@ def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: floa
 def _check(**numbers: float) -> None:
     for name, value in numbers.items():
         if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name}: should be > 0, got {value!r}")
+            raise ArgumentError(name, f"should be > 0, got {value!r}")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_one_of, is_positive, suggestion
+from vibrocap.arguments import ArgumentError, check_one_of, is_positive, suggestion
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
@@ -113,26 +113,26 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     """Samples to fit and samples held out."""
     given = list(records) if isinstance(records, (list, tuple)) else [records]
     if not given:
-        raise ValueError("records: there is none")
+        raise ArgumentError("records", "there is none")
     if load is not None and not is_positive(load):
-        raise ValueError(f"load: should be a normal force > 0 in N, got {load!r}")
+        raise ArgumentError("load", f"should be a normal force > 0 in N, got {load!r}")
     all_samples = [samples(record, load) for record in given]
     names = [each.name for each in all_samples]
     if len(set(names)) < len(names):
-        raise ValueError(f"records: should have different names, got {', '.join(names)}")
+        raise ArgumentError("records", f"should have different names, got {', '.join(names)}")
     turning = [each.name for each in all_samples if each.rotary]
     if turning and len(turning) < len(all_samples):
-        raise ValueError(f"records: {', '.join(turning)} turn and the others slide; should be of one contact")
+        raise ArgumentError("records", f"{', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
         if isinstance(item, str):
             if item not in names:
-                raise ValueError(f"held_out: no record is called {item!r}; {suggestion(item, names)}")
+                raise ArgumentError("held_out", f"no record is called {item!r}; {suggestion(item, names)}")
             unseen.append(all_samples[names.index(item)])
         else:
             unseen.append(samples(item, load))
     hidden = {each.name for each in unseen}
     fitted = [each for each in all_samples if each.name not in hidden]
     if not fitted:
-        raise ValueError("held_out: leaves no record to fit")
+        raise ArgumentError("held_out", "leaves no record to fit")
     return fitted, unseen

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_one_of, check_whole, is_positive
+from vibrocap.arguments import ArgumentError, check_one_of, check_whole, is_positive
 from vibrocap.identification.inference.profile import INTERVALS, with_intervals
 from vibrocap.identification.problem.coordinates import Space
 from vibrocap.identification.problem.parametrisation import Parametrisation
@@ -39,7 +39,7 @@ class Settings:
         check_whole("starts", self.starts, 1)
         check_whole("seed", self.seed, 0)
         if self.loss_scale is not None and not is_positive(self.loss_scale):
-            raise ValueError(f"loss_scale: should be > 0, got {self.loss_scale!r}")
+            raise ArgumentError("loss_scale", f"should be > 0, got {self.loss_scale!r}")
         check_one_of("loss", self.loss, LOSSES)
         check_one_of("intervals", self.intervals, INTERVALS)
 
@@ -62,9 +62,9 @@ def solution(
     """
     space = prediction.space
     if prediction.size <= len(space.coordinates):
-        raise ValueError(
-            f"records: have {prediction.size} samples for {len(space.coordinates)} free parameters; "
-            "more samples are needed"
+        raise ArgumentError(
+            "records",
+            f"have {prediction.size} samples for {len(space.coordinates)} free parameters; more samples are needed",
         )
     said = progress or (lambda _: None)
     rest = np.zeros(len(space.coordinates) - len(chosen.start))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.fitting.fit import split_records
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.coordinates import Coordinate
@@ -89,25 +90,25 @@ def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
     slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
     found = float(slope / (1.0 - first.speed / step.speed))
     if not (np.isfinite(found) and found > 0):
-        raise ValueError(
-            "machine_stiffness: the record does not show it (the force does not rise with the step); give N/m"
+        raise ArgumentError(
+            "machine_stiffness", "the record does not show it (the force does not rise with the step); give N/m"
         )
     return found
 
 
 def check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> None:
     if len(steps) < 2:
-        raise ValueError(f"program: should have at least two speeds, got {len(steps)}")
+        raise ArgumentError("program", f"should have at least two speeds, got {len(steps)}")
     if any(not (np.isfinite(step.speed) and step.speed > 0) for step in steps):
         speeds = ", ".join(f"{step.speed:.3g}" for step in steps)
-        raise ValueError(f"program: every speed should be > 0 m/s, got {speeds}")
+        raise ArgumentError("program", f"every speed should be > 0 m/s, got {speeds}")
     times = [step.time for step in steps]
     if times[0] != 0 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] >= samples.time[-1]:
-        raise ValueError(f"program: times should begin at 0, increase and end within the record, got {times}")
+        raise ArgumentError("program", f"times should begin at 0, increase and end within the record, got {times}")
     if any(abs(math.log(b.speed / a.speed)) < 0.01 for a, b in itertools.pairwise(steps)):
-        raise ValueError("program: the speed hardly changes; a step of it is needed")
+        raise ArgumentError("program", "the speed hardly changes; a step of it is needed")
     if stiffness is not None and (isinstance(stiffness, str) or not (np.isfinite(stiffness) and stiffness > 0)):
-        raise ValueError(f"machine_stiffness: should be > 0 N/m or 'measured', got {stiffness!r}")
+        raise ArgumentError("machine_stiffness", f"should be > 0 N/m or 'measured', got {stiffness!r}")
 
 
 def relaxation_distance(samples: Samples, steps: Sequence[Step]) -> float:
@@ -287,7 +288,7 @@ def spring_fit(
     settings = Settings(starts, loss, loss_scale, intervals, seed)
     cls = law_class(law)
     if cls.internal != ("log_age",):
-        raise ValueError(f"law: should be a rate-and-state law, got {cls.name}")
+        raise ArgumentError("law", f"should be a rate-and-state law, got {cls.name}")
     (samples,), _ = split_records(record, (), load)
     steps = tuple(program) if program is not None else found_step(samples, _displacement(record, samples))
     if machine_stiffness == "measured":

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.fitting.fit import DRAFT, split_records, units
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
@@ -50,7 +51,7 @@ def steady_fit(
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)
     if not (np.isfinite(least_speed) and least_speed >= 0):
-        raise ValueError(f"least_speed: should be a speed >= 0 in m/s, got {least_speed!r}")
+        raise ArgumentError("least_speed", f"should be a speed >= 0 in m/s, got {least_speed!r}")
     fitted, unseen = split_records(records, held_out, load)
     fitted, unseen = [_moving(each, least_speed) for each in fitted], [_moving(each, least_speed) for each in unseen]
     scales = data_scales(fitted)
@@ -60,9 +61,9 @@ def steady_fit(
     shown = [name for name, column in zip(chosen.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
     if free is not None and len(shown) < len(chosen.space.names):
         hidden = next(name for name in chosen.space.names if name not in shown)
-        raise ValueError(f"free: {hidden} does not change the steady curve; fit the driven law for it")
+        raise ArgumentError("free", f"{hidden} does not change the steady curve; fit the driven law for it")
     if not shown:
-        raise ValueError(f"law: no parameter of {chosen.template.name} changes the steady curve at these speeds")
+        raise ArgumentError("law", f"no parameter of {chosen.template.name} changes the steady curve at these speeds")
     # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
     leaders = leading_levels(chosen.template)
     searched = [name for name in chosen.space.names if name in shown or leaders.get(name) in shown]
@@ -95,5 +96,7 @@ def _moving(record: Samples, least_speed: float) -> Samples:
     """The samples that move."""
     moving = np.abs(record.velocity) > least_speed
     if moving.sum() < 8:
-        raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")
+        raise ArgumentError(
+            f"record {record.name!r}", f"has {int(moving.sum())} samples faster than {least_speed:g} m/s"
+        )
     return record.kept(moving)

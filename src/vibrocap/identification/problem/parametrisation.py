@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import suggestion
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
@@ -47,10 +47,10 @@ def law_class(law: Any) -> type[Law]:
         try:
             return catalogue.law(law)
         except KeyError:
-            raise ValueError(f"law: no law is called {law!r}; {suggestion(law, catalogue.laws())}") from None
+            raise ArgumentError("law", f"no law is called {law!r}; {suggestion(law, catalogue.laws())}") from None
     cls = law if isinstance(law, type) else type(law)
     if not issubclass(cls, Law):
-        raise ValueError(f"law: should be a friction law, its class or its name, got {law!r}")
+        raise ArgumentError("law", f"should be a friction law, its class or its name, got {law!r}")
     return cls
 
 
@@ -117,9 +117,10 @@ def parametrisation(
     if given:
         for each in coordinates:
             if each.name in bounds and not each.low <= own[each.name] <= each.high:
-                raise ValueError(
-                    f"bounds: {each.name} starts at {own[each.name]:g}, outside its bounds "
-                    f"{each.low:g} to {each.high:g}; start the law within them"
+                raise ArgumentError(
+                    "bounds",
+                    f"{each.name} starts at {own[each.name]:g}, outside its bounds "
+                    f"{each.low:g} to {each.high:g}; start the law within them",
                 )
     own_start = space.of({**start, **{name: own[name] for name in chosen}}) if given else None
     u = space.of({**start, **guessed})
@@ -128,7 +129,7 @@ def parametrisation(
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
-        raise ValueError("fixed: " + "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
+        raise ArgumentError("fixed", "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
     return Parametrisation(template, space, u, own_start)
 
 
@@ -146,19 +147,19 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
     for what, given in (("free", free or ()), ("fixed", fixed), ("bounds", bounds)):
         for name in given:
             if name not in names:
-                raise ValueError(f"{what}: {template.name} has no parameter {name!r}; {suggestion(name, names)}")
+                raise ArgumentError(what, f"{template.name} has no parameter {name!r}; {suggestion(name, names)}")
     for name, value in fixed.items():
         if not (_is_number(value) and math.isfinite(value)):
-            raise ValueError(f"fixed: {name} should be a finite number, got {value!r}")
+            raise ArgumentError("fixed", f"{name} should be a finite number, got {value!r}")
         low, high, inclusive = _limits(type(template), name)
         if not (low < value <= high or (inclusive and value == low)):
             least = "" if low == -math.inf else f" {'at least' if inclusive else 'greater than'} {low:g}"
             most = "" if high == math.inf else f" at most {high:g}"
-            raise ValueError(f"fixed: {name} should be{' and'.join(filter(None, (least, most)))}, got {value!r}")
+            raise ArgumentError("fixed", f"{name} should be{' and'.join(filter(None, (least, most)))}, got {value!r}")
     for name, pair in bounds.items():
         low, high = pair
         if not low < high:
-            raise ValueError(f"bounds: {name} should have its lower bound first, got {low!r} and {high!r}")
+            raise ArgumentError("bounds", f"{name} should have its lower bound first, got {low!r} and {high!r}")
     if free is None:
         shapes = [name for name in template.shape_parameters if getattr(template, name) == int(getattr(template, name))]
         chosen = [name for name in names if name not in fixed and name not in shapes]
@@ -167,9 +168,9 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
         chosen = [name for name in names if name in set(free)]
         both = [name for name in chosen if name in fixed]
         if both:
-            raise ValueError(f"free: {both[0]} is also in fixed; name it in one of them")
+            raise ArgumentError("free", f"{both[0]} is also in fixed; name it in one of them")
     if not chosen:
-        raise ValueError(f"free: no parameter of {template.name} is free; there are {', '.join(names)}")
+        raise ArgumentError("free", f"no parameter of {template.name} is free; there are {', '.join(names)}")
     return chosen
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.records.checks import integral
 
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
@@ -83,15 +84,15 @@ def samples(record: Any, load: float | None = None) -> Samples:
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     velocity = np.asarray(record.velocity, float)
     if len(time) < FEWEST_SAMPLES:
-        raise ValueError(f"record {record.name!r}: has {len(time)} samples; at least {FEWEST_SAMPLES} are needed")
+        raise ArgumentError(f"record {record.name!r}", f"has {len(time)} samples; at least {FEWEST_SAMPLES} are needed")
     known = record.normal_force if record.normal_force is not None else (1.0 if load is None else load)
     acceleration = record.acceleration
     acceleration = np.gradient(velocity, time) if acceleration is None else np.asarray(acceleration, float)
     deviation = float(np.std(force))
     if not (np.isfinite(deviation) and deviation > 0):
-        raise ValueError(f"record {record.name!r}: its force is constant, which determines nothing")
+        raise ArgumentError(f"record {record.name!r}", "its force is constant, which determines nothing")
     if not np.any(velocity):
-        raise ValueError(f"record {record.name!r}: nothing moves in it; friction needs a motion")
+        raise ArgumentError(f"record {record.name!r}", "nothing moves in it; friction needs a motion")
     return Samples(
         record.name,
         time=np.ascontiguousarray(time - time[0]),

@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.identification.problem.parametrisation import with_values
 from vibrocap.physics.dimensions.units import force_keys, one_way, parameter_keys
 from vibrocap.physics.friction.law import Law
@@ -36,14 +37,16 @@ def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
         if not isinstance(value, float):
             continue
         if info.dimension is None:
-            raise ValueError(
-                f"{info.name}: has no known dimension, so that it cannot be converted; declare its role or its unit, "
-                f'as in parameter(..., unit="N s/m"), unit="1" for a pure number, in {type(law).__name__}'
+            raise ArgumentError(
+                info.name,
+                f"has no known dimension, so that it cannot be converted; declare its role or its unit, "
+                f'as in parameter(..., unit="N s/m"), unit="1" for a pure number, in {type(law).__name__}',
             )
         if info.dimension.coefficient and not known_load:
-            raise ValueError(
-                f"normal_force: is not known, so that {info.name} is a force in N; "
-                "give the normal force of the records for a law in the units of a case"
+            raise ArgumentError(
+                "normal_force",
+                f"is not known, so that {info.name} is a force in N; "
+                "give the normal force of the records for a law in the units of a case",
             )
         values[info.name] = value / scales.of(info.dimension)
     return with_values(law, values)

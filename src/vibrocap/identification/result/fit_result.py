@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.files import made_folder, write_text
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
 from vibrocap.identification.inference.limits import ReachedLimit
@@ -221,10 +222,10 @@ class Fit(Result):
         where the folder does not take them.
         """
         if not self.ok:
-            raise ValueError(f"fit: has no law to save; {self.status}")
+            raise ArgumentError("fit", f"has no law to save; {self.status}")
         assert self.law is not None
         if scales is not None and self.options.get("rotary"):
-            raise ValueError("scales: are for a contact that slides; the records are of one that turns")
+            raise ArgumentError("scales", "are for a contact that slides; the records are of one that turns")
         law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
         folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.stretch import Stretch, bisected, contact_place, stretches
 from vibrocap.measures.recorded.windows import period_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
@@ -230,7 +231,7 @@ def friction_loop(motion: Trajectory, period: int = -1, *, boundary: Speed | Non
     """
     start, end = period_times(motion, period)
     if boundary is not None and not 0.0 <= boundary < np.inf:
-        raise ValueError(f"boundary should be a speed >= 0, got {boundary!r}")
+        raise ArgumentError("boundary", f"should be a speed >= 0, got {boundary!r}")
     parts = stretches(motion, start, end)
     origin = float(contact_place(motion, np.array([start]))[0])
     peak = _peak(parts, origin)

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.offset_points import OffsetPoints, checked_load, offset_points, root_between
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
@@ -128,5 +129,7 @@ def boundary_velocity(law: Any, load: float = 1.0) -> float | None:
 
 def _speed(velocity: float) -> float:
     if velocity == 0.0 or not math.isfinite(velocity):
-        raise ValueError(f"velocity should be a finite number other than 0, where the curve jumps, got {velocity!r}")
+        raise ArgumentError(
+            "velocity", f"should be a finite number other than 0, where the curve jumps, got {velocity!r}"
+        )
     return abs(float(velocity))

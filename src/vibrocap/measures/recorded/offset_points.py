@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from vibrocap.arguments import is_positive
+from vibrocap.arguments import ArgumentError, is_positive
 from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.quantities.declared import Damping, Number, Reason, Speed
 from vibrocap.quantities.dimensional import Dimensional
@@ -193,4 +193,4 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
 def checked_load(load: Any) -> None:
     """ValueError for a normal load that is not a finite number above 0."""
     if not is_positive(load):
-        raise ValueError(f"load should be a finite number > 0, got {load!r}")
+        raise ArgumentError("load", f"should be a finite number > 0, got {load!r}")

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.section import section_states
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
@@ -73,7 +74,7 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
     if threshold is None:
         threshold = usual_threshold(motion.tolerance)
     if not threshold > 0.0:
-        raise ValueError(f"threshold should be > 0, got {threshold!r}")
+        raise ArgumentError("threshold", f"should be > 0, got {threshold!r}")
     marks = Stroboscope(stroboscopic_states(motion))
     fallback = Settling(False, None, None, None, None, None, threshold)
     for n in range(1, LONGEST_PERIOD + 1):

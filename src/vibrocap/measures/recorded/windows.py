@@ -1,6 +1,6 @@
 """The stretch of time over which something is measured: named in times, or as the last so many whole periods."""
 
-from vibrocap.arguments import is_whole
+from vibrocap.arguments import ArgumentError, is_whole
 from vibrocap.motion.trajectory import Trajectory
 
 WINDOW = 10  # whole drive periods
@@ -26,13 +26,13 @@ def window_times(
     Raises ValueError where the window is empty, not within the motion, or asks for more periods than the motion has.
     """
     if window is not None and periods is not None:
-        raise ValueError("window and periods should not both be given")
+        raise ArgumentError("window and periods", "should not both be given")
     if periods is not None:
         done = whole_periods(motion)
         if not is_whole(periods, 1):
-            raise ValueError(f"periods should be a whole number from 1 on, got {periods!r}")
+            raise ArgumentError("periods", f"should be a whole number from 1 on, got {periods!r}")
         if periods > done:
-            raise ValueError(f"periods should be at most {done}, the whole periods of the motion, got {periods}")
+            raise ArgumentError("periods", f"should be at most {done}, the whole periods of the motion, got {periods}")
         return period_mark(motion, done - int(periods)), period_mark(motion, done)
     if window is None:
         if motion.end <= motion.start_time:
@@ -41,10 +41,10 @@ def window_times(
     try:
         start, end = (float(t) for t in window)
     except (TypeError, ValueError):
-        raise ValueError(f"window should be a pair of times (start, end), got {window!r}") from None
+        raise ArgumentError("window", f"should be a pair of times (start, end), got {window!r}") from None
     if not (motion.start_time <= start < end <= motion.end + 1e-12 * abs(motion.end)):
         limits = f"{motion.start_time:g} <= start < end <= {motion.end}"
-        raise ValueError(f"window should be (start, end) with {limits}, got ({start}, {end})")
+        raise ArgumentError("window", f"should be (start, end) with {limits}, got ({start}, {end})")
     return start, end
 
 
@@ -60,7 +60,9 @@ def period_index(motion: Trajectory, period: int) -> int:
     """
     done = whole_periods(motion)
     if not is_whole(period, -done, done - 1):
-        raise ValueError(f"period should be a whole number from {-done} to {done - 1} for this motion, got {period!r}")
+        raise ArgumentError(
+            "period", f"should be a whole number from {-done} to {done - 1} for this motion, got {period!r}"
+        )
     return int(period) % done
 
 

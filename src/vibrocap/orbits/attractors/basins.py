@@ -102,7 +102,7 @@ def basins(
             "phase", "nothing drives the system in time, so that there is none; plane should name two states"
         )
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
-        raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
+        raise ArgumentError("phase", f"should be a finite share of the drive's period, got {phase!r}")
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = StroboscopicMap(system, tolerance, threads)
@@ -185,7 +185,9 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
     if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
         plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:
-        raise ValueError(f'plane should name two states, or one and "phase", with (low, high) each, got {plane!r}')
+        raise ArgumentError(
+            "plane", f'should name two states, or one and "phase", with (low, high) each, got {plane!r}'
+        )
     for name in plane:
         if name != PHASE:
             check_state("plane", system, name)
@@ -204,7 +206,7 @@ def _checked_resolution(resolution: Any) -> tuple[int, int]:
     pair = (resolution, resolution) if isinstance(resolution, (int, np.integer)) else resolution
     whole = isinstance(pair, (tuple, list, np.ndarray)) and len(pair) == 2
     if not whole or not all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in pair):
-        raise ValueError(f"resolution should be one or two whole numbers >= 1, got {resolution!r}")
+        raise ArgumentError("resolution", f"should be one or two whole numbers >= 1, got {resolution!r}")
     if pair[0] * pair[1] > MOST_STARTS:
-        raise ValueError(f"resolution: {pair[0]} x {pair[1]} starts are more than {MOST_STARTS:,}")
+        raise ArgumentError("resolution", f"{pair[0]} x {pair[1]} starts are more than {MOST_STARTS:,}")
     return int(pair[0]), int(pair[1])

@@ -102,7 +102,7 @@ def bifurcation_diagram(
     check_whole("settle_periods", settle_periods, 10, 10**7)
     check_whole("kept", kept, 16, 10**6)
     if not directions or any(each not in DIRECTIONS for each in directions) or len({*directions}) < len(directions):
-        raise ValueError(f"directions should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
+        raise ArgumentError("directions", f"should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
     systems = [system_at(system, over, value) for value in values]
     shape = (len(directions), starts, len(values))
     states = np.full((*shape, kept, len(system.state_names)), math.nan)

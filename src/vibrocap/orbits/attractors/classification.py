@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.measures.recorded.settling import stroboscopic_states
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
@@ -87,11 +87,15 @@ def _values(series: Any) -> np.ndarray:
     try:
         phi = np.asarray(series, dtype=float)
     except (TypeError, ValueError):
-        raise ValueError(f"series should be numbers, one per period, or a motion, got {series!r}") from None
+        raise ArgumentError("series", f"should be numbers, one per period, or a motion, got {series!r}") from None
     if phi.ndim != 1 or len(phi) < FEWEST:
-        raise ValueError(f"series should be at least {FEWEST} numbers in a row, got an array of shape {phi.shape}")
+        raise ArgumentError(
+            "series", f"should be at least {FEWEST} numbers in a row, got an array of shape {phi.shape}"
+        )
     if not np.all(np.isfinite(phi)):
-        raise ValueError(f"series should be finite, got {phi[~np.isfinite(phi)][0]} at {np.argmin(np.isfinite(phi))}")
+        raise ArgumentError(
+            "series", f"should be finite, got {phi[~np.isfinite(phi)][0]} at {np.argmin(np.isfinite(phi))}"
+        )
     return phi
 
 

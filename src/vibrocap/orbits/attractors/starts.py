@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
@@ -20,7 +21,7 @@ Ranges = Mapping[str, tuple[float, float]]
 def checked_ranges(system: System, given: Any) -> dict[str, tuple[float, float]]:
     """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
     if not isinstance(given, Mapping) or not given:
-        raise ValueError(f"ranges should give (low, high) for at least one state, got {given!r}")
+        raise ArgumentError("ranges", f"should give (low, high) for at least one state, got {given!r}")
     found = {}
     for state, pair in given.items():
         check_state("ranges", system, state)
@@ -33,7 +34,7 @@ def checked_start_range(name: str, system: System, state: str, pair: Any) -> tup
     low, high = checked_pair(name, pair)
     least, most = system.placed.room().get(state, (-np.inf, np.inf))
     if low < least or high > most:
-        raise ValueError(f"{name} should lie between the stops, {least:g} to {most:g}, got {pair!r}")
+        raise ArgumentError(name, f"should lie between the stops, {least:g} to {most:g}, got {pair!r}")
     return low, high
 
 
@@ -48,7 +49,7 @@ def check_state(name: str, system: System, state: Any) -> None:
         why = f"nothing depends on {state!r}: a start shifted along it makes the same motion"
     elif state in system.switched:
         why = f"{state!r} is a mode of the law or the machine, no quantity"
-    raise ValueError(f"{name}: {why}; there are {', '.join(useful)}")
+    raise ArgumentError(name, f"{why}; there are {', '.join(useful)}")
 
 
 def spread_starts(map_: StroboscopicMap, start: np.ndarray, ranges: Ranges, count: int) -> np.ndarray:

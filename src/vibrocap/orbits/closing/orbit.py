@@ -213,8 +213,8 @@ def shoot(
     """
     unknown = [name for name in start if name not in system.state_names]
     if unknown:
-        raise ValueError(
-            f"start should name states of the system ({', '.join(system.state_names)}), got {unknown[0]!r}"
+        raise ArgumentError(
+            "start", f"should name states of the system ({', '.join(system.state_names)}), got {unknown[0]!r}"
         )
     _check_response(system, response_period, half)
     map_ = StroboscopicMap(system, tolerance) if map_ is None else map_.of(system)
@@ -228,7 +228,9 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     which measures along v alone, tells on which way a state lies.
     """
     if not orbit.closes or not orbit.unstable:
-        raise ValueError("orbit should be a closed one with a multiplier outside the unit circle: this one is kept")
+        raise ArgumentError(
+            "orbit", "should be a closed one with a multiplier outside the unit circle: this one is kept"
+        )
     map_ = driven_map(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
     size = sizes[moving]
@@ -270,6 +272,8 @@ def _check_response(system: System, response_period: int, half: bool) -> None:
     """Refuse a period or a half-period search that the system has not."""
     check_whole("response_period", response_period, 1)
     if half and not system.mirrored:
-        raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+        raise ArgumentError("half", "should be False: the system has no half-period symmetry (drive, machine or law)")
     if half and response_period % 2 == 0:
-        raise ValueError(f"response_period should be odd with half=True, got {response_period}: no other is symmetric")
+        raise ArgumentError(
+            "response_period", f"should be odd with half=True, got {response_period}: no other is symmetric"
+        )

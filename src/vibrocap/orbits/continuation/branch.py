@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_one_of, check_whole
+from vibrocap.arguments import ArgumentError, check_one_of, check_whole
 from vibrocap.measures.of_measure import OneOfMeasure
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
@@ -282,13 +282,13 @@ def branch(
     low, high = checked_range(system, over, between)
     mirrored = mirrored_all_over(system, over, (low, high))
     if half and not mirrored:
-        raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+        raise ArgumentError("half", "should be False: the system has no half-period symmetry (drive, machine or law)")
     begun = first_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     if half is None:
         half = bool(begun.symmetric) and mirrored
     period = begun.response_period
     if half and period % 2 == 0:
-        raise ValueError(f"half should be False for an orbit of an even number of drive periods, got {period}")
+        raise ArgumentError("half", f"should be False for an orbit of an even number of drive periods, got {period}")
     base = begun.system
     state = np.array([begun.state[name] for name in base.state_names])
     closure: ClosingMap
@@ -339,7 +339,9 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
             ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
             return joined(finer, *ways)
         return None
-    raise ValueError(f"special should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}")
+    raise ArgumentError(
+        "special", f"should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}"
+    )
 
 
 def check_options(towards: str, points: int, step: float) -> None:
@@ -347,7 +349,7 @@ def check_options(towards: str, points: int, step: float) -> None:
     check_one_of("towards", towards, TOWARDS)
     check_whole("points", points, 2)
     if not 1e-6 <= step <= 0.5:
-        raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")
+        raise ArgumentError("step", f"should be a share of the range, from 1e-6 to 0.5, got {step!r}")
 
 
 def first_orbit(
@@ -362,15 +364,17 @@ def first_orbit(
     """The orbit from which a branch is followed; ValueError where it is none of the system or out of the range."""
     between = checked_range(system, over, between)
     if orbit is not None and initial is not None:
-        raise ValueError("orbit and initial should not both be given: a start is one of them")
+        raise ArgumentError("orbit and initial", "should not both be given: a start is one of them")
     given = system if orbit is None else orbit.system
     if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
-        raise ValueError(f"orbit should be of the system, whatever its {over}: another parameter differs")
+        raise ArgumentError("orbit", f"should be of the system, whatever its {over}: another parameter differs")
     value = float(given.parameter(over))
     inside = min(max(value, between[0]), between[1])
     if orbit is not None:
         if value != inside:
-            raise ValueError(f"orbit should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
+            raise ArgumentError(
+                "orbit", f"should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}"
+            )
         return orbit
     system = system if value == inside else system.with_parameters({over: inside})
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)

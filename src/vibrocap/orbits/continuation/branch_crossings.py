@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.measures.during_run import measured
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
@@ -89,8 +90,8 @@ def steady_value(orbit: Orbit, measure: str) -> float:
 def _of_cycle(orbit: Orbit, measure: str) -> float:
     """A measure of a cycle: over one period of a constant drive, whose length is free to be that of the cycle."""
     if orbit.system.drive.name != "constant":
-        raise ValueError(
-            f"drive should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
+        raise ArgumentError(
+            "drive", f"should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
         )
     system = orbit.system.with_parameters({"drive.duration": orbit.period})
     motion = simulate(system, periods=1, initial=orbit.state, tolerance=max(orbit.tolerance, 1e-13))

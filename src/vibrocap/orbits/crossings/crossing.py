@@ -183,11 +183,12 @@ def _checked(
     (low, high), *_ = [checked_range(each, over, between) for each in systems]
     check_whole("points", points, 2)
     if not is_number(value) or not math.isfinite(value):
-        raise ValueError(f"value should be a finite number, got {value!r}")
+        raise ArgumentError("value", f"should be a finite number, got {value!r}")
     for each in systems:
         if not is_driven(each):
-            raise ValueError(
-                "drive should change in time: of a system that cycles by itself follow the cycles instead, "
-                "branch(system, over, between).crossings(measure, value)"
+            raise ArgumentError(
+                "drive",
+                "should change in time: of a system that cycles by itself follow the cycles instead, "
+                "branch(system, over, between).crossings(measure, value)",
             )
     return low, high

@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.api import Budget, codes
@@ -104,7 +105,7 @@ class CycleMap(ClosingMap):
         return other
 
     def finer(self) -> "CycleMap":
-        raise ValueError("special should be of a driven system: what leaves a branch of cycles is not followed")
+        raise ArgumentError("special", "should be of a driven system: what leaves a branch of cycles is not followed")
 
     def attempt(self, x: np.ndarray, like: Closing | None = None) -> CycleClosing:
         map_, m, n = self.map, len(self.unknowns), self.map.states

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.motion.recording.section import section_states, whole_turns
 from vibrocap.motion.run_evidence import certified
@@ -299,9 +300,10 @@ def is_driven(system: System) -> bool:
 def driven_map(system: System, tolerance: float) -> StroboscopicMap:
     """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
     if not is_driven(system):
-        raise ValueError(
-            f"system: nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic "
-            "map to look at; orbit(system, initial=...) finds its cycles"
+        raise ArgumentError(
+            "system",
+            f"nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic "
+            "map to look at; orbit(system, initial=...) finds its cycles",
         )
     return StroboscopicMap(system, tolerance)
 
