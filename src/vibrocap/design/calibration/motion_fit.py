@@ -41,6 +41,7 @@ SCANNED = 33  # points over the range of a parameter
 AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
 FEWEST = 64  # samples of the shortest record within a horizon
 BEGIN = 0.1  # share of a held-out record from which its start is found
+SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
 CONSTANT = 1.0  # relative error from which on a prediction is no better than a constant
 
 
@@ -54,6 +55,8 @@ class MotionFit(Result):
         and what it says of errors is of the rest
     measured, predicted, band: [samples] by record; of a new measurement 95 % lie within predicted +- band
     rms: root mean square error by record; relative: over the standard deviation of what was measured, 1 for a constant
+    noise_ratio: errors over the noise of the samples, which second differences tell
+    growth: largest factor by which a change of the start grows in a record
     starts: initial states by record, of the case without units
     converged: whether the search has settled
     """
@@ -71,6 +74,7 @@ class MotionFit(Result):
     rms: dict[str, Number]
     relative: dict[str, Number]
     noise_ratio: Number
+    growth: Number
     starts: dict[str, ByName]
     converged: bool
 
@@ -86,18 +90,14 @@ class MotionFit(Result):
             worse = ", no better than a constant" if self.relative[name] >= CONSTANT else ""
             kept = "held out, " if name in self.held_out else ""
             found[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
-        if self.doubted:
-            found["doubt"] = (
-                f"errors are {self.noise_ratio:.3g} times the noise of the samples: machine or law lack something"
-            )
+        if self.noise_ratio > FAR:
+            times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
+            found["doubt"] = f"{times}: machine or law lack something"
+        elif self.growth > SENSITIVE:
+            found["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit shorter records"
         if not self.converged:
             found["search"] = "not settled: give more starts or narrower bounds"
         return found
-
-    @property
-    def doubted(self) -> bool:
-        """Whether errors are too large to be the noise of the samples."""
-        return self.noise_ratio > FAR
 
     def __getitem__(self, path: str) -> CalibratedParameter:
         """A parameter by its path."""
@@ -274,10 +274,11 @@ def _found(
     parts = np.split(errors, np.cumsum(counts)[:-1])
     spread = uncertainty(parts, slopes, np.eye(model.coordinates), Loss())
     deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
-    ratio = float(np.linalg.norm(errors)) / max(model.noise, 1e-300)
+    growth = model.growth(slopes)
+    doubted = growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
     shares = point[:many]
     own = spread.covariance[:many, :many]
-    parameters = [_parameter(model, k, point, slopes, spread, errors) for k in range(many)]
+    parameters = [_parameter(model, k, point, slopes, spread, errors, doubted) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
     found = MotionFit(
         system=system.with_parameters(
@@ -289,7 +290,8 @@ def _found(
         correlation=own / np.outer(deviations, deviations),
         held_out=tuple(each.courses[0].name for each in others),
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
-        noise_ratio=ratio,
+        noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
+        growth=growth,
         converged=converged,
     )
     for k in range(len(model.courses)):
@@ -301,7 +303,13 @@ def _found(
 
 
 def _parameter(
-    model: RecordModel, k: int, point: np.ndarray, slopes: np.ndarray, spread: Uncertainty, errors: np.ndarray
+    model: RecordModel,
+    k: int,
+    point: np.ndarray,
+    slopes: np.ndarray,
+    spread: Uncertainty,
+    errors: np.ndarray,
+    doubted: bool,
 ) -> CalibratedParameter:
     """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
 
@@ -330,7 +338,7 @@ def _parameter(
         verdict = Verdict.NO_EFFECT
     elif low <= 0.0 or high >= 1.0:
         verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
-    elif float(np.linalg.norm(errors)) > FAR * model.noise:
+    elif doubted:
         verdict = Verdict.DOUBTED
     else:
         verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED

@@ -109,6 +109,16 @@ class RecordModel:
         """Norm of the errors that the noise of the samples alone makes, as their second differences tell."""
         return math.sqrt(sum(np.sum(np.diff(each.measured, 2) ** 2) / 6.0 / each.size**2 for each in self.courses))
 
+    def growth(self, slopes: np.ndarray) -> float:
+        """Largest factor by which a change of the predicted quantity grows from the start of a course."""
+        found = 0.0
+        for each, places in zip(self.courses, self.places, strict=True):
+            for name, step, place in zip(each.free, each.steps, places, strict=True):
+                if name == self.predict:
+                    unit = each.system.result_units.factor(self.predict)
+                    found = max(found, float(np.max(np.abs(slopes[:, place]))) * each.size / (step * unit))
+        return found
+
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The least and the largest coordinates."""
