@@ -15,8 +15,7 @@ from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.calibration import CalibratedParameter
-from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column
-from vibrocap.design.search.uncertainty import sample_points
+from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column, searched
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import WIDE, Verdict
 from vibrocap.identification.inference.residuals import FAR
@@ -31,15 +30,9 @@ from vibrocap.records.record import Record
 from vibrocap.results import Result
 from vibrocap.studies.plan.variation import refusal
 
-HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
-ROUNDS = 3  # of the search at most, each from points of its own, until it leaves noise alone or two agree
-NOISY = 1.2  # error over the noise of the samples: up to here it is noise alone
 HALVINGS = 6  # to where the squares object to a value of a parameter
 LEAST = 1e-9  # share of a range: the first step from a value
 FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
-SCANNED = 33  # points over the range of a parameter
-AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
-FEWEST = 64  # samples of the shortest record within a horizon
 BEGIN = 0.1  # share of a held-out record from which its start is found
 SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
 CONSTANT = 1.0  # relative error from which on a prediction is no better than a constant
@@ -168,7 +161,7 @@ def fit_motion(
         raise CaseError(complaints, "the fit")
     threads = threads or available_threads()
     model = RecordModel(predict, space, fitted, tolerance, threads)
-    point, converged = _searched(model, starts, seed, told(progress))
+    point, converged = searched(model, starts, seed, told(progress))
     others = [RecordModel(predict, space, [every[name]], tolerance, threads) for name in hidden]
     return _found(case.system, model, others, point, converged)
 
@@ -199,68 +192,6 @@ def _check_records(
     for each in records:
         if getattr(each, column) is None:
             complaints.add("predict", f"{predict} is compared with {column}, which record {each.name!r} has not")
-
-
-def _searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
-    """(best point, whether the search has settled): rounds until one leaves noise alone, or two end alike."""
-    counts, best = model.counts(1.0), (math.inf, np.zeros(0), False)
-    for k in range(ROUNDS):
-        point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
-        cost, point = _beyond_kinks(model, point, counts)
-        again = abs(cost - best[0]) <= AGREE * cost
-        best = min(best, (cost, point, settled), key=lambda found: found[0])
-        if again or math.sqrt(best[0]) <= NOISY * model.noise:
-            break
-    return best[1:]
-
-
-def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
-    """(best point, whether the search has settled), over longer and longer stretches of the records."""
-    many = len(model.space.paths)
-    points = np.zeros((starts, model.coordinates))
-    points[:, :many] = sample_points(many, starts, seed)
-    shortest = min(len(each.instants) for each in model.courses)
-    settled = False
-    for k, (share, kept, most) in enumerate(HORIZONS):
-        if share * shortest < FEWEST and share < 1.0:
-            continue
-        counts = model.counts(share)
-        costs = [float(np.sum(_soft(model.errors(point, counts)))) for point in points]
-        ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
-        ends.sort(key=lambda end: end.cost)
-        points, settled = np.array([end.x for end in ends]), ends[0].status > 0
-        if report:
-            report((k + 1) / len(HORIZONS))
-    return points[0], settled
-
-
-def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
-    many = len(model.space.paths)
-    points = np.tile(point, (many, SCANNED, 1))
-    for k in range(many):
-        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
-    squares = [float(np.sum(model.errors(each, counts) ** 2)) for each in points.reshape(-1, len(point))]
-    return points, np.reshape(squares, (many, SCANNED))
-
-
-def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
-    """(sum of squares, point) of the least minimum that is seen along single parameters.
-
-    Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
-    """
-    least = float(np.sum(model.errors(point, counts) ** 2))
-    while True:
-        points, squares = _scan(model, point, counts)
-        if np.min(squares) >= least * (1.0 - AGREE):
-            return least, point
-        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
-        least, point = 2.0 * float(end.cost), end.x
-
-
-def _soft(errors: np.ndarray) -> np.ndarray:
-    """Half a square, and linear far off: a start that soon goes wrong is not worse than one that fails at once."""
-    return np.sqrt(1.0 + errors**2) - 1.0
 
 
 def _found(

@@ -1,4 +1,4 @@
-"""Measured records as least squares: the motions that a case makes under their measured forces."""
+"""Measured records as least squares: the motions that a case makes under their forces, and the search for the best."""
 
 import dataclasses
 import itertools
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.identification.search.loss import finite
 from vibrocap.motion.simulate import initial_state, simulate
@@ -19,6 +20,12 @@ from vibrocap.records.record import Record
 
 STEP = 1e-6  # of the differences that give slopes: in shares of the ranges, and of a start's size
 WIDEST = 10.0  # sizes by which a start may be off its guess
+HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
+ROUNDS = 3  # of the search at most, each from points of its own, until it leaves noise alone or two agree
+NOISY = 1.2  # error over the noise of the samples: up to here it is noise alone
+SCANNED = 33  # points over the range of a parameter
+AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
+FEWEST = 64  # samples of the shortest record within a horizon
 COLUMN_OF = {"m": "displacement", "rad": "displacement", "m/s": "velocity", "rad/s": "velocity"}
 COLUMN_OF |= {"m/s^2": "acceleration", "rad/s^2": "acceleration"}
 
@@ -213,3 +220,65 @@ class RecordModel:
         )
         end.x = whole(end.x)
         return end
+
+
+def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled): rounds until one leaves noise alone, or two end alike."""
+    counts, best = model.counts(1.0), (math.inf, np.zeros(0), False)
+    for k in range(ROUNDS):
+        point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
+        cost, point = _beyond_kinks(model, point, counts)
+        again = abs(cost - best[0]) <= AGREE * cost
+        best = min(best, (cost, point, settled), key=lambda found: found[0])
+        if again or math.sqrt(best[0]) <= NOISY * model.noise:
+            break
+    return best[1:]
+
+
+def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled), over longer and longer stretches of the records."""
+    many = len(model.space.paths)
+    points = np.zeros((starts, model.coordinates))
+    points[:, :many] = sample_points(many, starts, seed)
+    shortest = min(len(each.instants) for each in model.courses)
+    settled = False
+    for k, (share, kept, most) in enumerate(HORIZONS):
+        if share * shortest < FEWEST and share < 1.0:
+            continue
+        counts = model.counts(share)
+        costs = [float(np.sum(_soft(model.errors(point, counts)))) for point in points]
+        ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
+        ends.sort(key=lambda end: end.cost)
+        points, settled = np.array([end.x for end in ends]), ends[0].status > 0
+        if report:
+            report((k + 1) / len(HORIZONS))
+    return points[0], settled
+
+
+def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
+    many = len(model.space.paths)
+    points = np.tile(point, (many, SCANNED, 1))
+    for k in range(many):
+        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
+    squares = [float(np.sum(model.errors(each, counts) ** 2)) for each in points.reshape(-1, len(point))]
+    return points, np.reshape(squares, (many, SCANNED))
+
+
+def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
+    """(sum of squares, point) of the least minimum that is seen along single parameters.
+
+    Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
+    """
+    least = float(np.sum(model.errors(point, counts) ** 2))
+    while True:
+        points, squares = _scan(model, point, counts)
+        if np.min(squares) >= least * (1.0 - AGREE):
+            return least, point
+        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
+        least, point = 2.0 * float(end.cost), end.x
+
+
+def _soft(errors: np.ndarray) -> np.ndarray:
+    """Half a square, and linear far off: a start that soon goes wrong is not worse than one that fails at once."""
+    return np.sqrt(1.0 + errors**2) - 1.0
