@@ -161,7 +161,7 @@ contact = [{ repeat = 2, body = "foot {i}" }]
 """
 TUBE = """
 name = "tube"
-signals.shake = { unit = "m", amplitude = 0.4, frequency = 1.0 }
+signals.shake = { unit = "m" }
 parameters.way = { default = 0.6, role = "distance" }
 parameters.restitution = { default = 0.7, range = [0, 1], role = "fraction" }
 coordinates.offset = { unit = "m" }

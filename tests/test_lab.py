@@ -481,7 +481,7 @@ def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch)
     text, python, command, again = node(
         """
     const made = JSON.parse(fs.readFileSync(process.argv[3])), model = new Model(made), other = new Model(made);
-    model.set("machine.clamp_amplitude", 0.5);
+    model.set("drives.clamp.amplitude", 0.5);
     const text = asToml(model), wrong = readToml(other, text);
     print([text, asPython(model), asCommand(model), [wrong, asToml(other) === text]]);
     """,
@@ -489,7 +489,7 @@ def test_a_mechanism_is_shared_with_its_description(node, tmp_path, monkeypatch)
     )
     assert again == [[], True]
     case, names = case_from_text(text), {}
-    assert case.system == given.system.with_parameters({"machine.clamp_amplitude": 0.5})
+    assert case.system == given.system.with_parameters({"drives.clamp.amplitude": 0.5})
     assert command.startswith("# case.toml: ")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")

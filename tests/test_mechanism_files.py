@@ -83,8 +83,9 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
             for row in tables["mechanism"][part]:
                 row["repeat"] = {4: 2, 3: 1}[row["repeat"]]
         tables["machine"]["damping"] = 0.0
-        del tables["friction_2"]
-    machine, draw = case_from_dict(tables).system.machine, random.Random(2)
+        del tables["frictions"]
+    system, draw = case_from_dict(tables).system, random.Random(2)
+    machine = system.placed
     mass = getattr(machine, "mass", 1.0) if name == "feeder-conveys" else 1.0
     weight = machine.gravity[0] if name == "feeder-conveys" else 1.0
     assert machine.states == other.states
@@ -113,7 +114,10 @@ def test_other_parts_are_those_of_a_class(text, other):
     machine, draw = mechanism_reading.mechanism(tomllib.loads(text))(), random.Random(3)
     for name in ("states", "channels", "symmetric", "cyclic", "strikes_ground", "follows_load"):
         assert getattr(machine, name) == getattr(other, name), name
-    machine, other = (each.driven_by(vc.Harmonic(0.7, 1.3)) for each in (machine, other))
+    machine, other = (
+        each.driven_by(vc.Harmonic(0.7, 1.3), [each.default for each in other.signals.values()])
+        for each in (machine, other)
+    )
     for _ in range(20):
         y = tuple(draw.uniform(-0.3, 0.3) if name not in other.switched else 0.0 for name in other.states)
         frictions = tuple(draw.uniform(-0.5, 0.5) for _ in other.contact_states)
@@ -136,17 +140,79 @@ def test_sweeps_are_those_of_a_class():
     assert len({*found}) == 3
 
 
-def test_parameters_of_signals_are_those_of_the_machine():
-    case = read_case(EXAMPLES / "clutch-slips-twice.toml", {"machine.clamp_amplitude": 0.5}, periods=2)
-    motion = case.simulate()
-    last = motion["reaction"]
+def test_a_signal_has_its_own_drive():
+    """In case files, Python, SI, sweeps and changes: a part like the drive itself."""
+    case = read_case(EXAMPLES / "clutch-slips-twice.toml", {"drives.clamp.amplitude": 0.5}, periods=2)
+    last = case.simulate()["reaction"]
     assert [last.min(), last.max()] == pytest.approx([0.5, 1.5], abs=1e-3)
-    in_si = {"mass_unit_kg": 1.0, "length_unit_m": 1.0, "time_unit_s": 1.0}
+    own = vc.System(case.system.machine, case.system.friction, case.system.drive, drives={"clamp": vc.Harmonic(0.5, 2)})
+    assert own == case.system
+    assert own.parameter("drives.clamp.amplitude") == 0.5
+    assert own.with_parameters({"drives.clamp.amplitude": 0.25}).drives == (vc.Harmonic(0.25, 2.0),)
+    assert case_from_text(case_text(case)).system == case.system
+    in_si = {"mass_unit_kg": 2.0, "length_unit_m": 0.5, "time_unit_s": 1.0}
     text = case_text(dataclasses.replace(case, scales=FreeScales(**in_si)), "SI")
-    assert "clamp_amplitude_N_m = 0.5" in text
-    assert "clamp_frequency_rad_per_s = 2.0" in text
-    assert "engine_kg_m2 = 1.0" in text
-    assert case_from_text(text).system.machine == case.system.machine
+    assert '[drives.clamp]\nwaveform = "harmonic"\namplitude_N_m = 0.25\n' in text
+    again = case_from_text(text)
+    assert again.system.dimensionless == case.system
+    assert again.system.parameter("drives.clamp.amplitude_N_m") == 0.25
+    over = vc.sweep(case, {"drives.clamp.amplitude": [0.0, 0.5]}, measures=["least_reaction"], periods=2)
+    assert over["least_reaction"].values == pytest.approx([1.0, 0.5], abs=1e-3)
+    other = case_from_dict(changed("clutch-slips-twice") | {"drives": {"clamp": {"waveform": "biharmonic"}}}).system
+    assert other.drives == (vc.Biharmonic(),)
+    assert (
+        case_from_text(case_text(case), changes={"drives.clamp.waveform": "biharmonic"}).system.drives[0].frequency
+        == 2.0
+    )
+    assert case_from_text(case_text(case), changes={"machine.kind": "drill-string"}).system.drives == ()
+
+
+def test_a_signal_without_a_drive_is_zero_and_strange_ones_are_named():
+    tables = tomllib.loads((EXAMPLES / "clutch-slips-twice.toml").read_text(encoding="utf-8"))
+    del tables["drives"]
+    assert case_from_dict(tables).system.drives == (vc.Constant(),)
+    drive = {"waveform": "harmonic", "amplitude": 0.3, "frequency": 2.0}
+    for changes, said in (
+        ({"clump": drive}, "drives.clump: there is no such signal; did you mean 'clamp'?"),
+        ({"clamp": drive | {"amplitud": 1.0}}, "drives.clamp.amplitud: no such key"),
+        ({"clamp": drive | {"frequency": -1.0}}, "drives.clamp.frequency: should be"),
+        ({"clamp": drive | {"frequency": 1.7}}, "drive: has the period"),
+        ({"clamp": {"waveform": "square"}}, "drives.clamp: the waveform square has corners"),
+    ):
+        with pytest.raises(CaseError) as error:
+            case_from_dict(tables | {"drives": changes})
+        assert any(each.startswith(said) for each in error.value.complaints), error.value.complaints
+
+
+def test_laws_are_named_by_their_contacts():
+    """[frictions.NAME] of the body that rubs; the others have [friction]; wrong values are named by that section."""
+    tables = tomllib.loads((EXAMPLES / "plates-creep.toml").read_text(encoding="utf-8"))
+    by_number = {name: each for name, each in tables.items() if not name.startswith("friction")}
+    usual, own = {"law": "coulomb", "coulomb_coefficient": 0.2, "static_coefficient": 0.2}, {"law": "exponential"}
+    for name, laws in (("upper plate", (usual, own)), ("lower plate", (own, usual))):
+        system = case_from_dict(by_number | {"friction": usual, "frictions": {name: own}}).system
+        assert tuple(each.name for each in system.laws) == tuple(each["law"] for each in laws)
+        path = f"frictions.{name}.static_coefficient"
+        assert system.parameter(path) == vc.Exponential().static_coefficient
+        changed = case_from_dict(by_number | {"friction": usual}).system.with_parameters({path: 0.3})
+        assert [each.static_coefficient for each in changed.laws] == [0.3 if each is own else 0.2 for each in laws]
+    both = case_from_dict(by_number | {"frictions": {"lower plate": usual, "upper plate": own}}).system
+    assert both == vc.System(
+        both.machine, {"upper plate": vc.Exponential(), "lower plate": vc.Coulomb(0.2, 0.2)}, both.drive
+    )
+    over = {"frictions.lower plate.static_coefficient": [0.2, 0.3]}
+    found = vc.sweep(case_from_dict(by_number | {"friction": usual}), over, measures=["mean_velocity"], periods=3)
+    assert dict(found.sizes) == {"friction.static_coefficient": 2}
+    for section, said in (
+        ({"upper plate": own | {"static_coefficient": -1.0}}, "frictions.upper plate.static_coefficient: should be"),
+        ({"upper plate": {"law": "slippery"}}, "frictions.upper plate.law: no law is called"),
+        ({"uper plate": own}, "frictions.uper plate: there is no such contact; did you mean 'upper plate'?"),
+    ):
+        with pytest.raises(CaseError) as error:
+            case_from_dict(by_number | {"friction": usual, "frictions": section})
+        assert any(each.startswith(said) for each in error.value.complaints), error.value.complaints
+    with pytest.raises(CaseError, match=r"frictions\.upper plate: is there already, by its number"):
+        case_from_dict(by_number | {"friction": usual, "friction_2": own, "frictions": {"upper plate": own}})
 
 
 # --- where a kind of machine works ------------------------------------------------------------------------------------
@@ -335,7 +401,10 @@ def fuzzed(seeds):
         except CaseError as error:
             found = error.complaints
         sections = {each.field.partition(".")[0] for each in found}
-        assert sections <= {"mechanism", "machine", "initial", "friction", "friction_2", "drive"}, (seed, found)
+        assert sections <= {"mechanism", "machine", "initial", "friction", "frictions", "drive", "drives"}, (
+            seed,
+            found,
+        )
         assert all(len(each) < 1500 for each in found), (seed, found)
         assert time.process_time() - begun < 10.0, seed
     return accepted

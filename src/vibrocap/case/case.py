@@ -21,13 +21,14 @@ from vibrocap.case.sections import (
     check_word,
     described_machine,
     form_of,
+    is_part,
     is_section,
     kind_key,
     kinds_of,
-    of_further_contact,
     without_units,
 )
 from vibrocap.case.text import as_text
+from vibrocap.case.unfolding import as_named, unfolded, unfolded_changes, without_strange
 from vibrocap.files import write_text
 from vibrocap.inputs import read_input
 from vibrocap.physics.dimensions.scales import Scales
@@ -150,25 +151,36 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
         said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
         reason, _, place = said.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
-    lacking = change(data, {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}})
+    data, asked = unfolded(data)
+    changes, more = unfolded_changes(data, {**(changes or {}), **{f"run.{name}": x for name, x in run.items()}})
+    lacking, asked = change(data, changes), asked | more
     complaints = Complaints()
     with complaints.collected():
         case = case_from_dict(data, source)
         if not lacking:
             return case
     said = {each.field for each in complaints if isinstance(each, Complaint)}
-    raise CaseError([*complaints, *(each for each in lacking if getattr(each, "field", "") not in said)], source)
+    complaints += [each for each in lacking if getattr(each, "field", "") not in said]
+    raise CaseError(as_named(complaints, asked), source)
 
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     """The case described by sections of keys, as a TOML parser returns them; CaseError with every complaint at once."""
-    complaints = Complaints()
+    data, asked = unfolded(data)
+    try:
+        return _of_parts(*without_strange(data), source)
+    except CaseError as error:
+        raise CaseError(as_named(error.complaints, asked), source) from None
+
+
+def _of_parts(data: Mapping[str, Any], complaints: Complaints, source: str) -> Case:
+    """The same of sections that have the names of parts; with complaints there is none."""
     for name in data:
         if not (is_section(name) or name == "units"):
             complaints.add(name, f"no such section; {suggestion(name, SECTIONS)}")
     check_word(data.get("units"), complaints)
     sections: dict[str, Mapping[str, Any]] = {}
-    further = tuple(filter(of_further_contact, data))
+    further = tuple(name for name in data if name not in SECTIONS and is_part(name))
     for name in (*SECTIONS, *further):
         given = data.get(name, {})
         if not isinstance(given, Mapping):

@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 
 from vibrocap.arguments import ArgumentError, Complaints, listed, shown
 from vibrocap.case.expressions import Expression
-from vibrocap.physics.drives.drive import Drive as Waveform
 from vibrocap.physics.machines.machine import Derived, Machine
 from vibrocap.physics.mechanics.parts import (
     Contact,
@@ -72,11 +71,11 @@ PARTS: dict[str, tuple[Callable, dict[str, str], tuple[str, ...]]] = {
         ("body",),
     ),
 }
-# table: its keys; those of a signal's waveform come besides
+# table: its keys
 TABLES: dict[str, tuple[str, ...]] = {
     "parameters": ("default", "role", "unit", "range", "words", "symbol", "meaning"),
     "coordinates": ("unit", "symbol", "meaning", "rate", "repeat", "repeats"),
-    "signals": ("unit", "symbol", "meaning", "waveform"),
+    "signals": ("unit", "symbol", "meaning"),
 }
 HEAD = ("version", "name", "source", "effort", "units", "gravity", "travels")
 
@@ -97,7 +96,6 @@ class Mechanism(Machine):
 
     description: ClassVar[Mapping[str, Any]]
     planned: ClassVar[tuple["Planned", ...]]
-    waves: ClassVar[Mapping[str, type[Waveform]]]
     weight: ClassVar[float]
     required: ClassVar[tuple[str, ...]]
     gravity: ClassVar[Any] = Derived(lambda kind, owner: None if kind.gravity is None else (owner.weight, 0.0))
@@ -120,23 +118,13 @@ class Mechanism(Machine):
             y = tuple(float(initial.get(name, 0.0)) for name in self.states)
             nothing = (0.0,) * len(self.contact_states)
             try:
-                rates = self.driven_by(system.drive).rates(0.0, y, system.drive.value(0.0), nothing)
+                rates = self.driven_by(system.drive, system.drives).rates(0.0, y, system.drive.value(0.0), nothing)
             except ZeroDivisionError:
                 why = "an expression does, or its mass matrix is singular there"
                 raise ValueError(f"divides by zero at the start: {why}") from None
             if not all(map(math.isfinite, rates)):
                 lost = listed(name for name, rate in zip(self.states, rates, strict=True) if not math.isfinite(rate))
                 raise ValueError(f"the rate of {lost} is not finite at the start")
-
-    def _signals(self) -> list:
-        own = [self._wave(name, kind) for name, kind in self.waves.items()]
-        return [self.imposed, *own] if self.imposes_motion else own
-
-    def _wave(self, name: str, kind: type) -> Any:
-        """The waveform of a signal, whose parameters are the machine's."""
-        wave = object.__new__(kind)
-        vars(wave).update({each.name: getattr(self, f"{name}_{each.name}") for each in parameter_table(kind)})
-        return wave
 
 
 @dataclasses.dataclass(frozen=True)

@@ -40,11 +40,9 @@ from vibrocap.case.mechanism_tables import (
     tables,
     within,
 )
-from vibrocap.physics.catalogue import drives
 from vibrocap.physics.dimensions.scales import EFFORTS, STANDARD_GRAVITY_M_PER_S2, FreeScales, SIScales
 from vibrocap.physics.dimensions.units import unit_name
-from vibrocap.physics.drives.drive import Drive as Waveform
-from vibrocap.physics.drives.drive import Piecewise
+from vibrocap.physics.drives.constant import Constant
 from vibrocap.physics.mechanics.forms import whole_pattern
 from vibrocap.physics.mechanics.parts import Coordinate, Signal
 from vibrocap.physics.mechanics.sums import bounded
@@ -60,7 +58,6 @@ from vibrocap.physics.parameters import (
     dimension_of_role,
     dimension_of_unit,
     parameter,
-    parameter_table,
     parameters,
 )
 from vibrocap.physics.symbols import OF_LAWS, QUANTITIES
@@ -117,7 +114,6 @@ class Reading:
         self.words: set[str] = set()  # parameters that may be a word
         self.required: list[str] = []  # parameters without a default
         self.space: dict[str, Any] = {"__annotations__": {}}
-        self.waves: dict[str, type[Waveform]] = {}
         for table, read in zip(TABLES, (self._parameter, self._coordinate, self._signal), strict=True):
             for name, row in tables.get(table, {}).items():
                 read(name, row)
@@ -138,7 +134,6 @@ class Reading:
             "si_scales": FreeScales if self.scaled else SIScales,
             "description": self.tables,
             "planned": self.planned,
-            "waves": self.waves,
             "required": tuple(self.required),
             "weight": float(gravity),
             "__reduce__": _reduced,
@@ -256,30 +251,8 @@ class Reading:
     def _signal(self, name: str, row: Mapping[str, Any]) -> None:
         where, count = f"{KIND}.signals.{name}", len(self.complaints)
         dimension, texts = self._dimension(where, row), self._texts(where, name, row)
-        waveform = row.get("waveform", "harmonic")
-        known = {each: kind for each, kind in drives().items() if _is_signal(kind)}
-        if not isinstance(waveform, str) or waveform not in known:
-            self.complaints.add(f"{where}.waveform", f"should be one of {listed(known)}, got {shown(waveform)}")
-            return
-        kind = known[waveform]
-        table = {info.name: info for info in parameter_table(kind)}
-        for key in (key for key in row if key not in (*TABLES["signals"], *table)):
-            self.complaints.add(f"{where}.{key}", f"no such key; {suggestion(key, (*TABLES['signals'], *table))}")
-        if len(self.complaints) > count or not self._named(where, name, dimension or NUMBER):
-            return
-        try:
-            wave = kind(**{key: row[key] for key in table if key in row})
-        except ValueError as error:
-            self.complaints += [each.about(f"{where}.{each.field}") for each in getattr(error, "complaints", ())]
-            return
-        self.space[name], self.waves[name] = Signal(*texts, row["unit"], None), kind
-        for info in table.values():  # parameters of the machine, amplitudes in the unit of the signal
-            size = NUMBER if info.dimension is None else info.dimension.resolved(dimension or NUMBER)
-            if self._named(f"{where}.{info.name}", f"{name}_{info.name}", size):
-                own = {"role": info.role} if info.role in ("frequency", "phase") else {"unit": unit_name(size)}
-                words = f"{info.symbol}_{texts[0]}", f"{info.name.replace('_', ' ')} of the {texts[1]}"
-                limits = RANGES["> 0"] if info.role == "frequency" else {}
-                self._field(f"{name}_{info.name}", getattr(wave, info.name), words, own, limits)
+        if len(self.complaints) == count and self._named(where, name, dimension or NUMBER):
+            self.space[name] = Signal(*texts, row["unit"], Constant())
 
     # --- parts -------------------------------------------------------------------------------------------------------
 
@@ -389,9 +362,3 @@ class Reading:
             known |= {each.fields.get("name") for each in ready}
             left = [each for each in left if each not in ready]
         return tuple(found)
-
-
-def _is_signal(kind: type[Waveform]) -> bool:
-    """Whether a waveform is smooth, and all its parameters are numbers."""
-    smooth = kind.slope is not Waveform.slope and not issubclass(kind, Piecewise)
-    return smooth and all(is_number(info.default) for info in parameter_table(kind))

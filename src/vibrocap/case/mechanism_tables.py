@@ -40,7 +40,7 @@ def tables(description: Any, complaints: Complaints) -> dict[str, Any]:
             complaints.add(f"{KIND}.{table}", f"should have at most {4 * MOST} rows, got {len(rows)}")
             continue
         for name, row in rows.items():
-            _check_values(f"{KIND}.{table}.{name}", row, () if table == "signals" else TABLES[table], complaints)
+            _check_values(f"{KIND}.{table}.{name}", row, TABLES[table], complaints)
         found[table] = {name: dict(row) for name, row in rows.items()}
     for part in (each for each in PARTS if each in given):
         rows = given[part]
@@ -80,11 +80,12 @@ def _head_wanted(key: str, value: Any) -> str | None:
 
 
 def _check_values(where: str, row: Mapping[str, Any], known: tuple[str, ...], complaints: Complaints) -> None:
-    """Complaints about keys that are not known (known empty: any is) and values that are no numbers, texts or lists."""
+    """Complaints about keys that are not known and values that are no numbers, texts or lists."""
     for key, value in row.items():
         plain = [value] if not isinstance(value, list) else value if len(value) <= MOST else [None]
-        if known and key not in known:
-            complaints.add(f"{where}.{key[:60]}", f"no such key; {suggestion(key, known)}")
+        if key not in known:
+            other = f"a waveform stands in [drives.{where.rpartition('.')[2]}]" if ".signals." in where else ""
+            complaints.add(f"{where}.{key[:60]}", f"no such key; {other or suggestion(key, known)}")
         elif not all(isinstance(each, (str, int, float)) and not isinstance(each, bool) for each in plain):
             complaints.add(f"{where}.{key}", f"should be a number or a text, got {shown(value)}")
         elif any(isinstance(each, (int, float)) and not abs(each) < 1e300 for each in plain):

@@ -32,7 +32,7 @@ from vibrocap.physics.dimensions.units import (
     units_of,
 )
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.names import number_in
+from vibrocap.physics.names import NAMED_LAW, SIGNAL, number_in, split_path
 from vibrocap.physics.parameters import parameter_table
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
@@ -62,12 +62,13 @@ def of_further_contact(section: object) -> bool:
 
 def is_section(section: object) -> bool:
     """Whether a case may have a section of that name."""
-    return section in SECTIONS or of_further_contact(section)
+    named = isinstance(section, str) and section.startswith((SIGNAL, NAMED_LAW))
+    return named or section in SECTIONS or of_further_contact(section)
 
 
 def is_part(section: str) -> bool:
     """Whether a section describes a part."""
-    return section in CHOICES or section in OPTIONAL or section in CHOICES_LEFT_OUT or of_further_contact(section)
+    return _pattern(section) in {*CHOICES, *OPTIONAL, *CHOICES_LEFT_OUT}
 
 
 def kind_key(section: str) -> str:
@@ -92,7 +93,7 @@ def kind_paths(sections: Iterable[str]) -> tuple[str, ...]:
 
 def is_kind(path: object) -> bool:
     """Whether a path chooses a kind of part, as "friction.law" and "friction_2.law" do."""
-    return isinstance(path, str) and path != "" and path == kind_path(path.partition(".")[0])
+    return isinstance(path, str) and path != "" and path == kind_path(split_path(path)[0])
 
 
 def chosen_classes(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -128,8 +129,10 @@ def _choice(section: str) -> tuple[str, Any]:
 
 
 def _pattern(section: str) -> str:
-    """The section after which one is made: [friction] of [friction_2]."""
-    return "friction" if of_further_contact(section) else section
+    """The section after which one is made: [friction] of [friction_2], [drive] of [drives.clamp]."""
+    if of_further_contact(section) or section.startswith(NAMED_LAW):
+        return "friction"
+    return "drive" if section.startswith(SIGNAL) else section
 
 
 @dataclasses.dataclass
@@ -236,7 +239,7 @@ def as_given(complaint: str, given: Mapping[str, tuple[str, Any]], plain: Mappin
     if not isinstance(complaint, Complaint) or complaint.field not in given:
         return complaint
     key, value = given[complaint.field]
-    section, _, name = complaint.field.partition(".")
+    section, name = split_path(complaint.field)
     text, got, _ = complaint.text.rpartition(f", got {shown(plain[section][name])}")
     return Complaint(key, f"{text}, got {shown(value)}" if got else complaint.text)
 
@@ -254,10 +257,10 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
     there still are. A further contact that is spoken of has a law of its own from then on, as yet that of
     the first. What a change gives replaces the same quantity in another unit.
     """
-    for section in dict.fromkeys(path.partition(".")[0] for path in changes):
+    for section in dict.fromkeys(split_path(path)[0] for path in changes):
         if of_further_contact(section) and section not in data and isinstance(data.get("friction"), dict):
             data[section] = dict(data["friction"])
-    kinds = {path.partition(".")[0]: kind for path, kind in changes.items() if is_kind(path)}
+    kinds = {split_path(path)[0]: kind for path, kind in changes.items() if is_kind(path)}
     other = [name for name, kind in kinds.items() if _differs(data, name, kind)]
     si = _in_si(data)
     before = chosen_classes(data)
@@ -265,7 +268,8 @@ def change(data: dict[str, Any], changes: Mapping[str, Any]) -> Complaints:
         data.setdefault(section, {})
         data[section] = {**data[section], kind_key(section): kinds[section]}
     if "machine" in other and isinstance(kind := kinds["machine"], str) and kind in kinds_of("machine"):
-        data.pop("mechanism", None)  # a kind of the package takes its place
+        for name in [name for name in data if name == "mechanism" or name.startswith(SIGNAL)]:
+            del data[name]  # a kind of the package takes its place
     after = chosen_classes(data)
     for section in other:
         kept = _kept(data[section], section, before, after, si)
@@ -352,7 +356,7 @@ def _keep_states(data: dict[str, Any], before: Classes, after: Classes) -> None:
 
 def _put(data: dict[str, Any], path: str, value: Any, classes: Classes, changes: Mapping[str, Any]) -> None:
     """A value in its section, in place of the same quantity under another key, such as frequency_Hz."""
-    section, _, key = path.partition(".")
+    section, key = split_path(path)
     given = data.setdefault(section, {})
     if not isinstance(given, dict):  # is complained of
         return

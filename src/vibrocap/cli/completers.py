@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
 Offered = Iterable[tuple[str, str]]  # each with what it means
@@ -139,7 +140,7 @@ def paths_of_case(asked: Any) -> Offered:
     if equals:
         before, comma, _ = asked.incomplete.rpartition(",")
         begun = before + comma or f"{path}="
-        return [(begun + name, "") for name in kinds_of(path.partition(".")[0])] if path in kinds else []
+        return [(begun + name, "") for name in kinds_of(split_path(path)[0])] if path in kinds else []
     known = [*paths(system.parts), *kinds]
     if system.units is not None:
         known = [*paths_in_si(system.parts), *_without_unit(known, system)]
@@ -202,7 +203,7 @@ def _meaning(path: str, system: System) -> str:
     from vibrocap.physics.parameters import parameter_table
 
     place = path_in_si(path, system.parts)
-    section, _, name = (path if place is None else place[0]).partition(".")
+    section, name = split_path(path if place is None else place[0])
     table = parameter_table(system.parts[section]) if section in system.parts else ()
     return next((each.meaning if system.units is None else each.in_si for each in table if each.name == name), "")
 

@@ -17,6 +17,7 @@ from vibrocap.case.sections import SECTIONS, is_section
 from vibrocap.files import other_place
 from vibrocap.io.spreadsheets import BESIDE, HEADED, ROWS, beside
 from vibrocap.physics.dimensions.conversion import Quantity, quantity
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv", ".xlsx", ".mat"), (".mp4", ".gif")
@@ -83,7 +84,7 @@ def changes(
     """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
     found = {}
     for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
-        section, _, name = path.partition(".")
+        section, name = split_path(path)
         if not is_section(section):
             complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
         elif not name:

@@ -20,7 +20,7 @@ from vibrocap.numerics.api import StepperKernel, StepperMemory, codes, stepper_k
 from vibrocap.numerics.expressions.equations import Equations
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.physics.dimensions.units import over_seconds
-from vibrocap.physics.names import numbered
+from vibrocap.physics.names import numbered, split_path
 from vibrocap.physics.parameters import bounds
 from vibrocap.physics.system import System
 
@@ -146,7 +146,7 @@ class SteppedCase:
         counted = () if corners is None else corners.counted
         values = zip(self.equations.parameter_paths, parameter_values(self.system), strict=True)
         for place, (path, value) in enumerate(values):
-            part, _, name = path.partition(".")
+            part, name = split_path(path)
             if not (path.startswith(SEGMENT) or part == self.input or place in counted):
                 known = quantity_in_si(path, self.system)
                 found.append(Port(path, known.unit, known.scale, value, *bounds(parts[part], name), place))

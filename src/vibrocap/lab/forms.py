@@ -15,6 +15,7 @@ from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.numerics.expressions.corners import Corners
 from vibrocap.physics.dimensions.units import DRIVE_UNITS, QUANTITIES, state_units
 from vibrocap.physics.drives.drive import ROUNDING
+from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import dimension_of_unit, parameter_table
 from vibrocap.physics.system import System
 
@@ -67,7 +68,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         for info in parameter_table(record)
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
-    paths = tuple(path for path in recording.parameter_paths if path.split(".")[0] in system.parts)
+    paths = tuple(path for path in recording.parameter_paths if split_path(path)[0] in system.parts)
     record = {
         "sections": list(system.parts),
         **{part: record.name for part, record in system.parts.items()},

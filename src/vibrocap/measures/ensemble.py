@@ -33,6 +33,7 @@ from vibrocap.physics.closed_loop.sampling import MOST_SAMPLES
 from vibrocap.physics.dimensions.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import System
 from vibrocap.progress import reporting
@@ -319,7 +320,7 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
     """Indices of runs that have equations of one form, not too many at a time."""
     group = np.zeros(len(next(iter(columns.values()))), dtype=np.int64)
     for path, column in columns.items():
-        part, _, name = path.partition(".")
+        part, name = split_path(path)
         shape = () if part == "initial" else getattr(system.parts[part], "shape_parameters", ())
         if column.dtype == object:
             keys = np.array([value if isinstance(value, str) else "" for value in column])
@@ -367,7 +368,7 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     mirrored = np.empty(len(first), dtype=bool)
     for k, run in enumerate(first):
         for path in paths:
-            part, name = path.split(".", 1)
+            part, name = split_path(path)
             value = columns[path][run]  # checked before
             object.__setattr__(parts[part], name, value if isinstance(value, str) else float(value))
         mirrored[k] = varied.mirrored

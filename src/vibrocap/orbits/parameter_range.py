@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
 
@@ -37,7 +38,7 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
 
 def _check_samples(system: System, over: str, low: float, high: float) -> None:
     """ValueError for a parameter that decides how many samples a period has."""
-    part, _, name = over.partition(".")
+    part, name = split_path(over)
     for value in (low, 0.5 * (low + high)):
         changed = dataclasses.replace(system.parts[part], **{name: value})
         drive = changed if part == "drive" else system.drive

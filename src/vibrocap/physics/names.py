@@ -5,10 +5,13 @@ are named in the order of the state vector, of the parts of a system by name, or
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 _NUMBERED = re.compile(r"(.+)_([2-9]|[1-9][0-9]{1,8})")  # "friction_2", not "friction_1" or "friction_02"
+
+
+NAMED_LAW, SIGNAL = "frictions.", "drives."  # before the name of a contact, of a signal: parts of a system
 
 
 def numbered(name: str, number: int) -> str:
@@ -26,6 +29,35 @@ def number_in(name: object, first: str) -> int:
     """Whose a name is that is `first` for the first one: 1 of "friction", 2 of "friction_2", 0 where it is neither."""
     stem, number = name_and_number(name) if isinstance(name, str) else ("", 0)
     return number if stem == first else 0
+
+
+def split_path(path: str) -> tuple[str, str]:
+    """(part, name) of the path of a parameter: ("drives.clamp", "amplitude") of "drives.clamp.amplitude"."""
+    part, _, name = path.rpartition(".")
+    return (part, name) if part else (path, "")
+
+
+def plain_path(path: str, machine: Any) -> str:
+    """The path of a law that its contact names: "friction_2.law" of "frictions.bit.law" where the bit is second."""
+    part, name = split_path(path)
+    contact = part.removeprefix(NAMED_LAW).strip("\"'")
+    if not part.startswith(NAMED_LAW) or contact not in machine.contact_names:
+        return path
+    return f"{numbered('friction', 1 + machine.contact_names.index(contact))}.{name}"
+
+
+def own_laws(parts: Mapping[str, Any], paths: Iterable[str]) -> dict[str, Any]:
+    """Laws of contacts that paths speak of and that have none of their own yet: that of the first.
+
+    Where a path names the first contact, "frictions.bit", all others keep the law that they had of it.
+    """
+    machine, found = parts["machine"], set()
+    contacts = range(2, 1 + len(machine.contact_states))
+    for path in paths:
+        number = number_in(split_path(plain_path(path, machine))[0], "friction")
+        found |= {*contacts} if number == 1 and path.startswith(NAMED_LAW) else {number}
+    names = (numbered("friction", each) for each in contacts if each in found)
+    return {name: parts["friction"] for name in names if name not in parts}
 
 
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator

@@ -5,20 +5,38 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Never
 
 from vibrocap.arguments import ArgumentError, is_number, suggestion
+from vibrocap.physics.assembly import by_name, check_contacts, fields_of, kind_of, waves_of
 from vibrocap.physics.closed_loop.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.closed_loop.controlled_machine import ControlledMachine
 from vibrocap.physics.closed_loop.measuring import check_controller
 from vibrocap.physics.closed_loop.sampling import SampledReference, check_samples
 from vibrocap.physics.controllers.controller import SIDE, Controller
-from vibrocap.physics.dimensions.conversion import parts_without_units, quantity, quantity_in_si, values_without_units
+from vibrocap.physics.dimensions.conversion import (
+    Quantity,
+    parts_without_units,
+    quantity,
+    quantity_in_si,
+    values_without_units,
+)
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import NoUnits, Units, units_of
-from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.drives.drive import Drive, Piecewise
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.names import laws_by_state, laws_of, number_in, numbered, state_names
+from vibrocap.physics.names import (
+    NAMED_LAW,
+    SIGNAL,
+    laws_by_state,
+    laws_of,
+    number_in,
+    numbered,
+    own_laws,
+    plain_path,
+    split_path,
+    state_names,
+)
 from vibrocap.physics.parameters import ParameterError, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context
 
@@ -58,7 +76,9 @@ class System:
     friction: a law; of a machine with several contacts (`contacts.py`) as well a list of laws, the first contact's
     first. A contact whose law is None or missing has that of the first. `system.friction` is the law of the first
     contact, `system.further` holds those of the others as they were given, `system.laws` the law that each contact has;
-    among the parts by name, in the sections of a case and in paths they are "friction_2", "friction_3" and so on.
+    among the parts by name, in the sections of a case and in paths they are "friction_2", "friction_3" and so on, or
+    named by their contacts, "frictions.bit" (a mapping in place of a list: friction={"bit": law}).
+    drives: waveforms of the machine's signals by name, "drives.clamp" among the parts; by default those of the class.
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
     Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
@@ -72,17 +92,19 @@ class System:
     actuator: Actuator | None = None
     further: tuple[Law | None, ...] = ()
     controller: Controller | None = None
+    drives: tuple[Drive, ...] = ()
 
     def __init__(
         self,
         machine: Machine,
-        friction: Law | Sequence[Law | None],
+        friction: Law | Sequence[Law | None] | Mapping[str, Law],
         drive: Drive,
         units: Scales | None = None,
         environment: Environment | None = None,
         actuator: Actuator | None = None,
         further: Sequence[Law | None] = (),
         controller: Controller | None = None,
+        drives: Mapping[str, Drive] | Sequence[Drive] = (),
         **others: Never,
     ):
         for name in others:
@@ -90,6 +112,9 @@ class System:
                 what = "friction=[law, law_2, ...], that of the first contact first; None: the same as the first"
                 raise ArgumentError(name, f"there is no such argument; give the laws of all contacts, {what}")
             raise TypeError(f"System.__init__() got an unexpected keyword argument {name!r}")
+        kind = kind_of(machine)
+        if isinstance(friction, Mapping):
+            friction = by_name(friction, kind.contact_names, "frictions", "contact", {})
         laws: tuple[Any, ...] = (friction, *further)
         if isinstance(friction, (list, tuple)) and friction:
             laws = tuple(friction)
@@ -104,6 +129,7 @@ class System:
             actuator=actuator,
             further=laws[1:],
             controller=controller,
+            drives=waves_of(kind, drives),
         )
         self.__post_init__()
 
@@ -111,23 +137,27 @@ class System:
         given = self.parts
         if any(isinstance(part, PartInSI) for part in given.values()):
             found, scales = parts_without_units(given, self.units)
-            self._set(**_fields(found), units=scales)
+            self._set(**fields_of(found), units=scales)
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
             raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
         for part, given in self.parts.items():
-            contract = Law if number_in(part, "friction") else CONTRACTS[part]
+            contract = Law if number_in(part, "friction") else Drive if part.startswith(SIGNAL) else CONTRACTS[part]
             if not isinstance(given, contract):
                 what = contract.__name__.lower()
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
-        _check_contacts(self.machine, 1 + len(self.further))
+        check_contacts(self.machine, 1 + len(self.further))
         for number, (law, load) in enumerate(zip(self.laws, self.machine.loads(), strict=True), 1):
             if law.internal and load == 0:
                 path = numbered("machine.normal_load", number)
                 raise ArgumentError(path, f"should be > 0 with the {law.name} law, got 0")
         if self.machine.imposes_motion:
             self._check_imposed()
-        if not self.machine.driven_by(self.drive).repeats_after(self.drive.period):
+        for name, wave in zip(self.machine.signals, self.drives, strict=True):
+            if type(wave).slope is Drive.slope or isinstance(wave, Piecewise):
+                what = f"{wave.name} has corners or does not say its slope; a signal is smooth"
+                raise ArgumentError(f"{SIGNAL}{name}", f"the waveform {what}, such as harmonic")
+        if not self.machine.driven_by(self.drive, self.drives).repeats_after(self.drive.period):
             what = f"has the period {self.drive.period:g}, after which the {self.machine.name} is another"
             raise ArgumentError("drive", f"{what}: choose one in which all that depends on time in its parts repeats")
         if self.machine.imposes_motion and self.actuator is not None:
@@ -159,13 +189,13 @@ class System:
     @classmethod
     def of_parts(cls, parts: Mapping[str, Any], units: Scales | None = None) -> "System":
         """The system of parts by name, as `parts` gives them back."""
-        return cls(**_fields(parts), units=units)
+        return cls(**fields_of(parts), units=units)
 
     @classmethod
     def unchecked(cls, parts: Mapping[str, Any]) -> "System":
         """The same of parts that hold something else in place of numbers, such as symbols; of no units."""
         made = object.__new__(cls)
-        made._set(**_fields(parts))
+        made._set(**fields_of(parts))
         return made
 
     @property
@@ -174,12 +204,13 @@ class System:
         contacts ("friction_2", ...) last."""
         found = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
         found |= {numbered("friction", i): law for i, law in enumerate(self.further, 2)}
+        found |= dict(zip((SIGNAL + name for name in kind_of(self.machine).signals), self.drives, strict=False))
         return {part: record for part, record in found.items() if record is not None or part in PARTS}
 
     @property
     def placed(self) -> Any:
         """The machine under its drive as it stands in its environment, on the slope, behind its actuator."""
-        machine = self.machine.driven_by(self.drive)
+        machine = self.machine.driven_by(self.drive, self.drives)
         machine = machine if self.environment is None else self.environment.placed(machine)
         machine = machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
         return machine if self.controller is None else ControlledMachine(machine, self.controller, self.timed_drive)
@@ -322,10 +353,10 @@ class System:
 
         Of a system that knows its scales also in SI, by the keys of a case in SI, such as "drive.frequency_Hz".
         """
-        asked = quantity(path, self) if self.units is not None else None
-        part, name = self._resolved(path if asked is None else asked.plain)
+        asked = quantity(path, self) if self.units is not None else Quantity(path, plain_path(path, self.machine))
+        part, name = self._resolved(asked.plain)
         value = getattr(self.parts[part], name)
-        return value if asked is None or asked.plain == path or not is_number(value) else value * asked.scale
+        return value if asked.plain == path or not is_number(value) else value * asked.scale
 
     def with_parameters(self, values: Mapping[str, Any]) -> "System":
         """The same system with other values at the given parameter paths; ValueError for what a part does not take.
@@ -333,10 +364,12 @@ class System:
         A path such as "drive.frequency" takes a value without units; of a system that knows its scales there are the
         keys of a case in SI besides, such as "drive.frequency_Hz". The scales themselves stay as they are.
         """
+        if own := own_laws(self.parts, [path for path in values if str(path).startswith(NAMED_LAW)]):
+            return self.of_parts(self.parts | own, self.units).with_parameters(values)
         changes: dict[str, dict[str, Any]] = {}
         known = self.parameter_paths
         for path, value in values_without_units(values, self.units, self.parts).items():
-            part, name = path.split(".", 1) if path in known else self._resolved(path)
+            part, name = split_path(path) if path in known else self._resolved(path)
             changes.setdefault(part, {})[name] = value
         parts = self.parts
         for part, fields in changes.items():
@@ -354,7 +387,7 @@ class System:
                 raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
             if str(path).startswith("controller.") and self.controller is None:
                 raise ArgumentError(str(path), "this system has no controller; give it one, controller=PositionPID()")
-            part = str(path).partition(".")[0]
+            part = split_path(str(path))[0]
             if 2 <= number_in(part, "friction") <= len(self.machine.contact_states):
                 what = f"friction=[law, law_2, ...]; in a case by a section [{part}]"
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {what}")
@@ -362,25 +395,4 @@ class System:
             known = [quantity_in_si(each, self).path for each in self.parameter_paths]
             near = suggestion(path, known, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
-        part, name = path.split(".", 1)
-        return part, name
-
-
-def _fields(parts: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a system by its parts: the laws of further contacts are one field, in the order of the contacts."""
-    numbers = {name: number for name in parts if (number := number_in(name, "friction")) > 1}
-    most = max(numbers.values(), default=1)
-    _check_contacts(parts["machine"], most)  # before so many are written down
-    laws: list[Any] = [None] * (most - 1)
-    for name, number in numbers.items():
-        laws[number - 2] = parts[name]
-    return {name: part for name, part in parts.items() if name not in numbers} | {"further": tuple(laws)}
-
-
-def _check_contacts(machine: Any, number: int) -> None:
-    """ArgumentError for the law of a contact that the machine does not have."""
-    kind = machine.part if isinstance(machine, PartInSI) else machine
-    contacts = len(kind.contact_states)
-    if number > contacts:
-        said = "one contact" if contacts == 1 else f"{contacts} contacts"
-        raise ArgumentError(numbered("friction", number), f"should be left out: the {kind.name} has {said}")
+        return split_path(path)

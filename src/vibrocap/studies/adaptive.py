@@ -34,7 +34,7 @@ from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.planning import with_load_watch
 from vibrocap.studies.plan.runs import Column
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import with_varied_parts
+from vibrocap.studies.plan.variation import plainly, with_varied_parts
 from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def adaptive_map(
     from vibrocap.studies.variables import coordinate_attributes
 
     if system is not None and isinstance(over, Mapping):
-        system = with_varied_parts(system, over)
+        system, over = with_varied_parts(system, over), plainly(over, system)
     axes = _axes(system, over, evaluate)
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)

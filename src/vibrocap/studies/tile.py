@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.checks import check_runs
 from vibrocap.studies.plan.runs import Block, tile_counts
@@ -115,7 +116,7 @@ def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
     if place is not None:
         own = _own_value(system, initial, place[0])
         return own if isinstance(own, str) else own * system.si.per_key(place[1])
-    part, _, name = path.partition(".")
+    part, name = split_path(path)
     if is_kind(path):
         return system.parts[part].name
     if path.startswith(INITIAL):

@@ -14,6 +14,7 @@ from vibrocap.physics.closed_loop.actuator import Actuator
 from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si
 from vibrocap.physics.dimensions.units import Key
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.physics.system import System
@@ -90,7 +91,7 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     """Name, symbol and unit of what varies; system: of which it varies, for paths in SI."""
     if is_kind(path):
         return {"long_name": path.replace(".", " ")}
-    part, _, name = path.partition(".")
+    part, name = split_path(path)
     if system is not None and system.units is not None and (in_si := _key_in_si(path, system)) is not None:
         words = in_si.stem.replace("_", " ")
         before = {"initial": "initial ", "drive": "drive ", "actuator": "actuator "}.get(part, "")
@@ -111,7 +112,7 @@ def state_attributes(name: str, result: Any) -> dict[str, Any]:
 
 def _key_in_si(path: str, system: System) -> Key | None:
     """The key of a path in SI, of the system or of any other kind of its part."""
-    parts, section = system.parts, path.partition(".")[0]
+    parts, section = system.parts, split_path(path)[0]
     section = section if section in parts else "friction"  # of an initial state
     for kind in (parts[section], *kinds_of(section).values()):
         place = path_in_si(path, parts | {section: kind})

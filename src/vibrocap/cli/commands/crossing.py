@@ -11,6 +11,7 @@ from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.names import split_path
 from vibrocap.quantities.dimensional import in_si, units_of
 
 
@@ -115,7 +116,14 @@ def _crossings_record(found: Any) -> dict[str, Any]:
 
 def _other(system: Any, text: str) -> Any:
     """The system with another kind of part, which keeps the parameters that both have, or with other parameters."""
-    from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal, varied, with_varied_parts
+    from vibrocap.studies.plan.variation import (
+        kinds_chosen,
+        path_complaints,
+        plainly,
+        refusal,
+        varied,
+        with_varied_parts,
+    )
 
     found = Complaints()
     wanted = "friction.law=NAME or PATH=VALUE"
@@ -123,9 +131,9 @@ def _other(system: Any, text: str) -> Any:
     if found:
         raise Refusal(f"--against should be {wanted}, got {text!r}")
     for path, name in values.items():
-        if is_kind(path) and (known := kinds_of(path.partition(".")[0])).get(str(name)) is None:
+        if is_kind(path) and (known := kinds_of(split_path(path)[0])).get(str(name)) is None:
             found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
-    system = with_varied_parts(system, values)
+    system, values = with_varied_parts(system, values), plainly(values, system)
     if not found:
         found += path_complaints(values, [kinds_chosen(system, values)], system.units)
     try:

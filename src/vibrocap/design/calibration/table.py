@@ -13,6 +13,7 @@ from vibrocap.design.search.goal import measure_unit, twice
 from vibrocap.measures.during_run import measure_table, near_measure
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.dimensions.conversion import path_in_si, paths_in_si
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import bracketed
@@ -188,7 +189,7 @@ def _quantities(stem: str, system: System, known: Mapping[str, Measure]) -> Iter
         yield stem, measure_unit(system, measure)[0], 1
     for path in paths_in_si(system.parts) if system.units is not None else ():
         plain, key = path_in_si(path, system.parts) or ("", None)
-        section = path.partition(".")[0]
+        section = split_path(path)[0]
         if key is not None and stem in (path, plain, f"{section}.{key.stem}"):
             yield path, key.unit, 1
         elif key is not None and plain == section + FREQUENCY and stem == section + PERIOD and key.unit == "Hz":

@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import quantity
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import axis_of
 from vibrocap.studies.plan.designs import Range, range_from
@@ -247,7 +248,7 @@ def _end_complaints(system: System, space: DesignSpace) -> list[str]:
     """What parts refuse at the ends of single ranges; a part that compares its fields is asked design by design."""
     found: list[str] = []
     for each in space.variables:
-        parts = [system.parts.get(path.strip().partition(".")[0]) for path in each.path.split(",")]
+        parts = [system.parts.get(split_path(path.strip())[0]) for path in each.path.split(",")]
         if isinstance(each, Range) and not any(map(_compares, parts)):
             ends = [{each.path: end} for end in (each.low, each.high)]
             ends = [end if space.through is None else space.through(**end) for end in ends]

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from vibrocap.exchange.stepped_case import Port, SteppedCase
 from vibrocap.physics.dimensions.units import one_way, parameter_keys, shortest
+from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 
 REAL, WHOLE, TEXT = "REAL", "WHOLE", "TEXT"
@@ -74,7 +75,7 @@ def parameters(stepped: SteppedCase) -> list[Variable]:
 
 def _in_words(stepped: SteppedCase, path: str) -> tuple[str, str]:
     """Name and meaning of a parameter by its path."""
-    part, _, name = path.partition(".")
+    part, name = split_path(path)
     record = stepped.system.parts[part]
     meaning = next(info.meaning for info in parameter_table(record) if info.name == name)
     if stepped.system.units is None:

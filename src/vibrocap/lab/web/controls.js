@@ -47,7 +47,7 @@ class Units {
 
   // What a parameter is called: in SI a mass ratio, for instance, is a mass.
   name(path, beside) {
-    const [section, name] = path.split(".");
+    const [section, name] = halves(path);
     if (!this.si || beside || section === "run" || section === "initial") return `${wordy(name)} `;
     return `${wordy(this.model.record(path).si[0]?.[0] ?? name)} `;
   }
@@ -115,9 +115,9 @@ class Controls {
   }
 
   row(path, beside = false) {
-    const { model } = this, id = `n-${beside ? "beside-" : ""}${path.replace(".", "-")}`;
+    const { model } = this, id = `n-${beside ? "beside-" : ""}${path.replaceAll(".", "-")}`;
     const record = path.startsWith("run.") || path.startsWith("initial.") ? null : model.record(path, beside ? this.besideForm : model.form);
-    const name = path.split(".")[1], row = element("div", { className: "row" });
+    const name = halves(path)[1], row = element("div", { className: "row" });
     const words = { "run.periods": "how long the motion is", "run.tolerance": "error per step" }[path] ?? (this.units.si && !beside ? record?.inSi : undefined) ?? record?.meaning ?? "at the start";
     const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))} ${record ? `<i>${symbolHtml(record.symbol)}</i>` : ""} <small>${meaningHtml(words)}</small><small class="unit"></small>` });
     const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
@@ -137,7 +137,7 @@ class Controls {
 
   fixed(path, value) {
     const row = element("div", { className: "row" });
-    row.append(element("span", { className: "fixed", textContent: `${wordy(path.split(".")[1])}: ${value} (the same in the whole page)` }));
+    row.append(element("span", { className: "fixed", textContent: `${wordy(halves(path)[1])}: ${value} (the same in the whole page)` }));
     return row;
   }
 

@@ -58,7 +58,7 @@ class Fields {
     };
     for (const [key, words] of axes) {
       const group = element("div", { className: "axis" }), wrong = element("output", {});
-      const select = chooser(key, words, paths.map((path) => [path, `${path.split(".")[0]}: ${this.name(path)}`]), group);
+      const select = chooser(key, words, paths.map((path) => [path, `${halves(path)[0]}: ${this.name(path)}`]), group);
       const ends = ["from", "to"].map((end, i) => {
         const box = element("input", { type: "text", name: `${key}-${end}`, inputMode: "decimal" });
         box.setAttribute("aria-label", `${words}: ${end}`);
@@ -225,7 +225,7 @@ class Fields {
   // The title of a column of values along an axis.
   columnTitle(path) {
     const unit = this.scale(path)[1];
-    return unit ? `${path.split(".")[0]}.${this.name(path)} [${unit}]` : path;
+    return unit ? `${halves(path)[0]}.${this.name(path)} [${unit}]` : path;
   }
 
   csv(name) {

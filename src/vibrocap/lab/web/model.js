@@ -7,6 +7,9 @@ const NEEDED = "should be given; in SI it has no default";
 
 const wordy = (name) => name.replace(/_/g, " ");
 
+// Part and parameter of a path: "drives.clamp" and "amplitude" of "drives.clamp.amplitude".
+const halves = (path) => [path.slice(0, path.lastIndexOf(".")), path.slice(path.lastIndexOf(".") + 1)];
+
 // A complaint with what was given, where it does not say so itself.
 const withGiven = (wrong, value) => (wrong.includes(", got ") ? wrong : `${wrong}, got ${value}`);
 
@@ -79,7 +82,7 @@ class Model {
 
   // Under which path the value of a parameter of one form stands in another; undefined where it has none there.
   origin(path, form, old) {
-    const [section, name] = path.split(".");
+    const [section, name] = halves(path);
     if (form[section] === old[section]) return path;
     const from = this.data.carried[section]?.[form[section]]?.[old[section]]?.[name];
     return from && `${section}.${from}`;
@@ -89,7 +92,7 @@ class Model {
   valuesFor(number, known, old = this.form) {
     const form = this.data.forms[number], own = this.data.forms[this.preset.form], found = {};
     for (const path of form.parameters) {
-      const other = form[path.split(".")[0]] !== old[path.split(".")[0]], record = this.record(path, form);
+      const other = form[halves(path)[0]] !== old[halves(path)[0]], record = this.record(path, form);
       const first = other ? this.preset.values[this.origin(path, form, own)] : undefined;
       found[path] = known[this.origin(path, form, old)] ?? first ?? (other && this.si && record.needed ? NaN : record.default);
     }
@@ -103,7 +106,7 @@ class Model {
   }
 
   record(path, form = this.form) {
-    const [section, name] = path.split(".");
+    const [section, name] = halves(path);
     return this.part(section, form).parameters.find((each) => each.name === name);
   }
 
@@ -126,7 +129,7 @@ class Model {
     if (value > most || (below && value === most)) return `should be ${below ? "less than" : "at most"} ${most}`;
     const broken = this.broken(form, { ...values, [path]: value });
     if (!broken) return "";
-    return broken[0] === path ? broken[1] : `${wordy(broken[0].split(".").pop())} ${broken[1]}`;
+    return broken[0] === path ? broken[1] : `${wordy(halves(broken[0])[1])} ${broken[1]}`;
   }
 
   // The first rule between numbers that is broken, as the parts themselves have it: [field, what is wrong]; or null.
@@ -135,7 +138,7 @@ class Model {
   }
 
   get(path) {
-    const [section, name] = path.split(".");
+    const [section, name] = halves(path);
     if (section === "run") return this.state[name];
     return section === "initial" ? this.state.initial[name] : this.state.values[path];
   }
@@ -144,7 +147,7 @@ class Model {
   set(path, value) {
     const wrong = this.complaint(path, value);
     if (wrong) return wrong;
-    const [section, name] = path.split(".");
+    const [section, name] = halves(path);
     if (section === "run") this.state[name] = value;
     else if (section === "initial") this.state.initial[name] = value;
     else this.state.values[path] = value;
@@ -193,7 +196,7 @@ class Model {
     const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     if (number < 0) return null;
     const values = this.valuesBeside(number), broken = this.broken(this.data.forms[number], values);
-    if (broken) throw new Error(`of the law beside, ${broken[0].split(".").pop()} ${broken[1]}`);
+    if (broken) throw new Error(`of the law beside, ${halves(broken[0])[1]} ${broken[1]}`);
     return this.request(number, values);
   }
 

@@ -119,14 +119,19 @@ function asPython(model) {
     return `${python.module ? "" : "vc."}${python.name}(${values.join(", ")})`;
   };
   const start = Object.entries(started(model)).map(([name, value]) => `"${name}": ${pythonNumber(value)}`).join(", ");
-  const laws = [], fields = []; // laws of further contacts stand in the list of the first one's, None where it has none
+  const laws = [], fields = [], waves = []; // laws of further contacts stand in the list of the first one's, None where it has none
   for (const section of model.form.sections) {
+    if (section.startsWith("drives.")) {
+      waves.push(`"${halves(section)[1]}": ${part(section)}`);
+      continue;
+    }
     const contact = /^friction(?:_(\d+))?$/.exec(section);
     if (contact) laws[(contact[1] ?? 1) - 1] = section;
     if (!contact || contact[1] === undefined) fields.push(section);
   }
   const friction = laws.length > 1 ? `[${Array.from(laws, (section) => (section ? part(section) : "None")).join(", ")}]` : part("friction");
   const system = fields.map((section) => `    ${section}=${section === "friction" ? friction : part(section)},`);
+  if (waves.length) system.push(`    drives={${waves.join(", ")}},`);
   return [
     "import vibrocap as vc", ...imports, "",
     "system = vc.System(", ...system, ")",
@@ -161,7 +166,7 @@ function parsedToml(text) {
     const fail = (what) => { throw new Error(`line ${number + 1}: ${what}`); };
     const line = raw.trim();
     if (!line || line.startsWith("#")) return;
-    const head = /^\[\s*([A-Za-z0-9_-]+)\s*\]\s*(#.*)?$/.exec(line);
+    const head = /^\[\s*([A-Za-z0-9_.-]+)\s*\]\s*(#.*)?$/.exec(line);
     if (head) {
       if (head[1] in found) fail(`the section [${head[1]}] stands twice`);
       section = found[head[1]] = Object.create(null);

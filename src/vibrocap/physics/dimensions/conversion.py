@@ -21,7 +21,7 @@ from vibrocap.physics.dimensions.units import (
     state_units,
     undeclared,
 )
-from vibrocap.physics.names import number_in
+from vibrocap.physics.names import number_in, plain_path, split_path
 from vibrocap.physics.parameters import FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
 from vibrocap.quantities.declared import Context, Declared
 
@@ -102,7 +102,7 @@ def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
 
     parts: of a system by name, or their classes
     """
-    section, _, name = path.partition(".")
+    section, name = split_path(plain_path(path, parts["machine"]))
     if path.startswith(INITIAL):
         keys: Mapping[str, Key] = state_keys(state_units(parts))
     else:
@@ -144,7 +144,7 @@ def quantity(path: str, system: Any) -> Quantity:
     """
     place = path_in_si(path, system.parts)
     if place is None:
-        return Quantity(path, path)
+        return Quantity(path, plain_path(path, system.machine))
     if system.units is None:
         raise ArgumentError(path, f"the case does not say what its units are; give {place[0]}, or a case in SI")
     return Quantity(path, place[0], place[1].unit, system.si.per_key(place[1]))
@@ -203,13 +203,13 @@ def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts
     found: dict[str, Any] = {}
     for path, value in values.items():
         place = path_in_si(path, parts) if scales is not None else None
-        plain = path if place is None else place[0]
+        plain = plain_path(path, parts["machine"]) if place is None else place[0]
         if plain in found:
             raise ArgumentError(path, "is given in two ways; give one of them")
         if place is None or scales is None or isinstance(value, str):
             found[plain] = value
         else:
-            found[plain] = value / place[1].scale(scales, effort_of(plain.partition(".")[0], parts))
+            found[plain] = value / place[1].scale(scales, effort_of(split_path(plain)[0], parts))
     return found
 
 

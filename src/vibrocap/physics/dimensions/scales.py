@@ -10,7 +10,18 @@ from typing import Annotated, Any
 from pydantic import AfterValidator
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.parameters import FORCE, LENGTH, NUMBER, SPEED, TORQUE, Dimension, Positive, parameter, parameters
+from vibrocap.physics.parameters import (
+    FORCE,
+    LENGTH,
+    NUMBER,
+    SPEED,
+    TORQUE,
+    Dimension,
+    Positive,
+    dimension_of_unit,
+    parameter,
+    parameters,
+)
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "speed": SPEED, "number": NUMBER}
@@ -28,8 +39,9 @@ Scale = Annotated[Positive, AfterValidator(_within_numbers)]
 
 
 def resolved(dimension: Dimension, effort: str) -> Dimension:
-    """A dimension in force, length and time, of what the drive exerts, or of a contact that turns."""
-    own = dimension.resolved(EFFORTS.get(effort, TORQUE))
+    """A dimension in force, length and time, of a drive's effort, of the unit of a signal, or where a contact turns."""
+    known = EFFORTS | {TURNING: TORQUE}
+    own = dimension.resolved(known[effort] if effort in known else dimension_of_unit(effort))
     return Dimension(force=own.force, length=own.force, time=own.time) if effort == TURNING else own
 
 

@@ -15,7 +15,16 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
 from vibrocap.physics.dimensions.scales import TURNING, Scales, resolved
-from vibrocap.physics.names import OUTPUT, laws_by_state, laws_of, name_and_number, number_in, numbered, state_names
+from vibrocap.physics.names import (
+    OUTPUT,
+    SIGNAL,
+    laws_by_state,
+    laws_of,
+    name_and_number,
+    number_in,
+    numbered,
+    state_names,
+)
 from vibrocap.physics.parameters import (
     LENGTH,
     MASS,
@@ -197,6 +206,7 @@ class Units:
     scales: what one unit of mass, length and time is. effort: what the drive exerts. states: units of the states.
     reference: what kind of quantity the drive is where a controller compares it; "": there is no controller.
     turning: numbers of the contacts whose sliding velocity is that of an angle, so that friction and load are torques.
+    efforts: of the parts by name, see `effort_of`.
     """
 
     scales: Scales
@@ -204,6 +214,7 @@ class Units:
     states: Mapping[str, str]
     reference: str = ""
     turning: frozenset[int] = frozenset()
+    efforts: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def of_contact(self, unit: str) -> str:
         """A unit, as it is where the first contact turns."""
@@ -250,10 +261,8 @@ class Units:
         return value / self.per_key(key) if is_number(value) or isinstance(value, np.ndarray) else value
 
     def of_part(self, section: str) -> "Units":
-        """The same for the parameters of a part: those of a drive that is a reference count in what it is."""
-        if number_in(section, "friction") in self.turning:
-            return dataclasses.replace(self, effort=TURNING)
-        return dataclasses.replace(self, effort=self.reference) if section == "drive" and self.reference else self
+        """The same for the parameters of a part, which count in an effort of their own."""
+        return dataclasses.replace(self, effort=self.efforts.get(section, self.effort))
 
     def per_key(self, key: Key) -> float:
         """What one dimensionless unit is in the unit of a key."""
@@ -286,9 +295,11 @@ def over_seconds(unit: str) -> str:
 
 def effort_of(section: str, parts: Mapping[str, Any]) -> str:
     """What the parameters of a part mean by an effort: what the drive exerts on the machine; of a drive that is the
-    reference of a controller, what that measures; `TURNING` of a law at a contact that turns. parts: of a system by
-    name, or their classes
+    reference of a controller, what that measures; of a signal its unit; `TURNING` of a law at a contact that turns.
+    parts: of a system by name, or their classes
     """
+    if section.startswith(SIGNAL):
+        return parts["machine"].signals[section.removeprefix(SIGNAL)].unit
     if number_in(section, "friction") in turning(parts["machine"]):
         return TURNING
     controller = parts.get("controller")
@@ -299,7 +310,9 @@ def units_of(parts: Mapping[str, Any], scales: Scales) -> Units:
     """Factor and unit of every quantity of the parts of a system by name, or of their classes."""
     controller = parts.get("controller")
     reference = "" if controller is None else controller.reference
-    return Units(scales, parts["machine"].effort, state_units(parts), reference, turning(parts["machine"]))
+    machine = parts["machine"]
+    efforts = {name: effort_of(name, parts) for name in parts}
+    return Units(scales, machine.effort, state_units(parts), reference, turning(machine), efforts)
 
 
 def turning(machine: Any) -> frozenset[int]:

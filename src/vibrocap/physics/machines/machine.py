@@ -128,7 +128,7 @@ class Machine(Part):
     state whose rate is the velocity of the first contact plus `ground_speed` (of the first that one coordinate alone
     moves). turns: states on which everything depends with a period, such as the angle of a rotor, by name with it
     contact_states: of each contact, in one order everywhere, the state that moves one to one with its sliding velocity;
-    where distances between contacts are imposed, they share one
+    where distances between contacts are imposed, they share one. contact_names: the name of the body that rubs
     switched: states that are whole numbers, 1 or -1 while a stop is touched, else 0. They have the rate 0.0 and change
     where a guard of `switches` falls to zero; a run starts with all of them at 0 and the branch that its other states
     ask for. switch_events: what happens at each guard. strikes_ground: those of them at which the ground takes an
@@ -149,9 +149,11 @@ class Machine(Part):
     declared: ClassVar[Mapping[str, Any]] = {}
     imposes_motion: ClassVar[bool] = False
     imposed: ClassVar[Any] = None  # the drive, of a machine on which it imposes a motion
+    waves: ClassVar[tuple | None] = None  # of its signals; None: as the class has them
 
     states: ClassVar[Any] = Derived()
     contact_states: ClassVar[Any] = Derived()
+    contact_names: ClassVar[Any] = Derived()
     switched: ClassVar[Any] = Derived()
     switch_events: ClassVar[Any] = Derived()
     strikes_ground: ClassVar[Any] = Derived()
@@ -236,7 +238,7 @@ class Machine(Part):
 
     def _signals(self) -> list:
         """The waveform of each signal, that of the drive first where it imposes a motion."""
-        own = [each.default for each in type(self).signals.values()]
+        own = [each.default for each in self.signals.values()] if self.waves is None else [*self.waves]
         return [self.imposed, *own] if self.imposes_motion else own
 
     def _with(self, name: str, value: Any) -> "Machine":
@@ -245,9 +247,10 @@ class Machine(Part):
         vars(copy).update(vars(self) | {name: value})
         return copy
 
-    def driven_by(self, drive) -> "Machine":
-        """The machine under a drive, whose value each function is given; of a motion it knows slope and curvature."""
-        return self._with("imposed", drive) if self.imposes_motion else self
+    def driven_by(self, drive, waves=None) -> "Machine":
+        """The machine under a drive, whose value each function is given; of a motion and of signals it knows all."""
+        driven = self if waves is None or not self.signals else self._with("waves", waves)
+        return driven._with("imposed", drive) if self.imposes_motion else driven
 
     def tilted(self, normal, along) -> "Machine":
         """The same machine under gravity with these parts, normal to the line and along it, against forward."""

@@ -143,6 +143,8 @@ class Kind:
         whole = self.whole = Form(kind, pattern, ()).derived
         stops = [(i, stop) for i, stop in enumerate(whole.stops) if stop.switches]
         self.contact_states = tuple(whole.speeds)
+        rubs = [each.body.name for each in whole.contacts]
+        self.contact_names = tuple(numbered(name, 1 + rubs[:i].count(name)) for i, name in enumerate(rubs))
         self.stops = {numbered("touching", k): i for k, (i, _) in enumerate(stops, start=1)}
         self.switched = (*self.stops, *own_states(kind))
         pairs = ((name, whole.rates[name]) for name in whole.names)

@@ -17,6 +17,7 @@ from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, Sp
 from vibrocap.physics.dimensions.conversion import Quantity, quantity_in_si
 from vibrocap.physics.dimensions.conversion import quantity as quantity_of
 from vibrocap.physics.dimensions.units import suffix
+from vibrocap.physics.names import split_path
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.plotting.look.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.look.labels import bracketed, law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
@@ -166,7 +167,7 @@ def fixed_parameters(given: Sequence[Any], width: float) -> str:
         return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
     parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
-    return parts_title(different, width * 1.1, without=given[0].over.split(".", 1)[1])
+    return parts_title(different, width * 1.1, without=split_path(given[0].over)[1])
 
 
 def law_title(found: Branch | BranchDiagram) -> str:
@@ -186,10 +187,10 @@ def _range(found: Branch | BranchDiagram, along: Quantity) -> tuple[float, float
 
 def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> str:
     """Name and symbol of the parameter, in SI its unit, for an axis."""
-    part, name = found.over.split(".", 1)
+    part, name = split_path(found.over)
     along = _along(found, over)
     if along.unit != "1":
-        stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
+        stem = split_path(along.path)[1].removesuffix(suffix(along.unit))
         return f"{part} {stem.replace('_', ' ')}{bracketed(along.unit)}"
     record = found.system.parts[part]
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, listed, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
+from vibrocap.physics.names import split_path
 from vibrocap.ranges import values_between
 from vibrocap.studies.plan.runs import Block, Column, Runs
 
@@ -182,7 +183,7 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
     if strange:
         return [f"should hold finite numbers, got {strange[0]} (value {values.index(strange[0]) + 1})"]
     if is_kind(path):
-        known = list(kinds_of(path.partition(".")[0]))
+        known = list(kinds_of(split_path(path)[0]))
         unknown = [value for value in values if value not in known]
         if unknown:
             return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]

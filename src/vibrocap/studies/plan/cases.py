@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.arguments import Complaint, Complaints, shown, suggestion
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.physics.dimensions.conversion import INITIAL
+from vibrocap.physics.names import split_path
 from vibrocap.studies.plan.runs import Block, Column, Runs
 
 
@@ -92,7 +93,7 @@ def _complaint(path: Any, value: Any) -> str:
         return f"should be a number or a word, got {shown(value)}"
     if not isinstance(value, str) and not abs(value) < math.inf:
         return f"should be a finite number, got {value}"
-    if is_kind(path) and value not in (known := list(kinds_of(path.partition(".")[0]))):
+    if is_kind(path) and value not in (known := list(kinds_of(split_path(path)[0]))):
         return f"there is no {shown(value)}; {suggestion(value, known)}"
     if str(path).startswith(INITIAL) and isinstance(value, str):
         return f"should be a number, got {shown(value)}"

@@ -11,6 +11,7 @@ from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.physics.dimensions.conversion import INITIAL
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid
 from vibrocap.studies.plan.cases import CaseList
@@ -73,7 +74,7 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[C
         numbered = [axis for axis in plan.axes if not is_kind(axis.path) and not axis.path.startswith(INITIAL)]
         parts: dict[str, list[Column]] = {}
         for axis in numbered:
-            parts.setdefault(axis.path.partition(".")[0], []).append(axis)
+            parts.setdefault(split_path(axis.path)[0], []).append(axis)
         for part, axes in parts.items():
             kind = chosen[part] if isinstance(chosen[part], type) else type(chosen[part])
             yield kinds, axes, bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")

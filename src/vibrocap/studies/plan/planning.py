@@ -13,6 +13,7 @@ from vibrocap.measures.recorded.windows import usual_window
 from vibrocap.measures.standard import LOAD_WATCH, OUTCOME, known_measure
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import CaseList, case_list
@@ -20,7 +21,14 @@ from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
 from vibrocap.studies.plan.runs import Column, Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, values_chosen, varied, with_varied_parts
+from vibrocap.studies.plan.variation import (
+    kinds_chosen,
+    path_complaints,
+    plainly,
+    values_chosen,
+    varied,
+    with_varied_parts,
+)
 
 
 def planned_study(
@@ -41,6 +49,8 @@ def planned_study(
     complaints = Complaints([*also, *setting_complaints(settings)])
     plan, of_plan = _plan(over, cases, design)
     fuller = with_varied_parts(system, over if isinstance(over, Mapping) else plan.paths)
+    if isinstance(over, Mapping) and (plain := plainly(over, system)) != over:
+        plan, of_plan = _plan(over := plain, cases, design)
     measures, found = _measures(measures, fuller)
     complaints += found
     with complaints.collected():
@@ -161,7 +171,7 @@ def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Col
 
     So a column in which words may stand is seen to hold words, and is stored as text.
     """
-    part, _, name = column.path.partition(".")
+    part, name = split_path(column.path)
     if is_kind(column.path) or not is_part(part):
         return column
     values = list(column.values)

@@ -15,6 +15,7 @@ from typing import Any
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.case.sections import kind_paths, kinds_of
 from vibrocap.measures.measure import Measure
+from vibrocap.physics.names import split_path
 from vibrocap.physics.part_files import file_of
 from vibrocap.studies.plan.axes import Grid
 from vibrocap.studies.plan.cases import CaseList
@@ -30,7 +31,7 @@ def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
     entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
     found: dict[str, type] = {}
     for path in kind_paths(case.system.parts):
-        section = path.partition(".")[0]
+        section = split_path(path)[0]
         kinds = [type(case.system.parts[section])]
         kinds += [kinds_of(section)[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
         for kind in kinds:

@@ -15,7 +15,7 @@ from vibrocap.physics.dimensions.conversion import INITIAL, path_in_si, paths_in
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import effort_of
 from vibrocap.physics.environment import Environment
-from vibrocap.physics.names import number_in, state_names
+from vibrocap.physics.names import own_laws, plain_path, split_path, state_names
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
@@ -26,20 +26,23 @@ CURE = "give it in a list of cases, or begin with a case whose {} is of this kin
 def with_varied_parts(system: System, paths: Iterable[str]) -> System:
     """The system with each part that a path speaks of and that it leaves out: a further contact then has a law of its
     own, as yet that of the first, and an environment is one of nothing. Its motions are the same."""
-    left_out: dict[str, Any] = {}
-    for part in {str(path).partition(".")[0] for path in paths} - {*system.parts}:
-        if 2 <= number_in(part, "friction") <= len(system.machine.contact_states):
-            left_out[part] = system.friction
-        elif part == "environment":
-            left_out[part] = Environment()
+    paths = [*map(str, paths)]
+    left_out = own_laws(system.parts, paths)
+    if system.environment is None and any(split_path(path)[0] == "environment" for path in paths):
+        left_out["environment"] = Environment()
     return System.of_parts(system.parts | left_out, system.units) if left_out else system
+
+
+def plainly(values: Mapping[str, Any], system: System) -> dict[str, Any]:
+    """The same values, laws that their contacts name by the numbers of these: of "friction_2" for "frictions.bit"."""
+    return {plain_path(str(path), system.machine): value for path, value in values.items()}
 
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
     """The parts of a system by name; of one that gets another kind the class, for what it lacks may be given yet."""
     parts: dict[str, Any] = dict(system.parts)
     for path in kind_paths(parts):
-        section = path.partition(".")[0]
+        section = split_path(path)[0]
         if path in values and values[path] != parts[section].name:
             parts[section] = kinds_of(section)[values[path]]
     return parts
@@ -85,9 +88,7 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
         varied(system, values)
     except CaseError as error:
         said = [each for each in error.complaints if isinstance(each, Complaint)]
-        return tuple(
-            Complaint(each.field, f"{each.text}; {CURE.format(each.field.partition('.')[0])}") for each in said
-        )
+        return tuple(Complaint(each.field, f"{each.text}; {CURE.format(split_path(each.field)[0])}") for each in said)
     except (ValueError, TypeError):
         pass
     else:
@@ -117,7 +118,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Parameters by part and name."""
     fields: dict[str, dict[str, Any]] = {}
     for path, value in values.items():
-        part, _, name = path.partition(".")
+        part, name = split_path(path)
         if is_part(part) and not is_kind(path):
             fields.setdefault(part, {})[name] = value
     return fields
@@ -156,6 +157,6 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in of_kinds and (lacking := [parts for parts in choices if path not in paths(parts)]):
-            part = lacking[0][path.partition(".")[0].replace("initial", "friction")]
+            part = lacking[0][split_path(path)[0].replace("initial", "friction")]
             complaints.add(path, f"{part.name!r} has none; {ALL}")
     return complaints
