@@ -7,8 +7,9 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, own_names, pairs, refusing
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.design.calibration.motion_fit import MotionFit
@@ -51,7 +52,7 @@ def fit_machine(
     written = []
     if out is not None:
         folder = made_folder(out)
-        written.append(write_text(folder / FILES[0], json_text(motion_fit_record(found)) + "\n"))
+        written.append(write_text(folder / FILES[0], json_text(in_si(found)) + "\n"))
         written.append(found.case().save(folder / FILES[1]))
         written.append(write_table(folder / FILES[2], COLUMNS, _rows(found)))
     if plot is not None:
@@ -60,7 +61,7 @@ def fit_machine(
 
         written.append(save(motion_fit_figure(found), plot))
     if json:
-        print(json_text(motion_fit_record(found)))
+        print(json_text(in_si(found)))
         return OK
     page = Page()
     page.say(f"{found.heading} by {machine}", style="bold")
@@ -79,22 +80,3 @@ def _rows(found: "MotionFit") -> Any:
         columns = (found.time[name], found.measured[name], found.predicted[name], found.band[name])
         for row in zip(*columns, strict=True):
             yield (name, int(name in found.held_out), *(f"{value:.9g}" for value in row))
-
-
-def motion_fit_record(found: "MotionFit") -> dict[str, Any]:
-    """What is known of a fit, by name."""
-    names = ("path", "value", "low", "high", "standard_error")
-    return {
-        "predict": found.predict,
-        "unit": found.unit,
-        "parameters": [
-            {name: getattr(each, name) for name in names} | {"verdict": each.verdict.value} for each in found.parameters
-        ],
-        "correlation": found.correlation.tolist(),
-        "records": {
-            name: {"rms": found.rms[name], "relative": found.relative[name], "held_out": name in found.held_out}
-            for name in found.rms
-        },
-        "noise_ratio": found.noise_ratio,
-        "converged": found.converged,
-    }

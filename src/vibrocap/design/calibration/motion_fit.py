@@ -25,7 +25,7 @@ from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import available_threads
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByName, Number, Numbers
+from vibrocap.quantities.declared import ByName, Number, Numbers, WithUnit
 from vibrocap.records.record import Record
 from vibrocap.results import Result
 from vibrocap.studies.plan.variation import refusal
@@ -70,6 +70,18 @@ class MotionFit(Result):
     growth: Number
     starts: dict[str, ByName]
     converged: bool
+
+    rows = "parameters"
+    in_record = "predict parameters correlation records noise_ratio growth converged"
+
+    @property
+    def records(self) -> dict[str, dict[str, Any]]:
+        """What is left of each record by name: its rms, relative too, and whether it was held out."""
+        rms = {name: x if self.unit == "1" else WithUnit(x, self.unit) for name, x in self.rms.items()}
+        return {
+            name: {"rms": x, "relative": self.relative[name], "held_out": name in self.held_out}
+            for name, x in rms.items()
+        }
 
     @property
     def heading(self) -> str:
