@@ -12,6 +12,7 @@ from plain_kernels import kernel_of
 from test_contact_decisions import contacts_of, kernel_decision
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion import evidence
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
 from vibrocap.numerics.linker.link import kernel_source
 
@@ -71,6 +72,34 @@ def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails
     recorded = dataclasses.replace(motion.certify.recorded, contact_residual=share * motion.tolerance)
     found = dataclasses.replace(motion.certify, recorded=recorded)(motion).failures
     assert any("an event was not located" in each for each in found) == fails
+
+
+@pytest.mark.parametrize(("passed", "fails"), [(5e-15, False), (5e-14, True)])
+def test_a_velocity_may_pass_rest_by_rounding(motion, passed, fails):
+    """64 roundings of the largest velocity, or of 1."""
+    seen = evidence.ContactEvidence(share=1.0, least=-passed, fastest=0.5)
+    with mock.patch.object(evidence, "_contact_evidence", return_value=seen):
+        assert any("passes rest" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("off", "fails"), [(2e-8, False), (4e-6, True)])
+def test_a_balance_may_be_off_by_a_hundred_tolerances(motion, off, fails):
+    """Of the natural size of energy, some 3 here, and by a tenth of a tolerance more for each step."""
+    at_marks = evidence._at_marks
+
+    def shifted(values):
+        return at_marks(values) + off * (np.arange(len(at_marks(values))) == len(at_marks(values)) - 1)
+
+    with mock.patch.object(evidence, "_at_marks", shifted):
+        assert any("the balance of" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("off", "told"), [(3e-10, False), (1e-7, True)])
+def test_powers_may_contradict_rates_by_rounding(motion, off, told):
+    """A billionth of all that flows."""
+    recorded = equations(motion.system)
+    stored, inflow = recorded.observables["momentum"] * (1.0 + off), -recorded.observables["friction"]
+    assert bool(evidence._contradiction(motion, recorded, stored, [inflow])) == told
 
 
 # --- decisions of contacts --------------------------------------------------------------------------------------------
