@@ -14,6 +14,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion import evidence
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
+from vibrocap.numerics.api import Stroboscope
 from vibrocap.numerics.linker.link import kernel_source
 
 EPSILON = 2.0**-52
@@ -206,3 +207,25 @@ def test_of_two_dips_of_a_guard_close_together_the_one_that_is_below_zero_is_fou
     row[:5] = dips
     root, _ = block["first_root"](block.floats, block["SERIES"], 4, 1.0, 0, 1.0)
     assert root == pytest.approx(middle - side * half - np.sqrt(deep) / (2.0 * half), abs=5e-5)
+
+
+# --- what settles -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("apart", "rank"), [(3e-10, 1), (3e-9, 2)])
+def test_changes_of_steps_that_differ_by_a_billionth_are_two(apart, rank):
+    steps = np.array([[-2.0, -apart], [-1.0, -apart], [0.0, 0.0], [1.0, 0.0]])
+    assert Stroboscope(np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))._asked("weights_of", 1) == rank
+
+
+def test_what_multipliers_leave_of_the_last_step_counts_tenfold():
+    """Six states that shrink twentyfold, five of them by chance besides: three multipliers do not explain the steps."""
+    directions = np.ones((14, 6))
+    directions[:, 1:] = 0.3 * np.random.default_rng(1).standard_normal((14, 5))
+    marks = 500.0 * 0.05 ** np.arange(14.0)[:, None] * directions
+    steps = np.diff(marks[-5:], axis=0)
+    changes = np.diff(steps, axis=0)[::-1].T
+    left = steps[-1] - changes @ np.linalg.lstsq(changes, steps[-1], rcond=None)[0]
+    _, remaining = Stroboscope(marks).distance_to_go(1, 1e-30)
+    assert remaining is not None
+    assert 9.0 < remaining / np.max(np.abs(left)) < 20.0
