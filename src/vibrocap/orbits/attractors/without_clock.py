@@ -9,10 +9,10 @@ import numpy as np
 
 from vibrocap.motion.trust import RESIDUE
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
-from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, judged, state_vector
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, judged
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibria
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 
 NEAR = RESIDUE * SETTLED  # of an equilibrium, over natural sizes
 LONGER = 4
