@@ -49,6 +49,15 @@ class FitRequest(WithParts, Drawn):
             offers=completers.law_names,
         ),
     ] = None
+    machine: Annotated[
+        Path | None,
+        Option("a case instead of --law: machine and law together, fitted to its motion under the measured force"),
+    ] = None
+    predict: Annotated[str, Option("of --machine: the quantity to compare, such as angle or velocity")] = "position"
+    over: Annotated[
+        list[str] | None,
+        Option("PATH=LEAST:LARGEST, an unknown parameter and its bounds; may be repeated", needs="machine"),
+    ] = None
     columns: Columns = None
     units: ColumnUnits = None
     sampling_rate: SamplingRate = None
@@ -122,8 +131,10 @@ class FitRequest(WithParts, Drawn):
         """The fit that the options ask for, and everything that is wrong with them."""
         wrong = Complaints()
         held = held_parameters(self.laws, self.fixed, self.free, wrong)
-        if bool(self.law) == bool(self.compare):
-            wrong.append("--law: give one law, or several with --compare")
+        if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
+            wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
+        elif self.machine is None and bool(self.law) == bool(self.compare):
+            wrong.append("--law: give one law, or several with --compare, or a case with --machine")
         if self.compare and self.steady:
             wrong.append("--steady: is for --law; laws are compared by driving them through the records")
         other = self.compare or self.steady

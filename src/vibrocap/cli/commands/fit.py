@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.cli.command import Answer, Report, command
+from vibrocap.cli.fit_motion import fit_machine
 from vibrocap.cli.fit_request import FitRequest, own_settings
 from vibrocap.cli.terminal import complain
 from vibrocap.files import made_folder, write_table, write_text
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     "data",
     "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",
     "vibrocap fit damper.csv --compare coulomb,dahl --json",
+    "vibrocap fit axis.csv --machine axis.toml --predict position --over machine.mass_kg=50:200",
     doing="Fitting",
 )
 def fit(request: FitRequest, report: Report) -> Answer:
@@ -28,11 +30,16 @@ def fit(request: FitRequest, report: Report) -> Answer:
     and the error for each record; several laws are ranked. With --out, friction.toml is the section [friction] of a
     case in SI, or with --pendulum of a dimensionless case.
 
+    With --machine the force is that of the drive: the case is simulated under it, and its parameters are those with
+    which it moves as measured (--predict).
+
     Exit code 3: the law could not be fitted.
     """
     plan, _ = request.plan_and_complaints
     for doubt in plan.doubts:
         complain(f"warning: {doubt}")
+    if request.machine is not None:
+        return fit_machine(request, plan.records, plan.settings["held_out"], report)
     settings = plan.settings | {"progress": report}
     return (_compared if request.compare else _fitted)(request, plan.records, settings, plan.scales)
 
