@@ -51,7 +51,7 @@ class Contact:
         b N = n + s_1 R_1 + s_2 R_2 + ...
 
     It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it is what a
-    true one would be. None: not known.
+    true one would be. None: not known. factor: on the friction, by which b N is multiplied here.
     """
 
     velocity: Any
@@ -59,6 +59,7 @@ class Contact:
     acceleration: Any = None
     response: tuple = ()
     reaction: tuple | None = None
+    factor: Any = 1.0
 
 
 class Derived:

@@ -19,6 +19,7 @@ from vibrocap.physics.mechanics.formulas import Formula, Tape, div
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
+    Drag,
     Drive,
     Inertia,
     Mass,
@@ -36,7 +37,7 @@ from vibrocap.physics.names import numbered
 
 TIME, DRIVE = "time", "drive"
 WORDS = ("dynamic", "weight")  # for loads
-PARTS = (Placed, Spring, Damper, Drive, Potential, Stop, Contact)
+PARTS = (Placed, Spring, Damper, Drag, Drive, Potential, Stop, Contact)
 
 
 class Inputs:
@@ -145,7 +146,8 @@ class Motion:
             raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
         self.masses = self._of(Mass, Inertia)
         self.contacts, self.stops = self._of(Contact), self._of(Stop)
-        self.springs, self.dampers, self.drives, self.potentials = map(self._of, (Spring, Damper, Drive, Potential))
+        self.springs, self.drives, self.potentials = map(self._of, (Spring, Drive, Potential))
+        self.dampers = self._of(Damper, Drag)
         self.bodies = self._of(Placed)
         self.paths = [_path(each) for each in self.contacts]
         self.stretches = {id(each): Quantity.of(each.stretch) - each.rest for each in self.springs}
@@ -155,7 +157,7 @@ class Motion:
         yield from ((each, x) for each in self.bodies for x in (each.along, each.height, each.turn))
         yield from ((each, each.way) for each in self.stops)
         yield from zip(self.contacts, self.paths, strict=True)
-        for each in self._of(Spring, Damper, Drive, Potential):
+        for each in self._of(Spring, Damper, Drag, Drive, Potential):
             for name in {"stretch", "rest", "path", "energy"} & vars(each).keys():
                 yield each, Quantity.of(getattr(each, name))
 
