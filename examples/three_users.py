@@ -72,9 +72,9 @@ def doctoral_student(folder: Path) -> dict:
     runs = runs[runs.settled]
     fastest = runs.loc[runs.mean_velocity.abs().idxmax()]
     return {
-        "speed [m/s]": orbit["mean_velocity"],
+        "speed [m/s]": orbit["mean_velocity"]["value"],
         "stable": orbit["stable"],
-        "steepest slope [deg]": crossing["found"][0]["at"],
+        "steepest slope [deg]": crossing["found"][0]["at"]["value"],
         "energy per metre [J/m]": float(here.cost_of_transport),
         "least load on the ground [N]": float(here.least_reaction),
         "runs that lift off": int((study.least_reaction.isnull()).sum()),
@@ -125,7 +125,7 @@ def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict,
         **{name: f"{fit[name].value:.5g} ({fit[name].low:.5g} to {fit[name].high:.5g})" for name in TRUTH},
         "truths inside their intervals": f"{sum(inside)} of {len(inside)}",
         "errors are white noise": fit.residuals.white,
-        "speed with the fitted law [m/s]": orbit["mean_velocity"],
+        "speed with the fitted law [m/s]": orbit["mean_velocity"]["value"],
         **published,
     }, fit
 

@@ -133,7 +133,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
 def test_branch_in_words_and_as_a_table():
     found = symmetric_branch()
     (first, second) = found.table()
-    assert (first["kind"], first[OVER], first["stability"]) == ("pitchfork", 1.4, "lost")
+    assert (first["kind"], first["parameter"], first["stability"]) == ("pitchfork", 1.4, "lost")
     assert second["remarks"] == (
         "crossing; two stick phases appear; FB -> FSBS; multipliers jump as over a pitchfork; stability gained"
     )

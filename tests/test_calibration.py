@@ -322,10 +322,14 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
     assert main(asked) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["rows_not_trusted"] == {}
-    assert 0.0 < record["rms"]["mean_velocity"] < 0.01
+    assert 0.0 < record["rms"]["mean_velocity"]["value"] < 0.01
     found = {each["path"]: each for each in record["parameters"]}
     for path, truth in (("friction.coulomb_coefficient", 0.0575), ("machine.damping_N_m_s_per_rad", 0.095)):
-        assert found[path]["low"] < truth < found[path]["high"]
+        low, high = (found[path][end] for end in ("low", "high"))
+        if isinstance(low, dict):
+            assert (low["unit"], high["unit"]) == ("N m s/rad", "N m s/rad")
+            low, high = low["value"], high["value"]
+        assert low < truth < high
         case = vc.read_case(tmp_path / "calibrated.toml")
         assert case.system.parameter(path) == pytest.approx(found[path]["value"], rel=1e-12)
     rows = (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()

@@ -417,11 +417,11 @@ def test_command_writes_the_front(tmp_path, capsys):
     assert main(asked) == 0
     found = json.loads((out / "front.json").read_text(encoding="utf-8"))
     rows = (out / "front.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[0].split(",") == [*found["designs"][0]]
-    assert len(rows) == 1 + len(found["designs"])
+    assert rows[0].split(",") == [*found["points"][0]["design"], *found["points"][0]["measures"], "largest_multiplier"]
+    assert len(rows) == 1 + len(found["points"])
     motion = vc.read_case(out / "cases" / "000.toml").simulate()
     velocity = abs(vc.mean_velocity(motion, periods=1).value)
-    assert velocity == pytest.approx(found["designs"][0]["mean_velocity"], abs=1e-8)
+    assert velocity == pytest.approx(found["points"][0]["measures"]["mean_velocity"], abs=1e-8)
     assert picture.stat().st_size > 10_000
     assert main(["optimise", str(case), "--over", "drive.frequency=0.5:3", "--plot", str(picture)]) == 2
     assert "--plot" in capsys.readouterr().err
@@ -505,8 +505,8 @@ def test_command_says_how_near_a_case_comes(tmp_path, capsys):
     (found,) = json.loads(capsys.readouterr().out)["bounds"]
     read = vc.read_case(case)
     motion = vc.orbit(read.system, initial=read.initial).motion()
-    assert found["value"] == pytest.approx(vc.measured(motion, "cost_of_transport", window=1)["cost_of_transport"])
-    assert found["bound"] == read.system.friction.coulomb_coefficient * read.system.law_loads[0] < found["value"]
+    assert found["reached"] == pytest.approx(vc.measured(motion, "cost_of_transport", window=1)["cost_of_transport"])
+    assert found["value"] == read.system.friction.coulomb_coefficient * read.system.law_loads[0] < found["reached"]
 
 
 # --- what is uncertain ------------------------------------------------------------------------------------------------
@@ -627,7 +627,7 @@ def test_command_prints_what_python_has(tmp_path, capsys):
     own = vc.robustness(vc.read_case(case), {"machine.damping": "0.9:1.1"}, samples=16)
     assert found["mean"] == own.mean
     assert found["worst"] == own.worst
-    assert found["total"]["machine.damping"]["index"] == own.total["machine.damping"][0]
+    assert found["total"]["machine.damping"]["share"] == own.total["machine.damping"][0]
     assert main(["robust", str(case), "--uncertain", "machine.damping=0.9:1.1", "--samples", "20"]) == 2
     assert "--samples" in capsys.readouterr().err
 
@@ -703,7 +703,7 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     assert main([*asked, *first]) == 0
     page, found = (out / "report.html").read_text("utf-8"), json.loads((out / "design.json").read_text("utf-8"))
     for said in (
-        f"{found['value']:.8g} m/s",
+        f"{found['value']['value']:.8g} m/s",
         "drive.frequency_Hz",
         "peak_drive &lt; 1.2",
         *found["limits"],
@@ -730,14 +730,15 @@ def test_pages_of_a_design_and_of_a_front(tmp_path, capsys):
     assert main([*asked, "--against", "cost_of_transport", "--out", str(front), "--report"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     page, found = (front / "report.html").read_text("utf-8"), json.loads((front / "front.json").read_text("utf-8"))
-    assert page.count("<tr>") >= len(found["designs"])
+    assert page.count("<tr>") >= len(found["points"])
     over = own["over"] | {"drive.amplitude": (0.3 / torque, 0.7 / torque)}
     plain = vc.pareto_front(system.dimensionless, **own | {"over": over, "evaluations": 300})
     designs = [[each["drive.frequency"] * hertz, each["drive.amplitude"] * torque] for each in plain.designs]
     rows = np.column_stack([designs, plain.values * scales])
     assert len(rows) > 1
-    assert found["units"] == ["m/s", "J/m"]
-    assert np.array([list(each.values())[:4] for each in found["designs"]]) == pytest.approx(rows, rel=1e-6)
+    points = [[*each["design"].values(), *each["measures"].values()] for each in found["points"]]
+    assert [each["unit"] for each in points[0]] == ["Hz", "N m", "m/s", "J/m"]
+    assert np.array([[each["value"] for each in one] for one in points]) == pytest.approx(rows, rel=1e-6)
     assert np.loadtxt(front / "front.csv", delimiter=",", skiprows=1)[:, :4] == pytest.approx(rows, rel=1e-6)
     for unit, column in (("m/s", rows[:, 2]), ("J/m", rows[:, 3])):
         assert f"{np.min(column):.6g} to {np.max(column):.6g} {unit}" in printed
@@ -871,16 +872,16 @@ def test_designs_in_si_are_in_si_once(capsys):
     command = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "64"]
     assert main([*command, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    assert record["unit"] == "m/s"
-    assert record["orbit"]["mean_velocity"] == pytest.approx(record["value"], rel=1e-9)
-    assert record["orbit"]["dimensionless"]["mean_velocity"] * speed == pytest.approx(record["orbit"]["mean_velocity"])
-    motions, bare = record["attractors"]["motions"], record["attractors"]["dimensionless"]["motions"]
-    assert record["attractors"]["units"]["motions"] == {"drift": "m", "mean_velocity": "m/s"}
-    assert motions[0]["drift"] == pytest.approx(bare[0]["drift"] * unit.factor_of("m"))
+    best, velocity = record["value"], record["orbit"]["mean_velocity"]
+    assert (best["unit"], velocity["value"]) == ("m/s", pytest.approx(best["value"], rel=1e-9))
+    assert velocity["dimensionless"] * speed == pytest.approx(velocity["value"])
+    assert best["dimensionless"] * speed == pytest.approx(best["value"])
+    drift = record["attractors"]["attractors"][0]["drift"]
+    assert (drift["unit"], drift["value"]) == ("m", pytest.approx(drift["dimensionless"] * unit.factor_of("m")))
     assert main(command) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert f"mean_velocity {record['value']:.10g} m/s" in text
-    assert f"drift {record['orbit']['drift']:.10g} m, " in text
+    assert f"mean_velocity {best['value']:.10g} m/s" in text
+    assert f"drift {record['orbit']['drift']['value']:.10g} m, " in text
 
 
 @pytest.fixture(scope="module")
@@ -926,7 +927,7 @@ def test_fit_goes_into_robust_and_optimise_by_its_file(fitted, tmp_path, capsys)
     case = str(tmp_path / "case.toml")
     assert main(["robust", case, "--uncertain", given, "--samples", "16", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["mean"] == pytest.approx(vc.robustness(system, {"friction": fit}, samples=16).mean, rel=1e-9)
+    assert found["mean"]["value"] == pytest.approx(vc.robustness(system, {"friction": fit}, samples=16).mean, rel=1e-9)
     search = ["optimise", case, "--over", "drive.frequency_Hz=0.8:1.2", "--evaluations", "32", "--json"]
     assert main([*search, "--uncertain", given, "--samples", "4"]) == 0
     assert json.loads(capsys.readouterr().out)["under"][0] == "worst"
@@ -957,7 +958,7 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     frequencies = sure.parameters["drive.frequency_Hz"]
     assert frequencies == pytest.approx(same.parameters["drive.frequency"] * hertz, rel=1e-12)
     assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["mean"] == pytest.approx(sure.mean, rel=1e-12)
+    assert json.loads(capsys.readouterr().out)["mean"]["value"] == pytest.approx(sure.mean, rel=1e-12)
     assert main(["robust", case, "--uncertain", "drive.frequency_Hz=0.9:1.1", "--samples", "16"]) == 0
     assert f"{sure.mean:.6g} m/s" in capsys.readouterr().out
     (bound,), (bare,) = vc.performance_bounds(system), vc.performance_bounds(plain)
@@ -966,8 +967,8 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     assert bound.of(orbit) == pytest.approx(bare.of(other) * cost, rel=1e-9)
     assert main(["bound", case, "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)["bounds"]
-    assert (record["bound"], record["unit"]) == (bound.value, "J/m")
-    assert record["value"] == pytest.approx(bound.of(orbit), rel=1e-9)
+    assert (record["value"]["value"], record["value"]["unit"]) == (bound.value, "J/m")
+    assert record["reached"]["value"] == pytest.approx(bound.of(orbit), rel=1e-9)
     pytest.importorskip("pymoo")
     damper = system.parameter("machine.damping_N_m_s_per_rad") / system.parameter("machine.damping")
     asked = {"evaluations": 300, "points": 4, "starts": [start]}

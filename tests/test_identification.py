@@ -14,13 +14,13 @@ from vibrocap.identification.inference import uncertainty as uncertainty_module
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.result.case_section import case_section
-from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.dimensions.units import parameter_keys
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.quantities.json_text import plain
 from vibrocap.records.record import Record
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)
@@ -121,7 +121,7 @@ def test_a_parameter_without_effect_is_not_determined_and_never_nan(intervals, f
     assert static.standard_error == math.inf
     assert "static_coefficient is not determined" in " ".join(one.identifiability.sentences)
     assert "nan" not in one.summary().lower()
-    json.dumps(as_data(one), allow_nan=False)  # raises where there is a NaN
+    json.dumps(plain(one), allow_nan=False)  # raises where there is a NaN
     if free is None:
         assert one["coulomb_coefficient"].high < 1.02 * one["coulomb_coefficient"].low
 
@@ -222,8 +222,9 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
 
     data_path, case_path = found.save(tmp_path / "out")
     data = json.loads(data_path.read_text())
-    assert data["values"]["bristle_stiffness"] == found.law.bristle_stiffness
-    assert data["parameters"][0]["low"] == found["bristle_stiffness"].low
+    (stiffness,) = [each["value"] for each in data["parameters"] if each["name"] == "bristle_stiffness"]
+    assert stiffness == {"value": found.law.bristle_stiffness, "unit": "N/m"}
+    assert data["parameters"][0]["low"]["value"] == found["bristle_stiffness"].low
     assert data["identifiability"]["verdicts"]["bristle_stiffness"] == "determined"
     loaded = BENCH.replace('normal_load = "weight"', "normal_load_N = 1.0")  # its levels are forces
     case = case_from_text(loaded + case_path.read_text())
@@ -232,7 +233,7 @@ def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
         value = getattr(found.law, key.name)
         assert law[key.key] == (value and pytest.approx(value, rel=1e-14))
     assert case_section(Exponential()).splitlines()[:2] == ["[friction]", 'law = "exponential"']
-    assert as_data(found)["samples"] == found.samples
+    assert plain(found)["samples"] == found.samples
 
 
 def test_the_summary_says_what_was_found(found):

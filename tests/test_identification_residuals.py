@@ -10,8 +10,8 @@ from benchmarks.imperfect_data import CONTACT, KINDS, motion, rates, record
 from thinned import exhaustive_but
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.uncertainty import uncertainty
-from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.loss import Loss
+from vibrocap.quantities.json_text import plain
 
 QUICK = {"starts": 1, "start": "relaxed", "intervals": "covariance"}
 
@@ -75,7 +75,7 @@ def test_errors_that_go_with_direction_are_said_to():
     one = told(record("asymmetric", 0))
     assert one.residuals.shares["direction"] > 0.5
     assert "direction" in one.residuals.kinds
-    data = as_data(one)
+    data = plain(one)
     json.dumps(data, allow_nan=False)
     assert data["residuals"]["shares"]["direction"] > 0.5
     assert {"kind", "text", "amount"} == set(data["residuals"]["findings"][0])

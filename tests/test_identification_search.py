@@ -16,13 +16,13 @@ from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import parametrisation
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.samples import samples
-from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
 from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.quantities.json_text import plain
 
 
 def prediction_of(law, motion, noise=0.02):
@@ -216,7 +216,7 @@ def test_a_limit_of_the_search_that_is_reached_is_named_and_opens_intervals(inte
         assert math.isinf(one[name].high) or one[name].low == 0.0, name
     assert one["static_coefficient"].high == math.inf
     assert "static_coefficient is at 20 times coulomb_coefficient" in one.summary()
-    assert as_data(one)["limits"][0]["text"] == limit.text
+    assert plain(one)["limits"][0]["text"] == limit.text
     given = fit(one.problem.prediction.records[0], LuGre(coulomb_coefficient=0.18), starts=1, start="relaxed",
                 bounds={"coulomb_coefficient": (0.17, 0.5)}, intervals=intervals)  # fmt: skip
     assert ("coulomb_coefficient", "low", "given") in [(e.parameter, e.side, e.whose) for e in given.limits]

@@ -368,8 +368,8 @@ def test_command_prints_draws_and_writes_json(csv, tmp_path, capsys):
     assert command(csv, **known, json=True) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["regime"]["name"] == "stick-slip"
-    assert printed["period"]["mean"] == pytest.approx(belt.period, rel=0.01)
-    assert printed["static_level"]["mean"] == pytest.approx(belt.static, rel=0.02)  # N, of mN
+    assert printed["period"]["mean"] == {"value": pytest.approx(belt.period, rel=0.01), "unit": "s"}
+    assert printed["static_level"]["mean"] == {"value": pytest.approx(belt.static, rel=0.02), "unit": "N"}  # of mN
     assert printed["phases"][0]["kind"] == "slip"
     assert "force" not in printed
     picture = tmp_path / "pull.png"

@@ -54,15 +54,15 @@ def test_limits_in_si(place, capsys):
     """Amontons' law on the bench: (0.5 + 0.2) kg g, and its shares; the curve falls as e^(-6.5 s/m v)."""
     found = answer(capsys, "limits", "si.toml")
     load = 0.7 * 9.80665
-    assert found["load"] == pytest.approx(load, rel=1e-14)
-    assert found["breakaway_force"] == pytest.approx(0.15 * load, rel=1e-14)
-    assert found["coulomb_force"] == pytest.approx(0.05 * load, rel=1e-14)
+    assert found["load"]["value"] == pytest.approx(load, rel=1e-14)
+    assert found["breakaway_force"]["value"] == pytest.approx(0.15 * load, rel=1e-14)
+    assert found["coulomb_force"]["value"] == pytest.approx(0.05 * load, rel=1e-14)
     for point in found["curve"]:
-        droop = 0.1 * load * math.exp(-6.5 * point["velocity"])
-        assert point["friction"] == pytest.approx(0.05 * load + droop, rel=1e-13)
-        assert point["slope"] == pytest.approx(-6.5 * droop, rel=1e-13)
-    assert found["units"]["breakaway_force"] == "N"
-    assert found["dimensionless"]["load"] == pytest.approx(3.5, rel=1e-14)
+        droop = 0.1 * load * math.exp(-6.5 * point["velocity"]["value"])
+        assert point["friction"]["value"] == pytest.approx(0.05 * load + droop, rel=1e-13)
+        assert point["slope"]["value"] == pytest.approx(-6.5 * droop, rel=1e-13)
+    assert found["breakaway_force"]["unit"] == "N"
+    assert found["load"]["dimensionless"] == pytest.approx(3.5, rel=1e-14)
     out = printed(capsys, "limits", "si.toml")
     assert "N = 6.864655 N" in out
     assert " m/s " in out
@@ -81,16 +81,17 @@ stribeck_velocity_m_per_s = 0.15
     found = answer(capsys, "limits", "lugre.toml")
     levels = vc.LuGre()
     load = 0.7 * 9.80665
-    assert found["deflection_limit"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
-    v = found["boundary_velocity"]  # sigma1 v = N times the level at v
+    assert found["deflection_limit"]["value"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
+    v = found["boundary_velocity"]["value"]  # sigma1 v = N times the level at v
     drop = levels.static_coefficient - levels.coulomb_coefficient
     level = levels.coulomb_coefficient + drop * math.exp(-((v / 0.15) ** levels.stribeck_exponent))
     assert 3.0 * v == pytest.approx(load * level, rel=1e-9)
-    v = found["offset"]["lower"]
+    v = found["offset"]["lower"]["value"]
     slope = 2.0 * load * drop / 0.15 * (v / 0.15) * math.exp(-((v / 0.15) ** 2))  # the exponent is 2
     assert slope == pytest.approx(0.5, rel=1e-9)
     assert found["offset"]["reason"].endswith("(these numbers are dimensionless)")
-    assert found["offset"]["printed_lower"] == found["dimensionless"]["offset"]["printed_lower"] * (METRE / SECOND)
+    lower = found["offset"]["printed_lower"]
+    assert lower["value"] == lower["dimensionless"] * (METRE / SECOND)
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
@@ -98,15 +99,14 @@ stribeck_velocity_m_per_s = 0.15
 def test_an_orbit_in_si(place, capsys):
     found = answer(capsys, "orbit", "si.toml")
     same = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
-    assert found["period"] == pytest.approx(1.0, rel=1e-14)
-    assert found["drift"] == pytest.approx((same.drift or 0.0) * METRE, rel=1e-14)
-    assert found["mean_velocity"] == pytest.approx((same.mean_velocity or 0.0) * METRE / SECOND, rel=1e-14)
-    assert found["mean_velocity"] == pytest.approx(found["drift"] / found["period"], rel=1e-14)
+    assert found["period"]["value"] == pytest.approx(1.0, rel=1e-14)
+    assert found["drift"]["value"] == pytest.approx((same.drift or 0.0) * METRE, rel=1e-14)
+    assert found["mean_velocity"]["value"] == pytest.approx((same.mean_velocity or 0.0) * METRE / SECOND, rel=1e-14)
     factors = {"angle": 1.0, "angle_rate": 1 / SECOND, "position": METRE, "velocity": METRE / SECOND}
     for name, factor in factors.items():
-        assert found["state"][name] == pytest.approx(same.state[name] * factor, rel=1e-14)
-    assert found["units"]["state"] == {"angle": "rad", "angle_rate": "rad/s", "position": "m", "velocity": "m/s"}
-    assert found["dimensionless"]["drift"] == same.drift
+        assert found["state"][name]["value"] == pytest.approx(same.state[name] * factor, rel=1e-14)
+    assert [each["unit"] for each in found["state"].values()] == ["rad", "rad/s", "m", "m/s"]
+    assert found["drift"]["dimensionless"] == same.drift
     out = printed(capsys, "orbit", "si.toml")
     for said in (" m per period", " m/s\n", "period        1 s", " rad/s, position"):
         assert said in out
@@ -114,26 +114,22 @@ def test_an_orbit_in_si(place, capsys):
 
 def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
     """Every motion within the record of another is converted as that is."""
-    from vibrocap.cli.commands.orbit import whole_record
+    from vibrocap.cli.commands.orbit import orbit_view
     from vibrocap.orbits.attractors.classification import MotionClass
     from vibrocap.orbits.closing.orbit import orbit
 
     case = case_from_text(BENCH)
     steady = orbit(case.system, initial=case.initial)
     what = MotionClass("chaotic", "made up", 2.0, 0.1, None, steady.state)
-    found = whole_record(steady, steady, (steady,), what)
-    plain, units = found["dimensionless"], found["units"]
-    inner, same = found["unstable_orbit"]["gives_way_to"][0], plain["unstable_orbit"]["gives_way_to"][0]
-    assert inner["period"] == same["period"] * SECOND
-    pairs = [(found, plain), (found["unstable_orbit"], plain["unstable_orbit"]), (inner, same)]
-    pairs += [(found["twin"], plain["twin"]), (inner["twin"], same["twin"])]
-    for shown, known in pairs:
-        assert shown["drift"] == known["drift"] * METRE != 0.0
-        assert shown["state"]["velocity"] == pytest.approx(known["state"]["velocity"] * METRE / SECOND, rel=1e-14)
-    assert found["class"]["drift"] == 2.0 * METRE
-    assert units["twin"]["drift"] == units["class"]["drift"] == units["unstable_orbit"]["drift"] == "m"
-    assert units["unstable_orbit"]["gives_way_to"]["mean_velocity"] == "m/s"
-    assert "unstable_orbit" not in whole_record(steady, None, None, None)["units"]
+    found = orbit_view(steady, steady, (steady,), what)
+    (inner,) = found["unstable_orbit"]["gives_way_to"]
+    assert (inner["period"].value, inner["period"].unit) == (steady.period * SECOND, "s")
+    for each in (found, found["unstable_orbit"], inner):
+        assert each["drift"].value == each["drift"].dimensionless * METRE != 0.0
+        assert each["state"]["velocity"].value == pytest.approx(steady.state["velocity"] * METRE / SECOND, rel=1e-14)
+    assert found["mirrored_state"]["velocity"].dimensionless == steady.mirrored_state["velocity"]
+    assert found["class"]["drift"].value == 2.0 * METRE
+    assert "unstable_orbit" not in orbit_view(steady, None, None, None)
 
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
@@ -145,19 +141,17 @@ def test_a_branch_in_si(place, capsys):
     words = ("branch", "si.toml", "--over", "machine.capsule_mass_kg=0.5:0.51", "--points", "400")
     found = answer(capsys, *words)
     assert found["over"] == "machine.capsule_mass_kg"
-    assert found["between"] == pytest.approx([0.5, 0.51], rel=1e-14)
-    plain = found["dimensionless"]
-    assert plain["over"] == "machine.mass_ratio"
-    assert plain["between"] == pytest.approx([2.5, 2.55], rel=1e-14)
-    (one,), (same,) = found["branches"], plain["branches"]
+    assert [each["value"] for each in found["between"]] == pytest.approx([0.5, 0.51], rel=1e-14)
+    assert [each["dimensionless"] for each in found["between"]] == pytest.approx([2.5, 2.55], rel=1e-14)
+    (one,) = found["branches"]
     factors = {"parameter": 0.2, "period": SECOND, "drift": METRE, "mean_velocity": METRE / SECOND}
     for name, factor in factors.items():
-        assert one[name] == pytest.approx(np.array(same[name]) * factor, rel=1e-13), name
-    assert one["parameter"][-1] == pytest.approx(0.51, rel=1e-12)
+        assert one[name]["value"] == pytest.approx(np.array(one[name]["dimensionless"]) * factor, rel=1e-13), name
+    assert one["parameter"]["value"][-1] == pytest.approx(0.51, rel=1e-12)
     units = {"parameter": "kg", "period": "s", "drift": "m", "mean_velocity": "m/s"}
-    assert units.items() <= found["units"].items()
+    assert {name: one[name]["unit"] for name in units} == units
     orbit = vc.orbit(plain_system(text), initial=case_from_text(text).initial)
-    assert one["drift"][0] == pytest.approx((orbit.drift or 0.0) * METRE, rel=1e-9)
+    assert one["drift"]["value"][0] == pytest.approx((orbit.drift or 0.0) * METRE, rel=1e-9)
     assert "over machine.capsule_mass_kg" in printed(capsys, *words)
 
 
@@ -184,16 +178,15 @@ def test_a_crossing_in_si(place, capsys):
     words = ("crossing", "si.toml", "--over", "drive.frequency_Hz=0.95:1.05", "--value", "0.047", "--points", "3")
     found = answer(capsys, *words)
     (place_,) = found["found"]
-    assert found["value"] == pytest.approx(0.047, rel=1e-14)
-    assert place_["values"] == pytest.approx([0.047], rel=1e-11)
-    assert found["units"]["found"]["slope"] == "m per Hz"
+    assert found["value"]["value"] == pytest.approx(0.047, rel=1e-14)
+    assert [each["value"] for each in place_["values"]] == pytest.approx([0.047], rel=1e-11)
+    assert place_["slope"]["unit"] == "m per Hz"
     hertz = 1.0 / (2.0 * math.pi * SECOND)
-    same = found["dimensionless"]["found"][0]
-    assert place_["at"] == pytest.approx(same["at"] * hertz, rel=1e-14)
-    assert place_["bracket"] == pytest.approx([end * hertz for end in same["bracket"]], rel=1e-14)
-    assert place_["slope"] == pytest.approx(same["slope"] * METRE / hertz, rel=1e-13)
-    assert found["parameters"] == pytest.approx([0.95, 1.0, 1.05], rel=1e-14)
-    there = plain_system().with_parameters({"drive.frequency": place_["at"] / hertz})
+    assert place_["at"]["value"] == pytest.approx(place_["at"]["dimensionless"] * hertz, rel=1e-14)
+    assert all(end["value"] == pytest.approx(end["dimensionless"] * hertz, rel=1e-14) for end in place_["bracket"])
+    assert place_["slope"]["value"] == pytest.approx(place_["slope"]["dimensionless"] * METRE / hertz, rel=1e-13)
+    assert found["parameters"]["value"] == pytest.approx([0.95, 1.0, 1.05], rel=1e-14)
+    there = plain_system().with_parameters({"drive.frequency": place_["at"]["dimensionless"]})
     orbit = vc.orbit(there, initial=case_from_text(BENCH).initial)
     assert (orbit.drift or 0.0) * METRE == pytest.approx(0.047, rel=1e-9)
     assert "drift = 0.047 m over drive.frequency_Hz" in printed(capsys, *words)
@@ -211,8 +204,8 @@ def test_basins_in_si(place, capsys):
     found = answer(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
     orbit = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
     twins = [abs(orbit.drift or 0.0) * METRE * sign for sign in (-1.0, 1.0)]
-    assert sorted(each["drift"] for each in found["attractors"]) == pytest.approx(twins, rel=1e-9)
-    assert found["units"]["attractors"]["drift"] == "m"
+    assert sorted(each["drift"]["value"] for each in found["attractors"]) == pytest.approx(twins, rel=1e-9)
+    assert all(each["drift"]["unit"] == "m" for each in found["attractors"])
     out = printed(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
     assert " m per drive period" in out
 
@@ -362,7 +355,9 @@ def test_changes_on_the_command_line_are_in_si(place, capsys):
     found = json.loads(capsys.readouterr().out)
     text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
     text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
-    assert found["dimensionless"]["state"] == case_from_text(text).simulate().dimensionless.state
+    assert {key: x["dimensionless"] for key, x in found["state"].items()} == case_from_text(
+        text
+    ).simulate().dimensionless.state
 
 
 def test_a_change_in_another_unit_replaces_what_the_case_says():

@@ -157,7 +157,7 @@ def test_measures_are_in_si_and_say_their_units(motions):
     velocity, same = vc.mean_velocity(found), vc.mean_velocity(plain)
     assert velocity.value == pytest.approx(same.value * SPEED, **CLOSE)
     assert velocity.window == pytest.approx(tuple(t * SECOND for t in same.window), **CLOSE)
-    assert re.fullmatch(r"MeanVelocity\(value=-0\.\d+ m/s, window=\(.*\) s, settled=False\)", repr(velocity))
+    assert re.fullmatch(r"MeanVelocity\(value=-0\.\d+ m/s, window=\[.* s, .* s\], settled=False\)", repr(velocity))
     energy, works = vc.energy_balance(found, periods=3), vc.energy_balance(plain, periods=3)
     assert energy.drive == pytest.approx(works.drive * NEWTON * METRE, **CLOSE)
     assert energy.friction == pytest.approx(works.friction * NEWTON * METRE, **CLOSE)
@@ -339,8 +339,7 @@ def test_equilibria_are_in_si():
 
 def test_what_holds_quantities_of_several_units_is_shown_and_refuses_one_unit(orbits):
     found = vc.attractors(bench(), 8)
-    assert "starts=array(" in repr(found)
-    assert "velocity [m/s]" in repr(found)
+    assert f"{len(found.attractors)} attractors" in repr(found)
     assert " m/s}" in repr(vc.classify(bench(), initial=orbits[0].state))
     for result, name in ((orbits[0], "state"), (found, "starts")):
         with pytest.raises(ArgumentError, match="holds several, each with its own unit"):

@@ -8,12 +8,14 @@ its own make of it (a picture, labelled arrays) are public functions; the method
 import dataclasses
 import enum
 import html
+import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.declared import without_unit
+from vibrocap.quantities.dimensional import Dimensional, view
 
 if TYPE_CHECKING:
     import pandas
@@ -48,19 +50,28 @@ def same(a: Any, b: Any) -> bool:
 class Result(Dimensional):
     """A frozen record that is equal to another by value (see `same`) and shows itself in a few words.
 
-    Give a subclass `heading` (what it is, in a line) and `facts` (a few names with what is to be said of them), and
-    make it a dataclass with `eq=False, repr=False`.
+    Make a subclass a dataclass with `eq=False, repr=False`; give it a `heading` and `facts` of its own where its
+    members do not say best what it is.
+    rows: name of the member whose elements are the rows of its table
     """
+
+    rows: ClassVar[str] = ""
 
     @property
     def heading(self) -> str:
         """What it is, in a line."""
-        raise NotImplementedError
+        return re.sub(r"(?<!^)(?=[A-Z])", " ", type(self).__name__).lower()
 
     @property
     def facts(self) -> dict[str, str]:
         """What matters most about it: a few words by name."""
-        raise NotImplementedError
+        return {name: text for name, each in view(self).items() if (text := _in_words(name, each))}
+
+    def table(self) -> list[dict[str, Any]]:
+        """A dictionary for each row."""
+        if not self.rows:
+            raise TypeError(f"{self.heading}: has no rows")
+        return Rows(getattr(self, self.rows)).table()
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
@@ -155,10 +166,19 @@ def _titled(name: str, record: Any) -> str:
 
 def _flat(record: Any) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for field in dataclasses.fields(record):
-        value = getattr(record, field.name)
-        found |= value if isinstance(value, Mapping) else {field.name: value}
+    for name, seen in view(record).items():
+        for key, each in seen.items() if isinstance(seen, Mapping) else [(name, seen)]:
+            found[key if key not in found else f"{name}_{key}"] = without_unit(each)
     return found
+
+
+def _in_words(name: str, seen: Any) -> str:
+    """A number, a quantity or a word with its name, of a list how many; empty for what is more than that."""
+    words = name.replace("_", " ")
+    if isinstance(seen, list):
+        return f"{len(seen)} {words}"
+    plain = without_unit(seen)
+    return f"{words} {seen:.8g}" if isinstance(plain, float) else f"{words} {seen}" if isinstance(plain, str) else ""
 
 
 def _cell(value: Any) -> str:

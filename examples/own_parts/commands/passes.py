@@ -5,8 +5,8 @@ from pathlib import Path
 from vibrocap.arguments import suggestion
 from vibrocap.cli.options import Refusal, refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.json_text import json_text
 
 
 def passes(case: Path, /, *, state: str, value: float = 0.0, json: bool = False) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from vibrocap.arguments import suggestion
 from vibrocap.cli.options import Refusal, also_taking
 from vibrocap.cli.terminal import OK, WRONG_INPUT, Page, progress
-from vibrocap.io.json_text import json_text
+from vibrocap.quantities.json_text import json_text
 
 HELP = """
     parts

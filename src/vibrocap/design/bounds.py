@@ -36,6 +36,8 @@ class PerformanceBound(Result):
     holds_for: str
     source: str
 
+    in_record = "measure kind value holds_for source"
+
     @property
     def heading(self) -> str:
         return f"{self.kind} {self.measure.replace('_', ' ')} of {self.holds_for}"

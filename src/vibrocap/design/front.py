@@ -17,14 +17,26 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.orbits.closing.orbit import Orbit
+from vibrocap.physics.dimensions.conversion import Design
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
+from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Result
 
 MEMBERS = 128  # of a population
 ENDS = 0.15  # share of the designs that search each end of the front
+
+
+@dataclasses.dataclass(frozen=True)
+class ParetoDesign(Dimensional):
+    """A design of a front: its variables by path, both measures by name and its largest |multiplier|."""
+
+    design: Design
+    measures: MeasuresInUnits
+    largest_multiplier: Number
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -56,6 +68,9 @@ class ParetoFront(Result):
     rejected: dict[str, int]
     population: Population = dataclasses.field(compare=False)
 
+    rows = "points"
+    in_record = "status measures maximised counts rejected points"
+
     def __len__(self) -> int:
         return len(self.designs)
 
@@ -82,16 +97,14 @@ class ParetoFront(Result):
         found = np.stack([self.population.found[name][design, start] for name in self.measures], axis=1)
         return np.where(self.sized, np.abs(found), found) * self.scales
 
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each design: its variables, both measures, its largest multiplier."""
-        return [
-            {
-                **design,
-                **dict(zip(self.measures, map(float, values), strict=True)),
-                "largest_multiplier": float(largest),
-            }
-            for design, values, largest in zip(self.designs, self.values, self.multipliers, strict=True)
-        ]
+    @property
+    def points(self) -> tuple[ParetoDesign, ...]:
+        """Each design with both measures, as they are shown."""
+        rows = zip(self.designs, self.values.tolist(), self.multipliers.tolist(), strict=True)
+        return tuple(
+            ParetoDesign(design, dict(zip(self.measures, values, strict=True)), largest)
+            for design, values, largest in rows
+        )
 
     def case(self, index: int, periods: float = 40) -> Case:
         """A case of one design that starts on its orbit. Raises IndexError where there is none of that number."""

@@ -15,11 +15,13 @@ from vibrocap.design.search.problem import Problem, stated_problem
 from vibrocap.design.search.refinement import ClosedDesigns, Refined
 from vibrocap.design.search.search_store import opened_store
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.of_measure import MeasuresInUnits, Slopes
 from vibrocap.motion.simulate import within_room
 from vibrocap.motion.status import Status
 from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.orbits.attractors.attractors import Attractors, attractors
 from vibrocap.orbits.closing.orbit import Orbit, orbit
+from vibrocap.physics.dimensions.conversion import Design
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, NumberInUnit, States
@@ -76,25 +78,30 @@ class Optimum(Result):
     """
 
     status: OptimumStatus
-    design: dict[str, Number | str] | None
+    design: Design | None
     measure: str
     maximised: bool
     value: NumberInUnit | None
     unit: str
     scale: Number
     orbit: Orbit | None
-    constraints: dict[str, Number]
+    constraints: MeasuresInUnits
     limits: tuple[str, ...]
-    slopes: dict[str, tuple[Number | None, Number | None]]
+    slopes: Slopes
     starts: tuple[States, ...]
     reached_from: tuple[int, ...]
     attractors: Attractors | None = dataclasses.field(compare=False)
     attractor: int | None
     counts: dict[str, int]
     rejected: tuple[str, ...]
-    nearest: tuple[dict[str, Number | str], str] | None
+    nearest: tuple[Design, str] | None
     under: tuple[str, Number] | None
     population: Population = dataclasses.field(compare=False)
+
+    in_record = (
+        "status design measure value constraints limits slopes starts reached_from counts rejected nearest under "
+        "attractor attractors orbit"
+    )
 
     @property
     def heading(self) -> str:

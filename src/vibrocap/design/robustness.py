@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,14 @@ from vibrocap.quantities.declared import ByName, Number, NumberInUnit, Numbers, 
 from vibrocap.results import Result
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+class SobolIndex(NamedTuple):
+    """A share of the variance, with its 95 % interval."""
+
+    share: Number
+    low: Number
+    high: Number
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -53,8 +61,13 @@ class Robustness(Result):
     wrong_way: Number | None
     failed_as: Number
     worst_is_least: bool
-    first_order: dict[str, tuple[Number, Number, Number]] | None
-    total: dict[str, tuple[Number, Number, Number]] | None
+    first_order: dict[str, SobolIndex] | None
+    total: dict[str, SobolIndex] | None
+
+    in_record = (
+        "measure nominal nominal_doubt mean deviation worst tail_mean quantiles wrong_way failed not_settled "
+        "first_order total"
+    )
 
     @property
     def _finite(self) -> Numbers:
@@ -122,9 +135,8 @@ class Robustness(Result):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each sample: the uncertain quantities and the measure."""
-        names = list(self.parameters)
-        rows = zip(*(self.parameters[name] for name in names), self.values, strict=True)
-        return [dict(zip((*names, self.measure), map(float, row), strict=True)) for row in rows]
+        columns = self.parameters | {self.measure: self.values}
+        return [dict(zip(columns, row, strict=True)) for row in np.transpose(list(columns.values())).tolist()]
 
 
 @shows_progress("Sampling what is uncertain")
@@ -236,7 +248,7 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     if np.any(np.isnan(values)):
         return None, None
     if len(quantities) == 1:  # all variance is its own
-        whole = {quantities[0].name: (1.0, 1.0, 1.0)}
+        whole = {quantities[0].name: SobolIndex(1.0, 1.0, 1.0)}
         return whole, whole
     first, second, *mixed = values.reshape(-1, samples) - np.mean(values[: 2 * samples])
 
@@ -247,4 +259,4 @@ def _sobol_indices(values: np.ndarray, samples: int, quantities: Any, seed: int)
     every, generator = np.arange(samples), np.random.default_rng(seed)
     low, high = bootstrap((every,), indices, n_resamples=999, vectorized=False, rng=generator).confidence_interval
     rows = np.stack([indices(every), low, high], axis=-1).tolist()
-    return tuple({each.name: tuple(row) for each, row in zip(quantities, table, strict=True)} for table in rows)  # type: ignore[return-value]
+    return tuple({each.name: SobolIndex(*row) for each, row in zip(quantities, table, strict=True)} for table in rows)  # type: ignore[return-value]

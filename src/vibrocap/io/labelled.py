@@ -77,10 +77,10 @@ def to_pandas(result: Shown) -> "pandas.DataFrame":
 
 
 def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":
-    from vibrocap.io.json_text import json_text
+    from vibrocap.quantities.json_text import json_text
 
     certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
-    text = None if certificate is None else json_text(certificate.record())
+    text = None if certificate is None else json_text(certificate)
     return motion_dataset(motion, case_of(motion), text)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from vibrocap.arguments import lacking, listed
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.inputs import require_plain_file
-from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
 from vibrocap.io.spreadsheets import beside, headed, write_csv, write_matlab, write_workbook
 from vibrocap.quantities.declared import ByName, Shown
 from vibrocap.quantities.dimensional import computed, walked
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     import xarray
@@ -160,7 +160,7 @@ def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
 
 
 def _certificate_text(motion: "Trajectory") -> str:
-    return json_text(motion.certificate.record()) if len(motion.piece_start) else "null"
+    return json_text(motion.certificate) if len(motion.piece_start) else "null"
 
 
 def _facts(motion: "Trajectory") -> dict[str, str]:

@@ -57,6 +57,8 @@ class BreakAway:
     pulls: tuple[Pull, ...]
     mass: float
 
+    in_record = "rate force applied peaked"
+
 
 def break_away(
     law: Law,

@@ -36,6 +36,8 @@ class FrictionalLag:
     at: np.ndarray
     area: np.ndarray
 
+    in_record = "frequency width at area"
+
 
 def frictional_lag(
     law: Law,

@@ -46,6 +46,8 @@ class PreslidingLoop:
     deflection: float | None
     closure: float
 
+    in_record = "amplitude area peak_force deflection closure"
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Creep:
@@ -64,6 +66,8 @@ class Creep:
     drift_per_cycle: float
     creeps: bool
     status: Status
+
+    in_record = "bias amplitude drift_per_cycle creeps"
 
 
 def presliding_loop(

@@ -60,6 +60,10 @@ class StickSlipCycle:
     displacement: np.ndarray
     velocity: np.ndarray
 
+    in_record = (
+        "regime period stick_time slip_time amplitude largest_pull least_pull static_force kinetic_force settled"
+    )
+
     @property
     def sticks(self) -> bool:
         """Whether the motion is one of stick and slip."""

@@ -3,6 +3,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
@@ -11,6 +12,7 @@ from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
 from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import StickSlipCycle, stick_slip_test
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 REACHES = (0.3, 0.8, 1.6, 3.2)  # amplitudes of the presliding loops, over the displacement of the contact
 SOFT = 0.01  # stiffness of the spring over that of the contact
@@ -26,6 +28,7 @@ class TestSheet:
     """
 
     __test__ = False  # for pytest: this is no class of tests
+    in_record = "law_name parameters load mass stiffness speed presliding lag break_away stick_slip creep"
 
     law: Law
     load: float
@@ -38,6 +41,16 @@ class TestSheet:
     break_away: BreakAway
     stick_slip: StickSlipCycle
     creep: Creep
+
+    @property
+    def law_name(self) -> str:
+        """Of the law."""
+        return self.law.name
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Of the law, by name."""
+        return {info.name: getattr(self.law, info.name) for info in parameter_table(self.law)}
 
 
 def test_sheet(

@@ -6,8 +6,8 @@ import numpy as np
 
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import known_measure
-from vibrocap.physics.dimensions.conversion import Along
-from vibrocap.quantities.declared import Context, Declared, In
+from vibrocap.physics.dimensions.conversion import Along, quantity
+from vibrocap.quantities.declared import AsGiven, Context, Declared, In, WithUnit
 
 FINAL = "final."  # before the name of a state in which a run ended
 
@@ -43,6 +43,55 @@ class OfMeasures(Declared):
         return {name: In(units[name]).converted(each, context, back) for name, each in value.items()}
 
 
+class ByMeasureInUnits(AsGiven):
+    """Values that are in the units of the results already, by names that begin with that of a measure."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        if context.system is None:
+            return value
+        return {name: in_unit_of(name.split()[0], each, context) for name, each in value.items()}
+
+
+class SlopesByPath(AsGiven):
+    """Slopes of the measure of a record below and above, by the path of a parameter, in the units of the results."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        if context.system is None:
+            return value
+        measure = context.known("measure")[0]
+        return {path: [slope_over(measure, path, one, context) for one in pair] for path, pair in value.items()}
+
+
+class OfOneMeasureInUnits(AsGiven):
+    """A value of the measure that its record names, which is in the unit of the results already."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return value if context.system is None else in_unit_of(context.known("measure")[0], value, context)
+
+
+class OfOneSlope(AsGiven):
+    """A slope of the `measure` of its record over its `parameter`, in the units of the results already."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        measure, path = (context.known(name)[0] for name in ("measure", "parameter"))
+        return value if context.system is None else slope_over(measure, path, value, context)
+
+
+def in_unit_of(measure: str, value: Any, context: Context) -> Any:
+    """A value of a measure with its unit."""
+    unit, scale = measure_unit(measure, context.system)
+    return value if value is None or scale is None else WithUnit(value, unit, value / scale)
+
+
+def slope_over(measure: str, path: str, value: Any, context: Context) -> Any:
+    """A slope of a measure over a parameter with its unit."""
+    unit, scale = measure_unit(measure, context.system)
+    along = quantity(path, context.system)
+    if value is None or unit == along.unit == "1":
+        return value
+    return WithUnit(value, f"{unit} per {along.unit}", value * along.scale / (scale or 1.0))
+
+
 def measure_unit(measure: str | Measure, system: Any) -> tuple[str, float | None]:
     """(unit of a measure in the results of a system, what one dimensionless unit is in it; None where it has none)."""
     known = measure if isinstance(measure, Measure) else known_measure(measure, system)
@@ -67,3 +116,7 @@ OneOfMeasure = Annotated[float, OfMeasure()]
 ManyOfMeasure = Annotated[np.ndarray, OfMeasure()]
 SlopeOfMeasure = Annotated[float, OverParameter()]
 ByMeasure = Annotated[dict[str, Any], OfMeasures()]
+MeasureInUnit = Annotated[float, OfOneMeasureInUnits()]
+MeasuresInUnits = Annotated[dict[str, float], ByMeasureInUnits()]
+SlopeInUnit = Annotated[float, OfOneSlope()]
+Slopes = Annotated[dict[str, Any], SlopesByPath()]

@@ -1,7 +1,6 @@
 """The certificate of a motion: the evidence that it is what the equations say, and the verdict on each piece of it."""
 
 import dataclasses
-from typing import Any
 
 UNFINISHED = "the motion did not finish: the evidence is of what was computed of it"
 
@@ -19,14 +18,12 @@ class Verdict:
     bound: float | None
     text: str = ""
 
+    in_record = "field value bound ok"
+
     @property
     def ok(self) -> bool:
         """Whether the value is within its bound."""
         return self.bound is None or self.value <= self.bound
-
-    def record(self) -> dict[str, Any]:
-        """Value, bound and verdict by name; None: not held to a bound."""
-        return {"value": self.value, "bound": self.bound, "ok": None if self.bound is None else self.ok}
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -68,6 +65,11 @@ class Certificate:
     finished: bool = True
 
     @property
+    def in_record(self) -> str:
+        """What its views show: every field, and how it comes out."""
+        return " ".join([*(field.name for field in dataclasses.fields(self)), "failures", "ok"])
+
+    @property
     def ok(self) -> bool:
         """Whether the motion finished and all evidence is within its bounds."""
         return self.finished and all(verdict.ok for verdict in self.verdicts)
@@ -81,13 +83,6 @@ class Certificate:
     def verdict(self, field: str) -> Verdict | None:
         """The verdict on a field; None where there is nothing to judge."""
         return next((verdict for verdict in self.verdicts if verdict.field == field), None)
-
-    def record(self) -> dict[str, Any]:
-        """All of it by name: every field, `failures`, `ok`, and the bound and verdict of each field that has one."""
-        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        fields["failures"] = self.failures
-        fields["verdicts"] = {verdict.field: verdict.record() for verdict in self.verdicts}
-        return fields | {"ok": self.ok}
 
     def __repr__(self) -> str:
         """Passed or failed, and by what."""

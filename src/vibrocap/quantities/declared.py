@@ -13,9 +13,41 @@ from vibrocap.arguments import ArgumentError
 
 
 @dataclasses.dataclass(frozen=True)
+class WithUnit:
+    """A number, or numbers, in an SI unit; dimensionless: the same without it, None where no scales are known."""
+
+    value: Any
+    unit: str
+    dimensionless: Any = None
+
+    def __format__(self, digits: str) -> str:
+        return f"{self.value:{digits}} {self.unit}"
+
+
+def without_unit(seen: Any) -> Any:
+    """The value of a quantity; what has no unit, as it is."""
+    return seen.value if isinstance(seen, WithUnit) else seen
+
+
+def element(seen: Any, index: int) -> Any:
+    """One of several numbers, with their unit if they have one."""
+    if not isinstance(seen, WithUnit):
+        return seen[index]
+    return WithUnit(seen.value[index], seen.unit, None if seen.dimensionless is None else seen.dimensionless[index])
+
+
+def scaled(seen: Any, factor: float) -> Any:
+    """A number or a quantity times a factor; a zero without its sign."""
+    if not isinstance(seen, WithUnit):
+        return seen * factor + 0.0
+    return WithUnit(seen.value * factor + 0.0, seen.unit, seen.dimensionless * factor + 0.0)
+
+
+@dataclasses.dataclass(frozen=True)
 class Context:
     """Where a number stands: the system it belongs to, which knows its scales, and the records and calls around it.
 
+    system: None where numbers are seen as they were computed, without units
     around: records, and arguments of calls by name, the nearest first
     """
 
@@ -36,6 +68,11 @@ class Context:
         found = (each.get(name) if isinstance(each, Mapping) else vars(each).get(name) for each in self.around)
         return [each for each in found if each is not None]
 
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Of the system, or of that of the records around."""
+        return (self.known("system") if self.system is None else [self.system])[0].state_names
+
     def kept(self) -> "Context":
         """The same with nothing of the calls but their words: what a record in SI remembers."""
         words = (
@@ -54,9 +91,10 @@ class Declared:
             "name", "should name one quantity; this holds several, each with its own unit, see its names"
         )
 
-    def units(self, value: Any, context: Context) -> Any:
-        """The unit of a value, or the units of what it holds by name."""
-        return self.unit(context)
+    def seen(self, value: Any, context: Context) -> Any:
+        """A value as views show it: a `WithUnit` where it has a unit; by name where it holds several."""
+        unit = "1" if context.system is None or value is None or isinstance(value, str) else self.unit(context)
+        return value if unit == "1" else WithUnit(self.converted(value, context), unit, value)
 
     def scale(self, context: Context) -> Any:
         """What one dimensionless unit is in the unit: a number, or an array that goes with the value."""
@@ -104,8 +142,10 @@ class OfNames(Declared):
             return value
         return {name: self._one(name, each, context, back) for name, each in value.items()}
 
-    def units(self, value: Any, context: Context) -> dict[str, str]:
-        return {name: context.units.unit(name) for name in value or ()}
+    def seen(self, value: Any, context: Context) -> Any:
+        if not isinstance(value, Mapping) or context.system is None:
+            return value
+        return {name: In(context.units.unit(name)).seen(each, context) for name, each in value.items()}
 
     @staticmethod
     def _one(name: str, value: Any, context: Context, back: bool) -> Any:
@@ -146,13 +186,14 @@ class AlongNames(Declared):
         scale = np.array([context.units.factor(name) for name in names]).reshape(shape)
         return value / scale if back else value * scale
 
-    def units(self, value: Any, context: Context) -> dict[str, str]:
-        return {name: context.units.unit(name) for name in self._along(context)}
+    def seen(self, value: Any, context: Context) -> Any:
+        columns = dict(zip(self._along(context), np.moveaxis(np.asarray(value), self.axis, 0), strict=True))
+        return OfNames().seen(columns, context)
 
     def _along(self, context: Context) -> list[str]:
         """The quantity at each index of the axis."""
         named = [name for each in self.names for name in context.known(each)[0]]
-        return named or list(context.system.state_names)
+        return named or list(context.state_names)
 
 
 class Words(Declared):
@@ -165,11 +206,17 @@ class Words(Declared):
         quotes = isinstance(value, str) and any(letter.isdigit() for letter in value)
         return f"{value} (these numbers are dimensionless)" if quotes and not back else value
 
+    def seen(self, value: Any, context: Context) -> Any:
+        return value if context.system is None else self.converted(value, context)
+
 
 class AsGiven(Declared):
     """What a function takes as it is given, in SI or without units, to show it."""
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
+        return value
+
+    def seen(self, value: Any, context: Context) -> Any:
         return value
 
 
@@ -179,12 +226,28 @@ class InItsUnit(AsGiven):
     def unit(self, context: Context) -> str:
         return next(iter(context.known("unit")), "1")
 
+    def seen(self, value: Any, context: Context) -> Any:
+        unit = self.unit(context)
+        if value is None or unit == "1":
+            return value
+        return WithUnit(value, unit, None if context.system is None else value / context.units.factor_of(unit))
+
+
+@dataclasses.dataclass(frozen=True)
+class Measured(AsGiven):
+    """A number that was measured in an SI unit, or a record of such numbers; "" is the unit of force of the record."""
+
+    name: str
+
+    def seen(self, value: Any, context: Context) -> Any:
+        if dataclasses.is_dataclass(value):
+            return {each.name: self.seen(getattr(value, each.name), context) for each in dataclasses.fields(value)}
+        unit = self.name or context.known("force_unit")[0]
+        return WithUnit(value, unit) if isinstance(value, float) and unit != "1" else value
+
 
 class OverStates(Declared):
     """A matrix of derivatives of states by states: [states, states]."""
-
-    def units(self, value: Any, context: Context) -> dict[str, str]:
-        return {}
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         scale = np.array([context.units.factor(name) for name in context.system.state_names])
@@ -213,6 +276,9 @@ Forces = Annotated[np.ndarray, In("N")]
 Reason = Annotated[str, Words()]
 # results to be shown
 Shown = Annotated[Any, AsGiven()]
+# measured
+Seconds = Annotated[float, Measured("s")]
+RecordedForce = Annotated[float, Measured("")]
 # results that name their unit themselves
 NumberInUnit = Annotated[float, InItsUnit()]
 NumbersInUnit = Annotated[np.ndarray, InItsUnit()]

@@ -6,13 +6,12 @@ record shows it; `dimensionless` is the record without units.
 """
 
 import dataclasses
+import enum
 import functools
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self, TypeVar
 
-import numpy as np
-
-from vibrocap.quantities.declared import Context
+from vibrocap.quantities.declared import Context, WithUnit
 from vibrocap.quantities.hints import call_hints, declared_anywhere, field_hints, fitting, of_elements, undeclared
 
 Value = TypeVar("Value")
@@ -23,9 +22,11 @@ class Dimensional:
 
     in_words: names of properties and methods that only put into words what the record's other members say
     given: whether it is made by users to ask for something, in the units of the system that they ask of
+    in_record: names of the fields and properties that its views show; by default its fields, but for systems
     """
 
     given: ClassVar[bool] = False
+    in_record: ClassVar[str] = ""
 
     in_words: ClassVar[tuple[str, ...]] = ("heading", "facts", "remarks", "text", "table", "dimensionless", "said")
 
@@ -96,15 +97,22 @@ class InSI:
         return f"{type(self).__name__}({', '.join(words)})"
 
 
-def _in_words(record: Any, name: str) -> str:
-    value, units = getattr(record, name), units_of(record, name).get(name, "1")
-    if isinstance(value, Mapping) and isinstance(units, dict):
-        each = (f"{key!r}: {one!r}" + f" {units[key]}" * (units.get(key, "1") != "1") for key, one in value.items())
-        return "{" + ", ".join(each) + "}"
-    if isinstance(value, np.ndarray) and isinstance(units, dict):
-        return f"{value!r} {', '.join(f'{key} [{unit}]' for key, unit in units.items())}"
-    plain = isinstance(units, str) and units != "1" and not isinstance(value, (str, type(None)))
-    return f"{value!r} {units}" if plain else repr(value)
+def _in_words(record: InSI, name: str) -> str:
+    """A field with its unit, or with those of what it holds by name."""
+    value = getattr(record._computed, name)
+    if isinstance(value, Dimensional) or undeclared(_member_hints(type(record._computed))[name]):
+        return repr(getattr(record, name)) if isinstance(value, Dimensional) else repr(value)
+    return _of_units(member_view(record._computed, name, record._context))
+
+
+def _of_units(seen: Any) -> str:
+    if isinstance(seen, WithUnit):
+        return f"{seen.value!r} {seen.unit}"
+    if isinstance(seen, Mapping):
+        return "{" + ", ".join(f"{key!r}: {_of_units(one)}" for key, one in seen.items()) + "}"
+    if isinstance(seen, list):
+        return f"[{', '.join(map(_of_units, seen))}]"
+    return repr(seen)
 
 
 @functools.cache
@@ -225,28 +233,49 @@ def in_si(record: Value, system: Any = None, **words: str) -> Value:
     return record if context is None else walked(record, Any, context.within(words))
 
 
-def units_of(record: Any, *names: str) -> dict[str, Any]:
-    """The SI unit of each number of a record that has one, by name, in the form of the record; {} without units.
+def view(result: Any) -> Any:
+    """A result as every view shows it: dictionaries by the names of its members, lists, words, numbers, quantities.
 
-    names: of fields and properties, by default those of all fields
+    Each number with a unit is a `WithUnit`; a matrix of several quantities, such as states, is split by their names.
     """
-    context = record.si_context()
-    if context is None:
-        return {}
-    known = computed(record)
-    hints, inside = _member_hints(type(known)), context.within(known)
-    names = names or tuple(field.name for field in dataclasses.fields(known))
-    found = {name: _unit_or_units(hints[name], getattr(known, name), inside) for name in names}
-    return {name: each for name, each in found.items() if each not in ("1", {})}
+    return _view(result, Any, Context(None))
 
 
-def _unit_or_units(hint: Any, value: Any, context: Context) -> Any:
-    if isinstance(value, (tuple, list)) and value and isinstance(value[0], Dimensional):
-        value = value[0]
-    if isinstance(value, Dimensional):
-        return units_of(shown(value, context))
-    declared = None if isinstance(value, str) else declared_anywhere(hint)
-    return "1" if declared is None else declared.units(value, context)
+def _view(value: Any, hint: Any, context: Context) -> Any:
+    if isinstance(value, InSI):
+        value, context = value._computed, value._context
+    declared, own = fitting(hint, value)
+    if declared is not None:
+        return _view(declared.seen(value, context), Any, context)
+    if dataclasses.is_dataclass(value) and not isinstance(value, (type, WithUnit)):
+        return {name: member_view(value, name, context) for name in names_in_record(value)}
+    if isinstance(value, Mapping):
+        its = of_elements(own, 2)[1]
+        return {str(name): _view(each, its, context) for name, each in value.items()}
+    if isinstance(value, (tuple, list)):
+        if names := getattr(value, "_fields", None):  # a named tuple
+            return dict(zip(names, value, strict=True))
+        return [_view(one, its, context) for one, its in zip(value, of_elements(own, len(value)), strict=True)]
+    return value.value if isinstance(value, enum.Enum) else value
+
+
+def member_view(record: Any, name: str, context: Context) -> Any:
+    """A field or property of a record as views show it."""
+    hint = _member_hints(type(record)).get(name, Any)
+    if context.system is not None and isinstance(record, Dimensional):
+        _refuse(type(record), name, hint)
+    return _view(getattr(record, name), hint, context.within(record))
+
+
+def names_in_record(record: Any) -> tuple[str, ...]:
+    """The members of a record that views show: those that its class names, by default its fields but for systems."""
+    own = tuple(getattr(record, "in_record", "").split())
+    fields = (each.name for each in dataclasses.fields(record) if each.repr)
+    return own or tuple(name for name in fields if not _is_system(getattr(record, name)))
+
+
+def _is_system(value: Any) -> bool:
+    return hasattr(type(value), "si_context") and not isinstance(value, Dimensional)
 
 
 def computed(value: Value) -> Value:
@@ -258,7 +287,7 @@ def detached(value: Any) -> Any:
     """The same without the units of its system, records in it included."""
     if isinstance(value, InSI):
         return value.dimensionless
-    if hasattr(type(value), "dimensionless") and not isinstance(value, Dimensional):  # a system
+    if _is_system(value):
         return value.dimensionless
     if isinstance(value, Dimensional):
         old = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}  # type: ignore[arg-type]

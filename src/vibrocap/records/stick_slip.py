@@ -2,11 +2,12 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from vibrocap.arguments import is_number
+from vibrocap.quantities.declared import Measured, RecordedForce
 from vibrocap.records.record import Record
 from vibrocap.records.slips.periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
 from vibrocap.records.slips.phases import Phase, falls, phases, stick_bend, with_minor
@@ -32,6 +33,11 @@ class Spread:
     def error(self) -> float | None:
         """Standard error of the mean, for values that are independent."""
         return None if self.deviation is None else self.deviation / math.sqrt(self.number)
+
+
+SpreadOfTime = Annotated[Spread, Measured("s")]
+SpreadOfLength = Annotated[Spread, Measured("m")]
+SpreadOfForce = Annotated[Spread, Measured("")]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -65,17 +71,17 @@ class StickSlip:
     force_unit: str
     regime: Regime
     phases: tuple[Phase, ...]
-    period: Spread | None
+    period: SpreadOfTime | None
     drift: Drift | None
     recurrence: Recurrence
-    slip: Spread | None
-    release: Spread | None
-    stick_duration: Spread | None
-    slip_duration: Spread | None
+    slip: SpreadOfLength | None
+    release: SpreadOfLength | None
+    stick_duration: SpreadOfTime | None
+    slip_duration: SpreadOfTime | None
     stick_fraction: float | None
-    static_level: Spread | None
-    slip_end_level: Spread | None
-    kinetic_level: float | None
+    static_level: SpreadOfForce | None
+    slip_end_level: SpreadOfForce | None
+    kinetic_level: RecordedForce | None
     kinetic_from: str | None
     static_coefficient: float | None
     kinetic_coefficient: float | None
@@ -83,14 +89,20 @@ class StickSlip:
     time: np.ndarray
     force: np.ndarray
     velocity: np.ndarray | None
-    noise: float
+    noise: RecordedForce
     spikes: int
     window: int
-    stiffness: float | None
-    mass: float | None
-    pulling_speed: float | None
-    normal_force: float | None
+    stiffness: Annotated[float, Measured("N/m")] | None
+    mass: Annotated[float, Measured("kg")] | None
+    pulling_speed: Annotated[float, Measured("m/s")] | None
+    normal_force: Annotated[float, Measured("N")] | None
     notes: tuple[str, ...]
+
+    in_record = (
+        "name force_unit regime phases period drift recurrence slip release stick_duration slip_duration "
+        "stick_fraction static_level slip_end_level kinetic_level kinetic_from static_coefficient "
+        "kinetic_coefficient loading_ratio noise spikes window stiffness mass pulling_speed normal_force notes"
+    )
 
     @property
     def slips(self) -> tuple[Phase, ...]:

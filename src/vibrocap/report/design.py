@@ -14,7 +14,7 @@ from vibrocap.physics.dimensions.conversion import quantity
 from vibrocap.plotting.animation import animate_motion
 from vibrocap.plotting.fronts import draw_front, search_figure
 from vibrocap.plotting.motion import motion_figure
-from vibrocap.quantities.dimensional import computed, in_si, units_of
+from vibrocap.quantities.dimensional import computed, in_si
 from vibrocap.report.pieces import number, picture, table, titled
 
 FILMED = 2  # drive periods of the film
@@ -125,7 +125,6 @@ def _motions(found: Optimum) -> str:
     if found.attractors is None:
         return ""
     shown = in_si(found.attractors)
-    units = units_of(shown.attractors[0].motion, "drift") if shown is not found.attractors and shown.attractors else {}
     rows = []
     for k, row in enumerate(shown.table()):
         twin = found.attractor is not None and row["twin"] == found.attractor
@@ -133,7 +132,8 @@ def _motions(found: Optimum) -> str:
         drift, multiplier = row["drift"], row["largest_multiplier"]
         cells = [number(100.0 * row["share"]), *("" if x is None else number(x) for x in (drift, multiplier)), whose]
         rows.append([escape(row["kind"]), *cells])
-    unit = f" [{escape(units['drift'])}]" if units else ""
+    drift = shown.attractors[0].unit_of("drift") if shown.attractors else "1"
+    unit = "" if drift == "1" else f" [{escape(drift)}]"
     head = ["motion", "of the starts [%]", f"drift per drive period{unit}", "largest multiplier", ""]
     return f"<p>{escape(found.reached[0].upper() + found.reached[1:])}.</p>" + table(head, rows)
 

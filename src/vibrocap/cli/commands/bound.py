@@ -1,12 +1,15 @@
 """`vibrocap bound`: what no drive can better, and how near the steady motion of a case comes to it."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 from vibrocap.cli.options import Refusal
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import json_text
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.declared import without_unit
+from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def bound(case: Path, /, *, json: bool = False) -> int:
@@ -34,21 +37,19 @@ def bound(case: Path, /, *, json: bool = False) -> int:
         raise Refusal(f"CASE: {error}") from None
     with progress("Looking for the steady motion") as report:
         steady = orbit(given.system, initial=given.initial, progress=report)
-    rows = [_record(each, steady) for each in bounds]
+    rows = [_reached(each, steady, given.system) for each in bounds]
     if json:
         print(json_text({"bounds": rows, "orbit": steady.status.value}))
     else:
         page = Page()
         for each, row in zip(bounds, rows, strict=True):
             page.say(each.heading, style="bold")
-            shown = [("bound", said(row["bound"], row["unit"])), ("source", row["source"])]
-            if row["value"] is not None:
-                what = said(row["value"], row["unit"])
+            shown = [("bound", f"{row['value']:.10g}"), ("source", each.source)]
+            if (reached := row["reached"]) is not None:
+                what = ", to which the bound does not apply"
                 if row["holds"]:
-                    what += f", {row['value'] / row['bound']:.6g} of the bound"
-                else:
-                    what += ", to which the bound does not apply"
-                shown.append(("this case", what))
+                    what = f", {without_unit(reached) / each.value:.6g} of the bound"
+                shown.append(("this case", f"{reached:.10g}{what}"))
             page.rows(shown, 12)
     if not steady.closes:
         complain(f"The steady motion of the case: {steady.status.value}. {steady.status.advice}")
@@ -56,11 +57,10 @@ def bound(case: Path, /, *, json: bool = False) -> int:
     return OK
 
 
-def _record(each: Any, steady: Any) -> dict[str, Any]:
-    """A bound, and what the steady motion reaches."""
-    names = ("measure", "kind", "unit", "holds_for", "source")
-    found = {"bound": each.value} | {name: getattr(each, name) for name in names}
-    reached = (
-        {"value": each.of(steady), "holds": each.holds(steady)} if steady.closes else {"value": None, "holds": None}
-    )
-    return found | reached
+def _reached(bound: Any, steady: Any, system: Any) -> dict[str, Any]:
+    """A bound, what the steady motion reaches, and whether it is one for which the bound holds."""
+    known = {"reached": None, "holds": None}
+    if steady.closes:
+        same = dataclasses.replace(bound, value=bound.of(steady))
+        known = {"reached": view(in_si(same, system))["value"], "holds": bound.holds(steady)}
+    return view(in_si(bound, system)) | known

@@ -1,18 +1,16 @@
 """`vibrocap branch` and `vibrocap basins`: steady motions over a parameter, and which starts lead to which."""
 
-import dataclasses
-import math
 from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import in_both, json_text
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
 from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def branch(
@@ -69,11 +67,9 @@ def branch(
             points=points,
             settle_periods=settle_periods,
         )
-    record, shown = _diagram_record(found), in_si(found, over=along.path)
-    if shown is not found:
-        record = _diagram_record(shown) | {"units": _diagram_units(shown), "dimensionless": record}
+    shown = in_si(found, over=along.path)
     if json:
-        print(json_text(record))
+        print(json_text(shown))
     else:
         Page().say(str(shown))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
@@ -144,9 +140,7 @@ def basins(
             settle_periods=settle_periods,
             progress=report,
         )
-    record, shown = _basin_record(found), in_si(found)
-    if shown is not found:
-        record = in_both(_basin_record(shown), {"attractors": units_of(shown, "drift")}, record)
+    record = view(in_si(found))
     if json:
         print(json_text(record))
     else:
@@ -176,56 +170,6 @@ def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | No
     return asked, (low / asked.scale, high / asked.scale)
 
 
-def _diagram_record(found: Any) -> dict[str, Any]:
-    """Branches with their points and special points, by name."""
-    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "mode_sequence", "certified")
-    branches = [
-        {"response_period": each.response_period, "symmetric": each.symmetric}
-        | {name: getattr(each, name).tolist() for name in columns}
-        | {"special_points": each.table()}
-        | {"ends": [end.value for end in each.ends], "advice": [end.advice for end in each.ends]}
-        for each in found.branches
-    ]
-    joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
-    transitions = [dataclasses.asdict(each) for each in found.transitions]
-    known = {"over": found.over, "between": found.between}
-    return known | {"branches": branches, "joins": joins, "transitions": transitions}
-
-
-def _diagram_units(found: Any) -> dict[str, Any]:
-    """The units of the record of branches in SI, by name."""
-    along = found.unit_of("over")
-    units = dict.fromkeys(("between", "parameter", found.over, "error"), along)
-    return units | (units_of(found.branches[0], "period", "drift", "mean_velocity") if found.branches else {})
-
-
-def _basin_record(found: Any) -> dict[str, Any]:
-    """Shares of the plane, by direction and by attractor."""
-    size = found.direction.size
-    words = {1: "forward", 0: "no travel", -1: "back", -2: "not settled", -3: "failed", -5: "not certified"}
-    return {
-        "axes": found.axes,
-        "starts": size,
-        "directions": {word: int((found.direction == code).sum()) / size for code, word in words.items()},
-        "attractors": [
-            {
-                "index": i,
-                "kind": each.motion.kind,
-                "share": each.share,
-                "share_error": each.error,
-                "drift": _drift(found, i),
-            }
-            for i, each in enumerate(found.attractors)
-        ],
-    }
-
-
-def _drift(found: Any, index: int) -> float | None:
-    """Drift per drive period of the motions that lead to an attractor."""
-    drifts = found.drift[found.label == index]
-    return float(drifts[0]) if len(drifts) and math.isfinite(drifts[0]) else None
-
-
 def _print_basins(record: dict[str, Any]) -> None:
     """The table of shares."""
     page = Page()
@@ -233,8 +177,7 @@ def _print_basins(record: dict[str, Any]) -> None:
     for word, share in record["directions"].items():
         if share and (word != "no travel" or any(each["drift"] is not None for each in record["attractors"])):
             page.print(f"  {word:<12}{share:.2%}")
-    length = "m" if "units" in record else ""
-    for each in record["attractors"]:
-        drift = "" if each["drift"] is None else f", drift {said(each['drift'], length)} per drive period"
-        share = f"{each['share']:.2%} +- {each['share_error']:.2%}"
-        page.say(f"  attractor {each['index']}: {share} of the starts, {each['kind']}{drift}")
+    for i, each in enumerate(record["attractors"]):
+        drift = "" if each["drift"] is None else f", drift {each['drift']:.10g} per drive period"
+        share = f"{each['share']:.2%} +- {each['error']:.2%}"
+        page.say(f"  attractor {i}: {share} of the starts, {each['kind']}{drift}")

@@ -9,8 +9,9 @@ from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing, writable_folder
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def calibrate(
@@ -68,7 +69,7 @@ def calibrate(
     rows = [row - 1 for row in held_out or ()]
     with progress("Calibrating") as report, refusing("starts", "seed", "periods", table="--to", held_out="--held-out"):
         found = calibrated(given, to, ranges, held_out=rows, starts=starts, seed=seed, periods=periods, progress=report)
-    record = calibration_record(found)
+    record = in_si(found)
     if out is not None:
         folder = made_folder(out)
         write_text(folder / "calibration.json", json_text(record) + "\n")
@@ -79,7 +80,7 @@ def calibrate(
         print(json_text(record))
         return OK
     page = Page()
-    page.say(f"Calibration of {case} on {found.table.rows} rows of {to}", style="bold")
+    page.say(f"Calibration of {case} on {found.measured.rows} rows of {to}", style="bold")
     page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
     weak = [each for each in found.directions if not each.determined]
     page.rows([("not determined", str(each)) for each in weak], 16)
@@ -88,32 +89,11 @@ def calibrate(
     return OK
 
 
-def calibration_record(found: Any) -> dict[str, Any]:
-    """What is known of a calibration, by name."""
-    names = ("path", "value", "low", "high", "standard_error")
-    parameters = [
-        {name: getattr(each, name) for name in names} | {"verdict": each.verdict.value} for each in found.parameters
-    ]
-    doubt = found.doubt and {
-        name: getattr(found.doubt, name) for name in ("column", "kind", "size", "probability", "gain")
-    }
-    return {
-        "parameters": parameters,
-        "correlation": found.correlation.tolist(),
-        "directions": [{"exponents": dict(each.exponents), "deviation": each.deviation} for each in found.directions],
-        "misfit": found.misfit,
-        "rms": found.rms,
-        "held_out_misfit": found.held_out_misfit,
-        "doubt": doubt,
-        "rows_not_trusted": {why: [row + 1 for row in rows] for why, rows in found.not_trusted.items()},
-    }
-
-
 def _residuals(found: Any) -> dict[str, list[float]]:
     """Columns by name with the conditions, and of each measure what was read, what is predicted and the residual."""
-    columns = dict(found.table.conditions)
-    for name in found.table.measures:
-        columns[name] = found.table.targets[name]
+    columns = dict(found.measured.conditions)
+    for name in found.measured.measures:
+        columns[name] = found.measured.targets[name]
         columns[f"{name}_predicted"] = found.predicted[name]
         columns[f"{name}_residual"] = found.residuals[name]
     return {name: np.asarray(column, dtype=float).tolist() for name, column in columns.items()}

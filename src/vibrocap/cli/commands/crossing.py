@@ -1,6 +1,5 @@
 """`vibrocap crossing`: where a measure of the steady motion of a case takes a value."""
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +8,10 @@ from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.names import split_path
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def crossing(
@@ -78,11 +77,9 @@ def crossing(
             periods=periods,
             progress=report,
         )
-    record, shown = _crossings_record(found), in_si(found, given.system, over=along.path)
-    if shown is not found:
-        record = _crossings_record(shown) | {"units": units_of(shown), "dimensionless": record}
+    shown = in_si(found, given.system, over=along.path)
     if json:
-        print(json_text(record))
+        print(json_text(shown))
     else:
         page = Page()
         wanted = f"{found.measure} = {said(value, unit, 6)}"
@@ -98,20 +95,6 @@ def crossing(
         complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
         return INCOMPLETE
     return OK
-
-
-def _crossings_record(found: Any) -> dict[str, Any]:
-    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
-    return {
-        "measure": found.measure,
-        "over": found.over,
-        "value": found.value,
-        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
-        "equal": found.equal,
-        "unsettled": found.unsettled,
-        "parameters": found.parameters.tolist(),
-        "differences": found.differences.tolist(),
-    }
 
 
 def _other(system: Any, text: str) -> Any:

@@ -6,10 +6,11 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.cli.options import Refusal, quantity_range, refusing, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.json_text import in_both, json_text
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.declared import WithUnit, element, without_unit
+from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 
 def equilibria(
@@ -54,10 +55,7 @@ def equilibria(
         with refusing("points"):
             check_whole("points", points, 10)
             found = _refused_by_drive(equilibria_of, given.system)
-        record: dict[str, Any] = {"equilibria": [equilibrium_record(each) for each in found]}
-        if (shown := in_si(found)) is not found:
-            seen = {"equilibria": [equilibrium_record(each) for each in shown]}
-            record = in_both(seen, {"equilibria": _units(shown[0]) if len(found) else {}}, record)
+        record = {"equilibria": view(in_si(found))["found"]}
         if json:
             print(json_text(record))
         else:
@@ -92,16 +90,11 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
         begun = states[start]
     with progress(f"Following steady sliding over {along.path}"), refusing("points", over="--over", between="--over"):
         found = _refused_by_drive(equilibrium_branch, system, along.plain, (low, high), start=begun, points=points)
-    record, shown = _branch_record(found), in_si(found, over=along.path)
-    if shown is not found:
-        states = {name: shown.unit_of(name) for name in system.state_names}
-        units = {"state": states} | _rates(shown) | units_of(shown, "between", "parameter")
-        units["special_points"] = _units(shown.special_points[0]) if found.special_points else {}
-        record = in_both(_branch_record(shown), units, record)
+    record = view(in_si(found, over=along.path))
     if json:
         print(json_text(record))
     else:
-        _print_branch(record, shown.unit_of("over"))
+        _print_branch(record)
     if plot is not None:
         from vibrocap.plotting.look.finishing import save
         from vibrocap.plotting.steady.equilibria import equilibrium_figure
@@ -115,111 +108,45 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
     return INCOMPLETE if early else OK
 
 
-def _units(found: Any) -> dict[str, Any]:
-    """The units of the record of an equilibrium or a special point in SI, in its form."""
-    names = ("state", "least", "most", "travel", "friction", "frequency", "parameter", "error")
-    return units_of(found, *(name for name in names if hasattr(found, name))) | _rates(found)
-
-
-def _rates(found: Any) -> dict[str, Any]:
-    """The units of eigenvalues in SI, where there are any."""
-    rate = found.unit_of("eigenvalues") if hasattr(found, "eigenvalues") else ""
-    return {"eigenvalues": {"real": rate, "imaginary": rate}} if rate else {}
-
-
-def _branch_record(found: Any) -> dict[str, Any]:
-    """What is known of a branch of equilibria, by name."""
-    return {
-        "over": found.over,
-        "between": list(found.between),
-        "parameter": found.parameter.tolist(),
-        "state": {name: found.states[:, i].tolist() for i, name in enumerate(found.system.state_names)},
-        "eigenvalues": [[_complex(value) for value in values] for values in found.eigenvalues],
-        "stable": found.stable.tolist(),
-        "special_points": [
-            {
-                "kind": each.kind.value,
-                "parameter": each.parameter,
-                "error": each.error,
-                "frequency": each.frequency,
-                "criticality": each.criticality,
-                "state": each.state,
-                "stability": each.stability,
-            }
-            for each in found.special_points
-        ],
-        "ends": [each.value for each in found.ends],
-        "advice": [each.advice for each in found.ends],
-    }
-
-
-def equilibrium_record(found: Any) -> dict[str, Any]:
-    """What is known of an equilibrium, by name; None where a set has no end."""
-    return {
-        "kind": found.kind,
-        "stable": found.stable,
-        "stability": found.stability,
-        "dimension": found.dimension,
-        "sides": list(found.sides),
-        "state": found.state,
-        "least": {name: value if math.isfinite(value) else None for name, value in found.least.items()},
-        "most": {name: value if math.isfinite(value) else None for name, value in found.most.items()},
-        "travel": found.travel,
-        "friction": list(found.friction),
-        "frequency": found.frequency,
-        "eigenvalues": [_complex(value) for value in found.eigenvalues],
-    }
-
-
-def _complex(value: complex) -> dict[str, float]:
-    return {"real": float(value.real), "imaginary": float(value.imag)}
-
-
 def _print_equilibria(record: dict[str, Any], title: str) -> None:
     """The list of equilibria."""
-    page, units = Page(), record.get("units", {}).get("equilibria", {})
-    found = record["equilibria"]
+    page, found = Page(), record["equilibria"]
     page.say(f"{len(found)} equilibri{'um' if len(found) == 1 else 'a'} of {title}", style="bold")
     for i, each in enumerate(found):
         sort = f"set of {each['kind']}, dimension {each['dimension']}" if each["dimension"] else each["kind"]
         page.say(f"[{i}] {sort}, {each['stability']}")
-        own = units.get("state", {})
-        rows = [(name, _span(each, name, own.get(name, ""))) for name in each["state"]]
-        if each["travel"]:
-            rows.append(("travel", said(each["travel"], units.get("travel", ""))))
-        rate = units.get("frequency", "")
-        rows.append(("eigenvalues", ", ".join(_shown(value, rate) for value in each["eigenvalues"])))
+        rows = [(name, _span(each["least"][name], each["most"][name], state)) for name, state in each["state"].items()]
+        if without_unit(each["travel"]):
+            rows.append(("travel", f"{each['travel']:.10g}"))
+        rate = f" {each['eigenvalues'].unit}" if isinstance(each["eigenvalues"], WithUnit) else ""
+        rows.append(("eigenvalues", ", ".join(_shown(value, rate) for value in without_unit(each["eigenvalues"]))))
         page.rows(rows, 20)
 
 
-def _span(each: dict[str, Any], name: str, unit: str) -> str:
+def _span(least: Any, most: Any, state: Any) -> str:
     """A state, or how far it reaches over a set."""
-    least, most = each["least"][name], each["most"][name]
-    if least == most is not None:
-        return said(each["state"][name], unit)
-    low, high = ("any" if end is None else said(end, unit) for end in (least, most))
+    if least == most and math.isfinite(without_unit(least)):
+        return f"{state:.10g}"
+    low, high = (f"{end:.10g}" if math.isfinite(without_unit(end)) else "any" for end in (least, most))
     return f"{low} to {high}" if low != high else low
 
 
-def _shown(value: dict[str, float], unit: str) -> str:
+def _shown(value: complex, unit: str) -> str:
     """An eigenvalue."""
-    real, imaginary = value["real"], value["imaginary"]
-    turns = f" {'-' if imaginary < 0 else '+'} {abs(imaginary):.6g}i" if imaginary else ""
-    return f"{real:.6g}{turns}{' ' + unit if unit else ''}"
+    turns = f" {'-' if value.imag < 0 else '+'} {abs(value.imag):.6g}i" if value.imag else ""
+    return f"{value.real:.6g}{turns}{unit}"
 
 
-def _print_branch(record: dict[str, Any], unit: str) -> None:
+def _print_branch(record: dict[str, Any]) -> None:
     """Special points and ends of a branch."""
-    page, values = Page(), record["parameter"]
-    page.say(f"Branch of steady sliding over {record['over']}, {len(values)} points", style="bold")
-    shown, rate = "" if unit == "1" else unit, "rad/s" if "units" in record else ""
+    page, stable = Page(), record["stable"]
+    page.say(f"Branch of steady sliding over {record['over']}, {len(stable)} points", style="bold")
     for each in record["special_points"]:
-        place = f"{said(each['parameter'], shown, 12)} (error {each['error']:.0e})"
-        turns = "" if each["frequency"] is None else f"omega {said(each['frequency'], rate)}"
+        turns = "" if each["frequency"] is None else f"omega {each['frequency']:.10g}"
         kept = "" if each["stability"] == "kept" else f"stability {each['stability']}"
         remarks = "; ".join(filter(None, (turns, each["criticality"], kept)))
-        page.say(f"  {each['kind']:<14}{place}  {remarks}")
-    for where, value, end in (("begins", values[0], 0), ("ends", values[-1], 1)):
-        page.say(f"  {where} at {said(value, shown)}: {record['ends'][end]}")
-    stable = sum(record["stable"]) / len(values)
-    page.say(f"  {stable:.0%} of the points are stable".replace("%", " %"))
+        error = without_unit(each["error"])
+        page.say(f"  {each['kind']:<14}{each['parameter']:.12g} (error {error:.0e})  {remarks}")
+    for where, end in (("begins", 0), ("ends", -1)):
+        page.say(f"  {where} at {element(record['parameter'], end):.10g}: {record['ends'][end]}")
+    page.say(f"  {sum(stable) / len(stable):.0%} of the points are stable".replace("%", " %"))

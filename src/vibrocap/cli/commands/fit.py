@@ -18,10 +18,9 @@ from vibrocap.cli.commands.fit_request import (
 from vibrocap.cli.options import Refusal, own_names, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import json_text
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
-    from vibrocap.identification.experiments.comparison import Comparison
     from vibrocap.identification.result.fit_result import Fit
     from vibrocap.records.record import Record
 
@@ -181,14 +180,13 @@ def _fitted(
     from vibrocap.identification.fitting.fit import fit as driven_fit
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
-    from vibrocap.identification.result.fit_result import as_data
 
     methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:
         found = methods[method](records, law, progress=report, **settings)
     if not found.ok:
         if json:
-            print(json_text(as_data(found)))
+            print(json_text(found))
         complain(f"No fit of {law}: {found.status}.")
         return INCOMPLETE
     written = _write(found, out, scales) if out is not None else []
@@ -198,7 +196,7 @@ def _fitted(
 
         written.append(save(fit_figure(found), plot))
     if json:
-        print(json_text(as_data(found)))
+        print(json_text(found))
         return OK
     page = Page()
     page.say(found.summary())
@@ -221,7 +219,7 @@ def _compared(
         else []
     )
     if out is not None:
-        text = json_text(comparison_record(found)) + "\n"
+        text = json_text(found) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
     pictures = [plot] if plot is not None else []
     pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
@@ -231,7 +229,7 @@ def _compared(
 
         written.append(save(comparison_figure(found), picture))
     if json:
-        print(json_text(comparison_record(found)))
+        print(json_text(found))
     else:
         page = Page()
         page.say(found.summary())
@@ -240,17 +238,6 @@ def _compared(
         complain(f"None of the laws could be fitted: {found.laws[0].fit.status}.")
         return INCOMPLETE
     return OK
-
-
-def comparison_record(found: "Comparison") -> dict[str, Any]:
-    """A comparison by name, the best law first."""
-    numbers = ("law", "held_out", "relative_rmse", "parameters", "aic", "bic", "seconds")
-    rows = [
-        {name: getattr(each, name) for name in numbers}
-        | {"status": str(each.fit.status), "values": {p.name: p.value for p in each.fit.parameters}}
-        for each in found.laws
-    ]
-    return {"held_out": found.method, "effective_samples": found.effective_samples, "laws": rows}
 
 
 def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:

@@ -1,6 +1,5 @@
 """`vibrocap friction`: which laws there are, what each is, what it does and asks of a solver; `vibrocap limits`."""
 
-import dataclasses
 import inspect
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,12 +16,12 @@ from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.pictures import taking_page
 from vibrocap.cli.terminal import OK, Page, parameters_in_words, progress, said, table
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si, view
+from vibrocap.quantities.json_text import json_text
 
 friction = App(
     name="friction",
@@ -154,7 +153,7 @@ def canonical_tests(
         )
     page = Page()
     if json:
-        page.say(json_text(sheet_record(sheet)))
+        page.say(json_text(sheet))
     else:
         print_sheet(page, name, sheet)
     if plot is not None:
@@ -165,28 +164,6 @@ def canonical_tests(
         if not json:
             page.say(f"  picture      {plot}")
     return OK
-
-
-def sheet_record(sheet: Any) -> dict[str, Any]:
-    """The numbers of a test sheet by name."""
-    from vibrocap.physics.parameters import parameter_table
-
-    def chosen(found: Any, names: str) -> dict[str, Any]:
-        values = {name: getattr(found, name) for name in names.split()}
-        return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
-
-    cycle = "regime period stick_time slip_time amplitude largest_pull least_pull static_force kinetic_force settled"
-    parameters = {info.name: getattr(sheet.law, info.name) for info in parameter_table(sheet.law)}
-    return {
-        "law": sheet.law.name,
-        "parameters": parameters,
-        **chosen(sheet, "load mass stiffness speed"),
-        "presliding": [chosen(loop, "amplitude area peak_force deflection closure") for loop in sheet.presliding],
-        "lag": chosen(sheet.lag, "frequency width at area"),
-        "break_away": chosen(sheet.break_away, "rate force applied peaked"),
-        "stick_slip": chosen(sheet.stick_slip, cycle),
-        "creep": chosen(sheet.creep, "bias amplitude drift_per_cycle creeps"),
-    }
 
 
 def print_sheet(page: Page, name: str, sheet: Any) -> None:
@@ -261,10 +238,7 @@ def limits(case: Path, /, *, json: bool = False) -> int:
     found = in_si(plain, system)
     notes = beyond_friction(system, found.breakaway_force)
     if json:
-        record = dataclasses.asdict(found) | ({"notes": notes} if notes else {})
-        if found is not plain:
-            record |= {"units": units_of(found), "dimensionless": dataclasses.asdict(plain)}
-        print(json_text(record))
+        print(json_text(view(found) | ({"notes": notes} if notes else {})))
     else:
         print_limits(found, "N", "m/s", "m") if found is not plain else print_limits(found)
         for note in notes:

@@ -8,8 +8,8 @@ from vibrocap.arguments import suggestion
 from vibrocap.citations.bibliography import references
 from vibrocap.cli.options import Refusal
 from vibrocap.cli.terminal import OK, Page, parameters_in_words
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.json_text import json_text
 
 
 def machines(name: str | None = None, /, *, latex: bool = False, json: bool = False) -> int:

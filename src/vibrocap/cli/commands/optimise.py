@@ -7,13 +7,12 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from vibrocap.arguments import Complaints
-from vibrocap.cli.commands.orbit import orbit_record, orbit_units
 from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.json_text import in_both, json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si, units_of
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 CASES = "cases"  # in the folder of a front
 
@@ -132,7 +131,7 @@ def optimise(
             resume=resume,
             progress=share,
         )
-    record = optimum_record(found, given.system)
+    record = in_si(found, given.system)
     if out is not None:
         write_text(made_folder(out) / "design.json", json_text(record) + "\n")
         if found.orbit is not None:
@@ -211,8 +210,7 @@ def _front(
             resume=resume,
             progress=share,
         )
-    names = ("measures", "units", "maximised", "counts", "rejected")
-    record = {"status": found.status.value, "designs": found.table(), **{name: getattr(found, name) for name in names}}
+    record = in_si(found, given.system)
     if out is not None:
         made_folder(out / CASES)
         write_text(out / "front.json", json_text(record) + "\n")
@@ -245,20 +243,6 @@ def _front(
     return OK
 
 
-def optimum_record(found: Any, system: Any) -> dict[str, Any]:
-    """What is known of an optimum of a system, by name, in SI where the system is."""
-    steady = None
-    if found.orbit is not None:
-        steady = orbit_record(found.orbit)
-        if (shown := in_si(found.orbit)) is not found.orbit:
-            units = {name: unit for name, unit in orbit_units(shown).items() if steady.get(name) is not None}
-            steady = in_both(orbit_record(shown), units, steady)
-    names = ("design", "measure", "value", "unit", "constraints", "limits", "slopes", "starts", "reached_from")
-    known = {name: getattr(found, name) for name in (*names, "counts", "rejected", "nearest", "under", "attractor")}
-    known["starts"] = in_si(found, system).starts
-    return {"status": found.status.value, **known, "attractors": _attractors_record(found), "orbit": steady}
-
-
 def _motions_in_words(found: Any) -> list[str]:
     """The motions besides that of the design to which spread starts lead, a line each."""
     if found.attractors is None:
@@ -277,19 +261,3 @@ def _motions_in_words(found: Any) -> list[str]:
             words.append(f"largest multiplier {row['largest_multiplier']:.4g}")
         lines.append(", ".join(words))
     return lines
-
-
-def _attractors_record(found: Any) -> dict[str, Any] | None:
-    """What spread starts lead to at a design."""
-    if found.attractors is None:
-        return None
-    shown, plain = in_si(found.attractors), found.attractors
-    lost = float((plain.label < 0).mean())
-    record = {"starts": len(plain.label), "not_settled_or_failed": lost, "motions": plain.table()}
-    if shown is plain:
-        return record
-    motion = shown.attractors[0].motion if shown.attractors else None
-    units = {} if motion is None else units_of(motion, "drift")
-    orbits = [each.motion.orbit for each in shown.attractors if each.motion.orbit is not None]
-    units |= units_of(orbits[0], "mean_velocity") if orbits else {}
-    return in_both(record | {"motions": shown.table()}, {"motions": units}, record)

@@ -1,6 +1,5 @@
 """`vibrocap stick-slip` and `vibrocap datasets`: measured records of pulled sliders, and the published measurements."""
 
-import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +11,11 @@ from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.completers import completing, data_sets
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
-from vibrocap.io.json_text import json_text
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.records.slips.periods import Drift
     from vibrocap.records.stick_slip import Spread, StickSlip
-
-ARRAYS = ("time", "force", "velocity")  # too long for a summary
 
 
 def stick_slip(
@@ -106,7 +103,7 @@ def stick_slip(
     if plot is not None:
         _draw(found, plot)
     if json:
-        print(json_text(_plain(found[0]) if len(found) == 1 else [_plain(each) for each in found]))
+        print(json_text(found[0] if len(found) == 1 else found))
     elif len(found) == 1:
         print_stick_slip(found[0])
         for note in pulls[0].notes:
@@ -130,18 +127,6 @@ def _draw(found: "list[StickSlip]", path: Path) -> None:
         save(regime_figure(regime_diagram(found)), path)
     except ValueError as error:
         raise Refusal(f"--plot: {error}; or draw one with --record") from None
-
-
-def _plain(found: "StickSlip") -> dict[str, Any]:
-    """What is known of a record by name, without the arrays."""
-    record: dict[str, Any] = {}
-    for field in dataclasses.fields(found):
-        value = getattr(found, field.name)
-        if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            value = dataclasses.asdict(value)
-        if field.name not in ARRAYS:
-            record[field.name] = value
-    return record | {"phases": [dataclasses.asdict(phase) for phase in found.phases]}
 
 
 def print_stick_slip(found: "StickSlip") -> None:

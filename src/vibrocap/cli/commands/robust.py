@@ -1,15 +1,16 @@
 """`vibrocap robust`: how sure a measure of a case is where some of its quantities are not known exactly."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from vibrocap.arguments import Complaints
 from vibrocap.cli.options import Refusal, pairs, refusing
 from vibrocap.cli.terminal import OK, Page, progress
-from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.json_text import json_text
 
 
 def robust(
@@ -54,27 +55,8 @@ def robust(
         raise Refusal(*complaints)
     with progress("Sampling what is uncertain") as report, refusing("samples", "seed", measure="--for"):
         found = robustness(given, quantities, for_, samples=samples, seed=seed, progress=report)
-    names = (
-        "measure",
-        "unit",
-        "nominal",
-        "nominal_doubt",
-        "mean",
-        "deviation",
-        "worst",
-        "tail_mean",
-        "wrong_way",
-        "failed",
-        "not_settled",
-    )
-    record: dict[str, Any] = {name: getattr(found, name) for name in names}
-    record["quantiles"] = {str(share): value for share, value in found.quantiles.items()}
-    for name in ("first_order", "total"):
-        table = getattr(found, name)
-        keys = ("index", "low", "high")
-        record[name] = table and {each: dict(zip(keys, row, strict=True)) for each, row in table.items()}
     if json:
-        print(json_text(record))
+        print(json_text(in_si(found, given.system)))
         return OK
     page = Page()
     page.say(f"Robustness of {found.measure}", style="bold")

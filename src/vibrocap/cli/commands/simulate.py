@@ -1,7 +1,5 @@
 """`vibrocap simulate` and `vibrocap limits`: one motion of a case, and the limits of its friction."""
 
-import collections
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,19 +18,17 @@ from vibrocap.cli.options import (
     writable_table,
 )
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.json_text import in_both, json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.names import name_and_number, numbered
+from vibrocap.physics.names import name_and_number
 from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
 from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import computed, units_of
-from vibrocap.quantities.opening import opened_in_si
+from vibrocap.quantities.declared import without_unit
+from vibrocap.quantities.dimensional import computed, in_si, view
+from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
-    from vibrocap.measures.recorded.energy import EnergyBalance
-    from vibrocap.measures.recorded.travel import MeanVelocity
     from vibrocap.motion.trajectory import Trajectory
 
 # channel of energy: what it is
@@ -92,6 +88,8 @@ def simulate(
     tolerance
         error per step, relative to the states' natural size [default: the case's]
     """
+    from vibrocap.measures.recorded.summary import motion_summary
+
     refused = Complaints()
     changed = changes(set_, initial, refused)
     settings = {"periods": periods, "tolerance": tolerance}
@@ -117,7 +115,7 @@ def simulate(
             motion = setup.simulate(report)
         except ArgumentError as error:  # more than this machine can keep
             raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
-        record = motion_record(motion)
+        record = view(in_si(motion_summary(computed(motion)), motion.system))
     if out is not None:
         write_motion(motion, out, setup, unit_headings=unit_headings)
     moved = len(motion.piece_start) > 0
@@ -148,88 +146,18 @@ def simulate(
     return INCOMPLETE
 
 
-def motion_record(motion: "Trajectory") -> dict[str, Any]:
-    """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
-    from vibrocap.measures.recorded import energy, sticking, travel
-    from vibrocap.measures.recorded.windows import whole_periods
-
-    energy_balance, stick_fraction = opened_in_si(energy.energy_balance), opened_in_si(sticking.stick_fraction)
-    drift, mean_velocity = opened_in_si(travel.drift), opened_in_si(travel.mean_velocity)
-    whole = max(0, whole_periods(computed(motion)))
-    started = len(motion.piece_start) > 0
-    travels = whole > 0 and motion.system.cyclic is not None
-    velocity = mean_velocity(motion) if travels else None
-    nothing = {"value": None, "window": None, "settled": False}
-    counts = collections.Counter(motion.event_kinds)
-    certificate = motion.certificate.record() if started else None
-    least = certificate["least_reaction"] if certificate else None  # of the motion as it was computed, without units
-    balance = energy_balance(motion) if started else None
-    absent = {"drag", "outer_force", "gravity", "controller"}.difference(motion.system.channels)
-    absent |= {"drive"} if "controller" in motion.system.channels else set()
-    works = {} if balance is None else {**dataclasses.asdict(balance), **balance.own}
-    works = {name: value for name, value in works.items() if name not in {"own", *absent}}
-    turns = {"winding": travel.winding(computed(motion)) if whole > 0 else None} if motion.system.turns else {}
-    record = plain(
-        {
-            "state": motion.state,
-            "time": motion.end,
-            "drift": drift(motion) if travels else None,
-            "mean_velocity": nothing if velocity is None else dataclasses.asdict(velocity),
-            "cost_of_transport": None if velocity is None else _cost_of_transport(motion, velocity),
-            **turns,
-            "events": {kind: counts[kind] for kind in (*events.MEANINGS, *own_events(motion), *_further(motion))},
-            "stick_fraction": stick_fraction(motion) if started else None,
-            "least_reaction": None if least is None else least * motion.system.result_units.factor("friction"),
-            "energy": works or None,
-            "certificate": certificate,
-            "status": motion.status.value,
-        }
-    )
-    if motion.si_context() is None:
-        return record
-    units = {
-        "state": {name: motion.unit_of(name) for name in motion.state},
-        "time": motion.unit_of("end"),
-        "drift": motion.unit_of("displacement"),
-        "cost_of_transport": motion.system.si.of_contact("J/m"),
-        "least_reaction": motion.system.si.unit("reaction"),
-        "mean_velocity": {} if velocity is None else units_of(velocity),
-        "energy": {} if balance is None else _units_of_works(balance, works),
-    }
-    return in_both(record, units, motion_record(computed(motion)))
-
-
-def _units_of_works(balance: "EnergyBalance", works: dict[str, Any]) -> dict[str, str]:
-    units = units_of(balance)
-    return {name: unit for name, unit in (units | units.pop("own", {})).items() if name in works}
-
-
-def _cost_of_transport(motion: "Trajectory", velocity: "MeanVelocity") -> float | None:
-    """Work of the drive per distance travelled, in the window of the mean velocity; None for what cannot travel."""
-    from vibrocap.measures.recorded.energy import energy_balance
-    from vibrocap.measures.recorded.response import response_class
-    from vibrocap.measures.recorded.windows import usual_window, whole_periods
-
-    plain = computed(motion)
-    if velocity.value == 0.0 or response_class(plain).symmetric:
-        return None
-    balance = opened_in_si(energy_balance)(motion, periods=usual_window(whole_periods(plain)))
-    start, end = balance.window
-    return (balance.drive + balance.controller) / abs(velocity.value * (end - start))
-
-
 def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
-    """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
+    """The summary of `vibrocap simulate`; record: the view of it."""
     page = Page()
     page.say(title, style="bold")
     for part in motion.system.parts.values():
         page.say(f"  {in_words(part, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
-        page.print(_energy_table(record["energy"], bool(record.get("units"))))
-    if record["certificate"]:
-        page.print(_certificate_table(record["certificate"]))
-        for warning in record["certificate"]["warnings"]:
+        page.print(_energy_table(record["energy"]))
+    if certificate := record["certificate"]:
+        page.print(_certificate_table(certificate))
+        for warning in certificate["warnings"]:
             page.say(f"Warning: {warning}", style="bold")
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.si_context() is not None:
@@ -240,36 +168,30 @@ def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> No
 
 
 def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
-    units: dict[str, Any] = record.get("units") or {"state": {}}
-    second = units.get("time", "")
-    period = motion.period
-    done = record["time"] / period
+    period, plain = motion.said("period", 8), computed(motion)
     made = table("Motion", "quantity", "value", "what it rests on")
-    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {said(period, second, 8)}"
-    made.add_row("time reached", said(record["time"], second), periods)
+    periods = f"{plain.end / plain.period:.6g} of {motion.periods:.6g} drive periods T = {period}"
+    made.add_row("time reached", f"{record['time']:.10g}", periods)
     for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), said(value, units["state"].get(name, "")), "at the end")
+        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
     made.add_section()
     if record["drift"] is not None:
-        made.add_row("drift", said(record["drift"], units.get("drift", "")), "travel in the last whole period")
+        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
         velocity = record["mean_velocity"]
-        start, end = (mark / period for mark in velocity["window"])
+        start, end = (without_unit(mark) / motion.period for mark in velocity["window"])
         count = round(end - start)
         settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
-        speed = units.get("mean_velocity", {}).get("value", "")
-        made.add_row("mean velocity", said(velocity["value"], speed), window)
-        if record["cost_of_transport"] is not None:
-            cost = said(record["cost_of_transport"], units.get("cost_of_transport", ""))
-            made.add_row("cost of transport", cost, "work of the drive per distance travelled, over the same periods")
-        for name, turns in (record.get("winding") or {}).items():
+        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
+        if (cost := record["cost_of_transport"]) is not None:
+            words = "work of the drive per distance travelled, over the same periods"
+            made.add_row("cost of transport", f"{cost:.10g}", words)
+        for name, turns in (record["winding"] or {}).items():
             made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
-    if record["least_reaction"] is not None:
-        least = said(record["least_reaction"], units.get("least_reaction", ""))
-        made.add_row(
-            "least reaction", least, "of the ground in the whole run; below 0 the machine would have lifted off"
-        )
+    if (least := record["least_reaction"]) is not None:
+        words = "of the ground in the whole run; below 0 the machine would have lifted off"
+        made.add_row("least reaction", f"{least:.10g}", words)
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
     elif motion.system.friction.kind != "set-valued":
@@ -288,17 +210,6 @@ def _event_words(kind: str) -> str:
     return (events.MEANINGS | events.ADDED).get(kind, "this happens")
 
 
-def own_events(motion: "Trajectory") -> list[str]:
-    """Kinds of event that only the machine of a motion, its actuator or its controller knows."""
-    return [kind for kind in dict.fromkeys(motion.system.placed.switch_events) if kind not in events.MEANINGS]
-
-
-def _further(motion: "Trajectory") -> tuple[str, ...]:
-    """What may happen at the further contacts of a machine."""
-
-    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in events.CONTACT)
-
-
 def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
     from vibrocap.measures.recorded.response import response_class
@@ -310,15 +221,15 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
     return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
 
 
-def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
-    start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
+def _energy_table(energy: dict[str, Any]) -> Table:
+    start, end = (f"{mark:.6g}" for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    own = {name: f"work of {name.replace('_', ' ')}" for name in energy if name not in (*CHANNELS, "window", "periods")}
-    for name, text in (own | CHANNELS).items():
-        if name not in energy or (name in ("damper", "belt", "impact", "contact_storage") and energy[name] == 0.0):
+    own = energy.get("own", {})
+    for name, text in ({name: f"work of {name.replace('_', ' ')}" for name in own} | CHANNELS).items():
+        work = (energy | own).get(name)
+        if work is None or (name in ("damper", "belt", "impact", "contact_storage") and without_unit(work) == 0.0):
             continue
-        number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
-        made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)
+        made.add_row(name.replace("_", " "), f"{work:{'.1e' if name == 'residual' else '.10g'}}", text)
     return made
 
 
@@ -336,9 +247,9 @@ CERTIFICATE = {
 
 def _certificate_table(certificate: dict[str, Any]) -> Table:
     made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
+    verdicts = {each["field"]: each for each in certificate["verdicts"]}
     for field, meaning in CERTIFICATE.items():
-        verdict = certificate["verdicts"].get(field)
-        if verdict is None:
+        if (verdict := verdicts.get(field)) is None:
             continue
         bound = "" if verdict["bound"] is None else f"{verdict['bound']:.1e}"
         word = "" if verdict["bound"] is None else "pass" if verdict["ok"] else "FAIL"

@@ -21,11 +21,14 @@ from vibrocap.design.search.goal import asked_case, measure_unit
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import WIDE, Direction, Verdict
 from vibrocap.identification.inference.uncertainty import inverse
+from vibrocap.measures.of_measure import MeasuresInUnits
 from vibrocap.motion.simulate import initial_state
 from vibrocap.motion.trust import NOT_SETTLED
+from vibrocap.physics.dimensions.conversion import NumberAtPath
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByName, Number, Numbers
+from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Result
 from vibrocap.studies.plan.variation import refusal
 
@@ -35,7 +38,7 @@ HALVINGS = 30  # to where an interval ends at values that a part refuses
 
 
 @dataclasses.dataclass(frozen=True)
-class CalibratedParameter:
+class CalibratedParameter(Dimensional):
     """A parameter: value, 95 % interval [low, high], standard error, and whether the table determines it.
 
     path: that of `over`; of several paths the value is the factor that they share. Interval and error are NaN where
@@ -43,10 +46,10 @@ class CalibratedParameter:
     """
 
     path: str
-    value: Number
-    low: Number
-    high: Number
-    standard_error: Number
+    value: NumberAtPath
+    low: NumberAtPath
+    high: NumberAtPath
+    standard_error: NumberAtPath
     verdict: Verdict
 
     def __contains__(self, value: float) -> bool:
@@ -76,24 +79,32 @@ class Calibration(Result):
     parameters: tuple[CalibratedParameter, ...]
     correlation: Numbers
     directions: tuple[Direction, ...]
-    table: MeasuredTable
+    measured: MeasuredTable
     predicted: dict[str, Numbers]
     residuals: dict[str, Numbers]
     misfit: Number
     held_out_misfit: Number | None
-    rms: dict[str, Number]
+    rms: MeasuresInUnits
     doubt: ColumnDoubt | None
     not_trusted: dict[str, tuple[int, ...]]
     initial: ByName
 
+    rows = "parameters"
+    in_record = "parameters correlation directions misfit rms held_out_misfit doubt rows_not_trusted"
+
+    @property
+    def rows_not_trusted(self) -> dict[str, list[int]]:
+        """Numbers of such rows, from 1, by the reason."""
+        return {why: [1 + row for row in rows] for why, rows in self.not_trusted.items()}
+
     @property
     def heading(self) -> str:
-        return f"calibration on {self.table.rows} rows"
+        return f"calibration on {self.measured.rows} rows"
 
     @property
     def facts(self) -> dict[str, str]:
         found = {each.path: str(each) for each in self.parameters}
-        found["misfit"] = f"{self.misfit:.4g}" + ("" if self.table.with_errors else " (errors estimated from it)")
+        found["misfit"] = f"{self.misfit:.4g}" + ("" if self.measured.with_errors else " (errors estimated from it)")
         for name, value in self.rms.items():
             unit, _ = measure_unit(self.system, name)
             found[f"rms {name}"] = f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
@@ -221,7 +232,7 @@ def _calibration(model: TableModel, shares: np.ndarray, held: np.ndarray, initia
         parameters=tuple(parameters),
         correlation=covariance / np.outer(deviation, deviation),
         directions=() if verdict is Verdict.UNTRUSTED else _directions(space.paths, logs, widen),
-        table=table,
+        measured=table,
         predicted=known,
         residuals=every,
         misfit=misfit,

@@ -97,14 +97,19 @@ def _read(given: Any) -> dict[str, Any] | str:
         record = json.loads(read_input(path, LARGEST))
         report = record["identifiability"] or {"directions": []}
         return {
-            "law": str(record["law"]),
-            "parameters": [(each["name"], float(each["value"]), each["unit"]) for each in record["parameters"]],
+            "law": str(record["law_name"]),
+            "parameters": [(each["name"], *_with_unit(each["value"])) for each in record["parameters"]],
             "directions": [(_numbers(each["exponents"]), each["deviation"]) for each in report["directions"]],
         }
     except OSError as error:
         return f"{shown(path)} cannot be read ({error.strerror or error})"
     except (ValueError, KeyError, TypeError):
         return f"{shown(path)} is no fit.json as `vibrocap fit --out` writes it"
+
+
+def _with_unit(given: Any) -> tuple[float, str]:
+    """A number of a JSON record, and its unit."""
+    return (float(given["value"]), given["unit"]) if isinstance(given, dict) else (float(given), "1")
 
 
 def _numbers(given: Mapping[str, Any]) -> dict[str, float]:

@@ -12,7 +12,8 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.identification.fitting.fit import fit, split_records
 from vibrocap.identification.problem.parametrisation import law_class
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.result.fit_result import Fit, relative_rmse, table
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, relative_rmse, table
+from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.progress import Progress, shows_progress, told
 
 FEW = 8  # records up to which each one is left out in turn
@@ -36,6 +37,18 @@ class ComparedLaw:
     bic: float
     seconds: float
     fit: Fit
+
+    in_record = "law held_out relative_rmse parameters aic bic seconds status fitted"
+
+    @property
+    def status(self) -> SearchStatus:
+        """How its fit to all records ended."""
+        return self.fit.status
+
+    @property
+    def fitted(self) -> tuple[FittedParameter, ...]:
+        """The parameters of that fit."""
+        return self.fit.parameters
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -76,6 +76,8 @@ class Identifiability:
     sentences: tuple[str, ...]
     experiments: Mapping[str, str]
 
+    in_record = "verdicts sentences experiments directions"
+
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Parameters that the data leave open on at least one side or within a factor of WIDE, or that are doubted."""

@@ -1,11 +1,12 @@
 """What a fit found: parameters with intervals, errors by record, and what the data do not determine."""
 
 import dataclasses
-import json
 import math
+import platform
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.dimensions.units import turned
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+from vibrocap.quantities.declared import AsGiven, Context, NumberInUnit, WithUnit
+from vibrocap.quantities.json_text import json_text
 from vibrocap.results import Result
 
 
@@ -61,13 +64,15 @@ class FittedParameter:
     symbol: str
     meaning: str
     unit: str
-    value: float
-    low: float
-    high: float
-    standard_error: float
+    value: NumberInUnit
+    low: NumberInUnit
+    high: NumberInUnit
+    standard_error: NumberInUnit
     verdict: Verdict
     curve: tuple[tuple[float, float], ...] = ()
     threshold: float = math.nan
+
+    in_record = "name symbol meaning value low high standard_error verdict"
 
     @property
     def determined(self) -> bool:
@@ -76,6 +81,17 @@ class FittedParameter:
 
     def __contains__(self, value: float) -> bool:
         return self.low <= value <= self.high
+
+
+class InForce(AsGiven):
+    """A force or a torque, in the unit of the fit's records."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        fit = next(each for each in context.around if isinstance(each, Fit))
+        return WithUnit(value, fit.units.force)
+
+
+MeasuredForce = Annotated[float, InForce()]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -92,9 +108,16 @@ class RecordResult:
     velocity: np.ndarray
     measured: np.ndarray
     predicted: np.ndarray
-    rmse: float
+    rmse: MeasuredForce
     relative_rmse: float
     correlation_time: float
+
+    in_record = "name held_out samples rmse relative_rmse correlation_time"
+
+    @property
+    def samples(self) -> int:
+        """How many there are."""
+        return len(self.time)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -123,7 +146,7 @@ class Fit(Result):
     nuisances: tuple[FittedParameter, ...]
     records: tuple[RecordResult, ...]
     relative_rmse: float
-    rmse: float
+    rmse: MeasuredForce
     held_out_relative_rmse: float
     samples: int
     effective_samples: float
@@ -136,6 +159,18 @@ class Fit(Result):
     problem: "Problem | None" = dataclasses.field(default=None, compare=False)
     limits: tuple[ReachedLimit, ...] = ()
     residuals: ResidualReport | None = None
+
+    rows = "parameters"
+    in_record = (
+        "law_name status units parameters nuisances relative_rmse rmse held_out_relative_rmse samples "
+        "effective_samples records identifiability residuals limits starts options seconds provenance"
+    )
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Versions of what made it."""
+        names = ("vibrocap", "numpy", "scipy")
+        return {name: version(name) for name in names} | {"python": platform.python_version()}
 
     @property
     def heading(self) -> str:
@@ -229,7 +264,7 @@ class Fit(Result):
         law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
         folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"
-        write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
+        write_text(paths[0], json_text(self) + "\n")
         rotary, known_load = bool(self.options.get("rotary")), bool(self.options.get("known_load"))
         section = case_section(law, in_si=scales is None and not rotary, known_load=known_load)
         write_text(paths[1], heading(scales, rotary, known_load) + section)
@@ -261,80 +296,6 @@ def relative_rmse(measured: Sequence[np.ndarray], predicted: Sequence[np.ndarray
     force = np.concatenate(measured)
     rmse = float(np.sqrt(np.mean((np.concatenate(predicted) - force) ** 2)))
     return rmse / float(np.std(force)), rmse
-
-
-def as_data(fit: Fit) -> dict[str, Any]:
-    """The fit as numbers, texts, lists and dictionaries; an open end of an interval is null, with its verdict."""
-    report = fit.identifiability
-    return {
-        "law": fit.law_name,
-        "status": str(fit.status),
-        "values": {p.name: p.value for p in fit.parameters},
-        "parameters": [_parameter(p) for p in fit.parameters],
-        "nuisances": [_parameter(p) for p in fit.nuisances],
-        "relative_rmse": _number(fit.relative_rmse),
-        f"rmse_{fit.units.heading}": _number(fit.rmse),
-        "held_out_relative_rmse": _number(fit.held_out_relative_rmse),
-        "relative_to": f"standard deviation of the measured {fit.units.force_name}",
-        "measured": {name: getattr(fit.units, name) for name in ("force_name", "force", "displacement", "velocity")},
-        "samples": fit.samples,
-        "effective_samples": _number(fit.effective_samples),
-        "records": [
-            {
-                "name": r.name,
-                "held_out": r.held_out,
-                "samples": len(r.time),
-                f"rmse_{fit.units.heading}": _number(r.rmse),
-                "relative_rmse": _number(r.relative_rmse),
-                "correlation_time_samples": _number(r.correlation_time),
-            }
-            for r in fit.records
-        ],
-        "identifiability": None
-        if report is None
-        else {
-            "verdicts": {name: str(verdict) for name, verdict in report.verdicts.items()},
-            "sentences": list(report.sentences),
-            "experiments": dict(report.experiments),
-            "directions": [
-                {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
-            ],
-        },
-        "residuals": None if fit.residuals is None else _plain(dataclasses.asdict(fit.residuals)),
-        "limits": [dataclasses.asdict(limit) for limit in fit.limits],
-        "starts": [_number(each.cost) for each in fit.starts],
-        "options": {name: _plain(value) for name, value in fit.options.items()},
-        "seconds": round(fit.seconds, 3),
-        "provenance": _provenance(),
-    }
-
-
-def _parameter(p: FittedParameter) -> dict[str, Any]:
-    texts = {"name": p.name, "symbol": p.symbol, "meaning": p.meaning, "unit": p.unit, "verdict": str(p.verdict)}
-    numbers = {"value": p.value, "low": p.low, "high": p.high, "standard_error": p.standard_error}
-    return texts | {name: _number(value) for name, value in numbers.items()}
-
-
-def _provenance() -> dict[str, str]:
-    import platform
-    from importlib.metadata import version
-
-    import scipy
-
-    versions = {"vibrocap": version("vibrocap"), "numpy": np.__version__, "scipy": scipy.__version__}
-    return versions | {"python": platform.python_version()}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return _number(value) if isinstance(value, float) else value
 
 
 def number(value: float, digits: int) -> str:

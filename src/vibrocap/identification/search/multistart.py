@@ -26,6 +26,8 @@ class Start:
     end: np.ndarray
     cost: float
 
+    in_record = "cost"
+
 
 def search(
     prediction: Prediction,

@@ -21,8 +21,8 @@ class OfBalance(Declared):
 class OfChannels(OfBalance):
     """The same by channel."""
 
-    def units(self, value: Any, context: Context) -> dict[str, str]:
-        return dict.fromkeys(value, self.unit(context))
+    def seen(self, value: Any, context: Context) -> Any:
+        return {name: super(OfChannels, self).seen(each, context) for name, each in value.items()}
 
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         return {name: super(OfChannels, self).converted(each, context, back) for name, each in value.items()}
@@ -46,6 +46,7 @@ class EnergyBalance(Dimensional):
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
     residual: stored less all works, 0 but for the error of the motion
     window: (start, end) in time; periods: its length in drive periods
+    channels: works that the system has, which its views show
     """
 
     drive: Work
@@ -64,8 +65,14 @@ class EnergyBalance(Dimensional):
     outer_force: Work = 0.0
     gravity: Work = 0.0
     own: Works = dataclasses.field(default_factory=dict)
+    channels: tuple[str, ...] = ()
 
     work_unit: ClassVar[str] = "J"
+
+    @property
+    def in_record(self) -> str:  # type: ignore[override]
+        """Works of the system's own channels, and what they sum up to."""
+        return " ".join([*self.channels, "own" * bool(self.own), "contact_storage stored residual window periods"])
 
     @property
     def per_period(self) -> "EnergyBalance":
@@ -83,7 +90,7 @@ class EnergyBalance(Dimensional):
         return self.contact_sliding + self.bristle_loss + self.contact_storage
 
     def _over(self, divisor: float) -> "EnergyBalance":
-        kept = ("window", "periods", "own")
+        kept = ("window", "periods", "own", "channels")
         works = {
             field.name: getattr(self, field.name) / divisor
             for field in dataclasses.fields(self)
@@ -120,9 +127,11 @@ def energy_balance(
         works[name] = works.get(name, 0.0) + float(after[i] - before[i])
     stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
     gained = float(stored[1] - stored[0])
+    left_out = ("contact_storage", "drive") if "controller" in works else ("contact_storage",)
     return EnergyBalance(
         **{name: work for name, work in works.items() if name in known},
         own={name: work for name, work in works.items() if name not in known},
+        channels=tuple(name for name in works if name in known and name not in left_out),
         stored=gained,
         residual=gained - sum(works.values()),
         window=(start, end),

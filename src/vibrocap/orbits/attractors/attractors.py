@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +31,9 @@ from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByKey, ByName, Number, Numbers, StateColumns
+from vibrocap.quantities.declared import ByKey, ByName, Length, Number, Numbers, Speed, StateColumns
 from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.results import Result
 
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD, NOT_CERTIFIED = -2, -3, -4, -5
@@ -62,9 +62,31 @@ class Attractor(Dimensional):
     error: Number
     twin: int | None
 
+    in_record = "kind starts share error drift mean_velocity largest_multiplier twin"
 
-@dataclasses.dataclass(frozen=True)
-class Attractors(Dimensional):
+    @property
+    def kind(self) -> str:
+        """That of its motion."""
+        return self.motion.kind
+
+    @property
+    def drift(self) -> Length | None:
+        """That of its motion, per drive period."""
+        return self.motion.drift
+
+    @property
+    def mean_velocity(self) -> Speed | None:
+        """That of its orbit; None of what is not periodic."""
+        return None if self.motion.orbit is None else self.motion.orbit.mean_velocity
+
+    @property
+    def largest_multiplier(self) -> Number | None:
+        """That of its orbit; None of what is not periodic."""
+        return None if self.motion.orbit is None else self.motion.orbit.largest_multiplier
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Attractors(Result):
     """The attractors of a system, that with most starts first, and where each start led.
 
     starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
@@ -79,6 +101,14 @@ class Attractors(Dimensional):
     label: Numbers
     ranges: ByName
     settle_periods: int
+
+    rows = "attractors"
+    in_record = "attractors lost"
+
+    @property
+    def lost(self) -> Number:
+        """Share of the starts that lead to none of them."""
+        return float(np.mean(self.label < 0))
 
     def share(self, label: int) -> Number:
         """Share of the starts with a label."""
@@ -95,22 +125,6 @@ class Attractors(Dimensional):
         known = {k: each.motion.orbit for k, each in enumerate(self.attractors) if each.motion.orbit is not None}
         place = nearest(orbit_points(map_, orbit).points, [orbit_points(map_, each) for each in known.values()])
         return None if place is None else list(known)[place]
-
-    def table(self) -> list[dict[str, Any]]:
-        """Rows of a table, one for each attractor, that with most starts first.
-
-        largest_multiplier: None of what is not periodic; twin: index of its mirror twin
-        """
-        rows = []
-        for each in self.attractors:
-            orbit = each.motion.orbit
-            multipliers = np.abs(orbit.multipliers) if orbit is not None else []
-            row = {"kind": each.motion.kind, "starts": each.starts, "share": each.share, "share_error": each.error}
-            row["drift"] = each.motion.drift
-            row["mean_velocity"] = None if orbit is None else orbit.mean_velocity
-            row["largest_multiplier"] = float(np.max(multipliers)) if len(multipliers) else None
-            rows.append({**row, "twin": each.twin})
-        return rows
 
 
 @shows_progress("Running the starts")

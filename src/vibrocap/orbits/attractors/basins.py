@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.motion.trust import FINISHED, Trust, residue
 from vibrocap.numerics.api import codes
-from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
@@ -19,13 +19,18 @@ from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers
-from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.ranges import cell_middles
+from vibrocap.results import Result
 
 PHASE = "phase"
 SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
 FORWARD, NO_TRAVEL, BACK = 1, 0, -1
 MOST_STARTS = 10_000_000
+DIRECTIONS = {"forward": FORWARD, "no travel": NO_TRAVEL, "back": BACK} | {
+    "not settled": NOT_SETTLED,
+    "failed": FAILED,
+    "not certified": NOT_CERTIFIED,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,8 +43,8 @@ class OfAxis(Declared):
         return context.units.unit(context.known("axes")[0][self.axis])
 
 
-@dataclasses.dataclass(frozen=True)
-class Basins(Dimensional):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Basins(Result):
     """Where the starts of a plane lead; arrays [x, y].
 
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
@@ -65,6 +70,19 @@ class Basins(Dimensional):
     attractors: tuple[Attractor, ...]
     settle_periods: int
     keys: tuple[str, ...] = ()
+
+    rows = "attractors"
+    in_record = "axes starts directions attractors"
+
+    @property
+    def starts(self) -> int:
+        """How many there are."""
+        return self.direction.size
+
+    @property
+    def directions(self) -> dict[str, Number]:
+        """Share of the starts by the direction of travel in the end, in words."""
+        return {word: float(np.mean(self.direction == code)) for word, code in DIRECTIONS.items()}
 
 
 @shows_progress("Running the starts of the plane")

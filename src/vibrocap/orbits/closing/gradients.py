@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.measures.of_measure import MeasureInUnit, SlopeInUnit
 from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, ensemble_run
@@ -26,6 +27,8 @@ from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import carried, variational_equations, with_integrals
 from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
 from vibrocap.physics.system import System
+from vibrocap.quantities.declared import Number
+from vibrocap.quantities.dimensional import Dimensional
 from vibrocap.results import Result
 
 TRAVEL = ("mean_velocity", "drift")
@@ -35,7 +38,7 @@ SHORT = 1e-13  # share of the period: a segment that is no longer has no length
 
 
 @dataclasses.dataclass(frozen=True)
-class Slope:
+class Slope(Dimensional):
     """How a measure of a steady motion changes with a parameter.
 
     value: of the measure; slope: d(measure)/d(parameter) in `unit`; elasticity: d(ln measure)/d(ln parameter), relative
@@ -44,10 +47,12 @@ class Slope:
 
     measure: str
     parameter: str
-    value: float
-    slope: float
+    value: MeasureInUnit
+    slope: SlopeInUnit
     unit: str
-    elasticity: float
+    elasticity: Number
+
+    in_record = "measure parameter value slope elasticity"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -60,6 +65,8 @@ class Gradients(Result):
     system: System
     slopes: tuple[Slope, ...]
     kinks: tuple[str, ...] = ()
+
+    rows = "slopes"
 
     @property
     def heading(self) -> str:
@@ -81,10 +88,6 @@ class Gradients(Result):
             if (each.measure, each.parameter) == asked:
                 return each
         raise KeyError(asked)
-
-    def table(self) -> list[dict[str, Any]]:
-        """Rows of a table, by measure and then by parameter."""
-        return [dataclasses.asdict(each) for each in self.slopes]
 
 
 def measures_with_gradients(system: System) -> tuple[str, ...]:

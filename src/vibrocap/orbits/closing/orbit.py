@@ -69,6 +69,11 @@ class Orbit(PeriodicSolution):
     passed: "Orbit | None" = None
     continuum: bool = False
 
+    in_record = (
+        "status failed residual period response_period drift mean_velocity winding returns stable stability "
+        "largest_multiplier multipliers continuum symmetric mode_sequence state mirrored_state"
+    )
+
     @classmethod
     def of(cls, solution: PeriodicSolution, map_: StroboscopicMap | None = None) -> "Orbit":
         """The orbit of a periodic solution, judged by the certificate of the motion along it.

@@ -125,8 +125,6 @@ class PeriodicSolution(Result):
         if self.failed:
             tried = f", residual {self.residual:.1e} where it was tried" if np.isfinite(self.residual) else ""
             return {"status": f"{self.status.value}{tried}"}
-        largest = float(np.max(np.abs(self.multipliers), initial=0.0))
-        stability = "stable" if self.stable else "unstable" if self.unstable else "neither stable nor unstable"
         found = {"period": f"period {self.said('period')}"}
         if self.drift is not None:
             found["travel"] = f"drift {self.said('drift')}, mean velocity {self.said('mean_velocity', 6)}"
@@ -136,8 +134,9 @@ class PeriodicSolution(Result):
             found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
         if self.returns:
             found["returns"] = f"{self.returns} return(s) to the section"
-        known = self.status is OrbitStatus.CONVERGED
-        found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if known else "stability not known"
+        words = {"neither": "neither stable nor unstable", "not known": "stability not known"}
+        largest = "" if self.largest_multiplier is None else f", largest multiplier {self.largest_multiplier:.6g}"
+        found["stability"] = words.get(self.stability, self.stability) + largest
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
@@ -175,6 +174,20 @@ class PeriodicSolution(Result):
         """Whether a multiplier is outside the unit circle: no simulation keeps such an orbit."""
         known = self.status is OrbitStatus.CONVERGED
         return known and bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
+
+    @property
+    def stability(self) -> str:
+        """ "stable", "unstable", "neither" with a multiplier on the unit circle, "not known" unless it converged."""
+        if self.status is not OrbitStatus.CONVERGED:
+            return "not known"
+        return "stable" if self.stable else "unstable" if self.unstable else "neither"
+
+    @property
+    def largest_multiplier(self) -> Number | None:
+        """The largest |multiplier|, 0 where there is none; None unless it converged."""
+        if self.status is not OrbitStatus.CONVERGED:
+            return None
+        return float(np.max(np.abs(self.multipliers), initial=0.0))
 
     @property
     def mean_velocity(self) -> Speed | None:

@@ -4,7 +4,6 @@ import collections
 import dataclasses
 import itertools
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -73,6 +72,12 @@ class Branch(Result):
     start: int
     closing_map: ClosingMap = dataclasses.field(compare=False)
 
+    rows = "special_points"
+    in_record = (
+        "response_period symmetric parameter period drift mean_velocity stable mode_sequence certified "
+        "special_points ends advice"
+    )
+
     def __len__(self) -> int:
         return len(self.parameter)
 
@@ -132,6 +137,11 @@ class Branch(Result):
         known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
         return branch_crossings(self.closing_map, points, known.get(measure), measure, value)
 
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to try at each end."""
+        return tuple(end.advice for end in self.ends)
+
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
         """The special points of some kinds."""
         return tuple(special for special in self.special_points if special.kind in kinds)
@@ -145,15 +155,6 @@ class Branch(Result):
         edges = [0, *cuts.tolist(), len(self)]
         return tuple((first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges))
 
-    def table(self) -> list[dict[str, Any]]:
-        """The special points as rows of a table."""
-        return [
-            {"kind": special.kind.value, self.over: special.parameter, "error": special.error, "drift": special.drift}
-            | {"stability": special.stability}
-            | {"modes before": special.modes_before, "modes after": special.modes_after, "remarks": special.remarks}
-            for special in self.special_points
-        ]
-
     def __str__(self) -> str:
         """The branch in words."""
         kind, unit = self._kind, self.unit_of("parameter")
@@ -162,8 +163,8 @@ class Branch(Result):
         what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
         lines = [
             f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
-            *(f"  {row['kind']:20s} {said(special.parameter, unit)} (error {special.error:.0e})  {row['remarks']}"
-              for row, special in zip(self.table(), self.special_points, strict=True)),
+            *(f"  {each.kind.value:20s} {said(each.parameter, unit)} (error {each.error:.0e})  {each.remarks}"
+              for each in self.special_points),
             *(f"  {where} at {said(value, unit)}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip

@@ -79,6 +79,8 @@ class BranchDiagram(Result):
     unfollowed: tuple[tuple[int, int], ...]
     transitions: tuple[Transition, ...] = ()
 
+    in_record = "over between branches joins transitions"
+
     @property
     def heading(self) -> str:
         return f"branches of steady motions over {self.over}"

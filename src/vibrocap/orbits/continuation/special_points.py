@@ -285,6 +285,8 @@ class SpecialPoint(Dimensional):
     text: str
     found: Found = dataclasses.field(repr=False)
 
+    in_record = "kind parameter error drift stability modes_before modes_after remarks"
+
     @property
     def stability(self) -> str:
         """ "lost", "gained" or "kept", going along the branch."""

@@ -45,6 +45,8 @@ class Equilibrium(Result):
     eigenvalues: AngularFrequencies
     stable: bool | None
 
+    in_record = "kind stability stable dimension sides state least most travel friction frequency eigenvalues"
+
     @property
     def kind(self) -> str:
         """ "steady sliding", "rest", or, where some contacts rest, "partial rest"."""
@@ -82,13 +84,6 @@ class Equilibrium(Result):
         shown_values = ", ".join(_written(value) + rate for value in self.eigenvalues)
         return {**spans, **travels, "eigenvalues": shown_values or "none"}
 
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each state: its value and, over a set, the least and the largest."""
-        return [
-            {"state": name, "value": value, "least": self.least[name], "most": self.most[name]}
-            for name, value in self.state.items()
-        ]
-
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Equilibria(Result):
@@ -96,6 +91,8 @@ class Equilibria(Result):
 
     system: System
     found: tuple[Equilibrium, ...]
+
+    rows = "found"
 
     def __len__(self) -> int:
         return len(self.found)
@@ -123,13 +120,6 @@ class Equilibria(Result):
     @property
     def facts(self) -> dict[str, str]:
         return {f"[{i}]": each.heading for i, each in enumerate(self.found)} or {"found": "none"}
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each equilibrium."""
-        return [
-            {"kind": each.kind, "stability": each.stability, "dimension": each.dimension, **each.state}
-            for each in self.found
-        ]
 
     def __str__(self) -> str:
         """The equilibria in words."""

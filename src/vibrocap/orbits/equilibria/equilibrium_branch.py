@@ -64,6 +64,8 @@ class EquilibriumPoint(Result):
     unstable_before: int
     unstable_after: int
 
+    in_record = "kind parameter error frequency criticality state stability remarks"
+
     @property
     def criticality(self) -> str:
         """ "supercritical", "subcritical", or "degenerate" where the coefficient vanishes; "" where there is none."""
@@ -120,6 +122,9 @@ class EquilibriumBranch(Result):
     ends: tuple[EquilibriumEnd, EquilibriumEnd]
     mode: Mode = dataclasses.field(compare=False)
 
+    rows = "special_points"
+    in_record = "over between parameter states travel eigenvalues stable special_points ends advice"
+
     def __len__(self) -> int:
         return len(self.parameter)
 
@@ -138,6 +143,11 @@ class EquilibriumBranch(Result):
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
         }
 
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to try at each end."""
+        return tuple(end.advice for end in self.ends)
+
     def kind(self, *kinds: EquilibriumPointKind) -> tuple[EquilibriumPoint, ...]:
         """The special points of some kinds."""
         return tuple(each for each in self.special_points if each.kind in kinds)
@@ -155,14 +165,6 @@ class EquilibriumBranch(Result):
         n, sides = len(problem.unknowns), self.mode.sides
         state = SteadyState(y, sides, np.zeros(len(sides), dtype=bool), self.mode.switched, np.zeros((n, 0)))
         return equilibrium(problem, RestSet(state, y, y))
-
-    def table(self) -> list[dict[str, Any]]:
-        """The special points as rows of a table."""
-        return [
-            {"kind": each.kind.value, self.over: each.parameter, "error": each.error, "frequency": each.frequency}
-            | {"criticality": each.criticality, "remarks": each.remarks, **each.state}
-            for each in self.special_points
-        ]
 
     def __str__(self) -> str:
         """The branch in words."""

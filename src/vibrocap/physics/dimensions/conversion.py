@@ -23,7 +23,7 @@ from vibrocap.physics.dimensions.units import (
 )
 from vibrocap.physics.names import number_in, plain_path, split_path
 from vibrocap.physics.parameters import FORCE, ParameterError, ParameterInfo, PartInSI, parameter_table
-from vibrocap.quantities.declared import Context, Declared
+from vibrocap.quantities.declared import AsGiven, Context, Declared, WithUnit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -188,10 +188,40 @@ class Along(Declared):
             return value if asked.path == asked.plain else super().converted(value, context, back)
         return super().converted(value, context, back)
 
+    def seen(self, value: Any, context: Context) -> Any:
+        shown = isinstance(value, str) and context.system is not None
+        return self.converted(value, context) if shown else super().seen(value, context)
+
 
 Path = Annotated[str, Along()]
 Parameter = Annotated[float, Along()]
 Parameters = Annotated[np.ndarray, Along()]
+
+
+class AtPath(AsGiven):
+    """A number in the unit of the parameter that its record names `path`."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return self.at(value, context.known("path")[0], context)
+
+    @staticmethod
+    def at(value: Any, path: str, context: Context) -> Any:
+        """A number in the unit of a parameter."""
+        if context.system is None or isinstance(value, str):
+            return value
+        known = quantity(path, context.system)
+        return value if known.unit == "1" else WithUnit(value, known.unit, value / known.scale)
+
+
+class ByPath(AtPath):
+    """Values by the paths of parameters, which say their units: {"drive.frequency_Hz": 1.0}."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return value if value is None else {path: self.at(each, path, context) for path, each in value.items()}
+
+
+NumberAtPath = Annotated[float, AtPath()]
+Design = Annotated[dict[str, Any], ByPath()]
 
 
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.quantities.declared import Seconds
+
 BANDS = 24  # of the spectrum in an octave
 WIDTH = 4  # bands: standard deviation of the weights that smooth the spectrum; 1/6 octave
 FEWEST = 3  # periods in a record
@@ -25,8 +27,8 @@ class Recurrence:
     correlation: the correlation there, 1 for a periodic record
     """
 
-    spectral_period: float | None
-    correlation_period: float | None
+    spectral_period: Seconds | None
+    correlation_period: Seconds | None
     correlation: float | None
 
 
@@ -55,9 +57,9 @@ class Drift:
         more than a twentieth
     """
 
-    first: float
-    last: float
-    error: float
+    first: Seconds
+    last: Seconds
+    error: Seconds
 
     @property
     def significant(self) -> bool:

@@ -8,6 +8,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.quantities.declared import RecordedForce, Seconds
 from vibrocap.records.slips.corners import Corner, fitted_corners
 
 SIGNIFICANT = 8.0  # a reversal is one if it is so many standard deviations of the smoothed noise: none of 1e6 by chance
@@ -29,13 +30,13 @@ class Phase:
     """
 
     kind: str
-    start: float
-    end: float
-    start_force: float
-    end_force: float
-    start_error: float
-    end_error: float
-    force_error: float
+    start: Seconds
+    end: Seconds
+    start_force: RecordedForce
+    end_force: RecordedForce
+    start_error: Seconds
+    end_error: Seconds
+    force_error: RecordedForce
     minor: bool = False
 
     @property

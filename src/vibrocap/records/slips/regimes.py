@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.quantities.declared import Seconds
 from vibrocap.records.slips.periods import Recurrence
 from vibrocap.records.slips.phases import Phase
 
@@ -41,9 +42,9 @@ class Regime:
 
     name: str
     reason: str
-    typical_period: float | None
+    typical_period: Seconds | None
     irregularity: float | None
-    inertial_period: float | None
+    inertial_period: Seconds | None
     period_ratio: float | None
     stick_fraction: float | None
     rise_fraction: float | None
