@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
-from weakref import WeakKeyDictionary
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
@@ -70,16 +69,17 @@ class Derived:
 
     def __init__(self, value: Callable[[Any, type], Any] | None = None):
         self.value = value
-        self.known: WeakKeyDictionary[type, Any] = WeakKeyDictionary()
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.value = self.value or (lambda kind, _: getattr(kind, name))
 
     def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        if owner not in self.known:
+        if (known := vars(owner).get("_known")) is None:
+            owner._known = known = {}  # type: ignore[attr-defined]
+        if self not in known:
             assert self.value is not None
-            self.known[owner] = self.value(owner.kind(), owner)
-        return self.known[owner]
+            known[self] = self.value(owner.kind(), owner)
+        return known[self]
 
 
 def result(name: str, doc: str) -> Any:
@@ -208,11 +208,15 @@ class Machine(Part):
 
     def _form(self) -> tuple[Form, list]:
         """Its form, and its numbers."""
-        cls, values = type(self), vars(self)
-        given = [values[info.name] for info in table(cls)]
-        numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
-        pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
-        return cls.form(pattern, self.level), numbers
+        cls, values, pattern, numbers = type(self), vars(self), [], []
+        for info in table(cls):
+            value = values[info.name]
+            if isinstance(value, NO_NUMBERS):
+                pattern.append(value)
+            else:
+                pattern.append(NUMBER)
+                numbers.append(value)
+        return cls.form(tuple(pattern), self.level), numbers
 
     @property
     def derived(self) -> Any:
