@@ -19,6 +19,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.mechanics import (
     Contact,
     parameters,
+    sin,
 )
 
 ROUNDING = 1e-12
@@ -532,3 +533,32 @@ def test_drag_is_quadratic_above_its_speed():
     assert other.y[1].min() > 0.0
     assert [motion["position"][-1], motion["velocity"][-1]] == pytest.approx(other.y[:, -1], abs=1e-8)
     assert machine.powers(0.0, (0.0, 2.0), 0.0)[1] == pytest.approx(-0.5 * 4.0 - 0.7 * 4.0 * math.hypot(2.0, 0.1))
+
+
+@parameters
+class Guided(Machine):
+    """A slider on a circle whose friction counts its way along the line, which ends at a quarter turn."""
+
+    angle = coordinate("phi", "angle of the slider", "rad")
+    name: ClassVar[str] = "guided-slider"
+
+    def parts(self, q):
+        slider = Mass("slider", 1.0, x=sin(q.angle), z=-cos(q.angle))
+        return slider, Drive(q.angle), Contact(slider, load=1.0)
+
+
+def test_a_run_ends_where_the_path_of_a_contact_is_singular():
+    """The slope cos(phi) of the path vanishes there; short of that the motion is that of its equation."""
+    system = vc.System(Guided(), vc.Coulomb(0.1, 0.1), vc.Harmonic(2.5, 0.5))
+    motion = vc.simulate(system, periods=5, initial={"angle": 0.3})
+    assert motion.status is vc.Status.SINGULAR_PATH
+    assert motion.state["angle"] == pytest.approx(0.5 * math.pi - 1e-4, abs=1e-8)
+
+    def rates(t, y):
+        a, w = y
+        return [w, 2.5 * math.cos(0.5 * t) - math.sin(a) - 0.1 * math.cos(a)]
+
+    end = 0.9 * motion.end
+    other = solve_ivp(rates, (0.0, end), [0.3, 0.0], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    angle, velocity = motion.states([end])[0]
+    assert [angle, velocity / math.cos(angle)] == pytest.approx(other, abs=1e-7)

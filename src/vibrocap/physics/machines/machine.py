@@ -74,11 +74,10 @@ class Derived:
         self.value = self.value or (lambda kind, _: getattr(kind, name))
 
     def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        if (known := vars(owner).get("_known")) is None:
-            owner._known = known = {}  # type: ignore[attr-defined]
+        kind, known = owner.kind(), owner._known
         if self not in known:
             assert self.value is not None
-            known[self] = self.value(owner.kind(), owner)
+            known[self] = self.value(kind, owner)
         return known[self]
 
 
@@ -194,6 +193,7 @@ class Machine(Part):
         if "_kind" not in vars(cls):
             cls._kind = Kind(cls)
             cls._forms: dict[tuple, Form] = {}
+            cls._known: dict[Derived, Any] = {}
         return cls._kind
 
     @classmethod
@@ -227,11 +227,11 @@ class Machine(Part):
         """What the formulas of this name give (`RESULTS`)."""
         form, numbers = self._form()
         program, contacts = form.program(name), len(form.derived.speeds)
-        normal, along = self.gravity or (0.0, 0.0)
-        inputs = [t, drive, normal, along, *numbers]
+        inputs = [t, drive, *(self.gravity or (0.0, 0.0)), *numbers]
         inputs.extend((0.0,) * len(form.states) if y is None else y)
         inputs.extend((0.0,) * contacts if frictions is None else frictions)
-        for waveform in self._signals():  # asked for no more than the formulas need
+        own = [each.default for each in self.signals.values()] if self.waves is None else self.waves
+        for waveform in [self.imposed, *own] if self.imposes_motion else own:  # asked for no more than is needed
             for quantity in ("value", "slope", "curvature"):
                 needed = waveform is not None and len(inputs) in program.inputs
                 inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
@@ -240,11 +240,6 @@ class Machine(Part):
     def constant(self, name: str) -> bool:
         """Whether the formulas of this name depend on its numbers alone."""
         return self._form()[0].program(name).inputs.isdisjoint(self.derived.inputs.changing)
-
-    def _signals(self) -> list:
-        """The waveform of each signal, that of the drive first where it imposes a motion."""
-        own = [each.default for each in self.signals.values()] if self.waves is None else [*self.waves]
-        return [self.imposed, *own] if self.imposes_motion else own
 
     def _with(self, name: str, value: Any) -> "Machine":
         """The same machine with another attribute."""
@@ -330,9 +325,10 @@ class Machine(Part):
 
     @property
     def bound_kinds(self) -> tuple[str, ...]:
-        """What is reached at each of `bounds`: a run ends at each stop that is neither elastic nor rigid."""
+        """What is reached at each of `bounds`: stops that are neither elastic nor rigid, then singular paths."""
         ends = [stop for stop in self.derived.stops if not stop.switches]
-        return tuple("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+        stops = ("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+        return (*stops, *("singular_path" for _ in self.derived.folds))
 
     @property
     def over_ground(self) -> bool:
