@@ -16,11 +16,7 @@ from mechanisms import MECHANISMS as OWN
 from mechanisms import Washboard
 from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
-from vibrocap.mechanics import (
-    Contact,
-    parameters,
-    sin,
-)
+from vibrocap.mechanics import Contact, Drive, Machine, Mass, coordinate, cos, parameters, sin
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
