@@ -28,6 +28,7 @@ class LabRequest(WithParts):
         Path | None,
         file("FILE.html to write; without it the page is written to a temporary folder and opened", ".html"),
     ] = None
+    open: Annotated[bool, Option("open the page that --out writes in the browser", needs="out")] = False
     machines: Annotated[
         list[str] | None,
         Option("machines by name [default: the case's, or pendulum-capsule]", offers=completers.machine_names),
@@ -73,7 +74,7 @@ def lab(request: LabRequest, report: Report) -> Answer:
     text = page(bundle(contents(opened, examples=examples_folder(), **names), report))
     target = request.out or Path(tempfile.mkdtemp(prefix="vibrocap-")) / "lab.html"
     write_text(target, text)
-    if request.out is None:
+    if request.out is None or request.open:
         with contextlib.suppress(webbrowser.Error):
             webbrowser.open(target.resolve().as_uri())
     return Answer(text=f"Written: {target} ({len(text) / 1000:.0f} kB)")
