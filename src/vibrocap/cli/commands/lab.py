@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Annotated
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case.case import CaseError
 from vibrocap.cli import completers
 from vibrocap.cli.command import Answer, Report, WithParts, command
 from vibrocap.cli.examples import examples_folder
 from vibrocap.cli.options import Option, file
-from vibrocap.cli.refusal import Refusal
 from vibrocap.cli.texts import split
 from vibrocap.files import write_text
 from vibrocap.physics import catalogue
+
+KINDS = {"machines": catalogue.machines, "laws": catalogue.laws, "drives": catalogue.drives}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -42,6 +42,13 @@ class LabRequest(WithParts):
         Option("waveforms [default: harmonic and biharmonic, and the case's]", offers=completers.drive_names),
     ] = None
 
+    def plan(self, refused: Complaints) -> None:
+        """Known machines, laws and drives."""
+        for kind, known in KINDS.items():
+            for name in split(getattr(self, kind)):
+                if name not in known():
+                    refused.add(f"--{kind}", f"there is no {name!r}; {suggestion(name, known())}")
+
 
 @command(
     "start",
@@ -58,19 +65,8 @@ def lab(request: LabRequest, report: Report) -> Answer:
     from vibrocap.lab.page import page
     from vibrocap.lab.presets import file_preset
 
-    complaints, names = Complaints(), {}
-    known = {"machines": catalogue.machines(), "laws": catalogue.laws(), "drives": catalogue.drives()}
-    for kind, parts in known.items():
-        names[f"{kind[:-1]}_names"] = split(getattr(request, kind))
-        for name in split(getattr(request, kind)):
-            if name not in parts:
-                complaints.add(f"--{kind}", f"there is no {name!r}; {suggestion(name, parts)}")
-    try:
-        opened = None if request.case is None else file_preset(request.case)
-    except CaseError as error:
-        raise CaseError([*error.complaints, *complaints], error.source) from None
-    if complaints:
-        raise Refusal(*complaints)
+    names = {f"{kind[:-1]}_names": split(getattr(request, kind)) for kind in KINDS}
+    opened = None if request.case is None else file_preset(request.case)
     text = page(bundle(contents(opened, examples=examples_folder(), **names), report))
     target = request.out or Path(tempfile.mkdtemp(prefix="vibrocap-")) / "lab.html"
     write_text(target, text)
