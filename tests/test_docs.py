@@ -326,6 +326,7 @@ def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
 def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
     run_command("vibrocap new --out case.toml")
     write_damper("damper.csv")
+    write_axis("axis")
     write_pull("pull.csv")
     for command in set(HELP) - set(SLOW_COMMANDS):  # those are run below
         if command.startswith(SLOW) and not command.startswith(("vibrocap reproduce --out", *ELSEWHERE)):
@@ -368,6 +369,17 @@ def write_damper(path: str) -> None:
         f"{t!r},{f!r},{v!r}" for t, f, v in zip(*map(np.ndarray.tolist, (time, driven.force, velocity)), strict=True)
     )
     Path(path).write_text("time_s,force [N],velocity [m/s]\n" + "\n".join(rows) + "\n")
+
+
+def write_axis(name: str) -> None:
+    """A mass on friction under a force, as a case in SI and as its record."""
+    system = vc.Oscillator.in_si(mass_kg=80.0, stiffness_N_per_m=0.0, normal_load_N=1.0), vc.Coulomb(20.0, 20.0)
+    case = vc.System(*system, vc.Harmonic.in_si(amplitude_N=60.0, frequency_Hz=0.5))
+    vc.save_case(case, f"{name}.toml")
+    motion = vc.simulate(case, periods=2)
+    columns = (motion.time, motion["drive"], motion["position"])
+    rows = (",".join(map(repr, row)) for row in zip(*map(np.ndarray.tolist, columns), strict=True))
+    Path(f"{name}.csv").write_text("time_s,force [N],displacement [m]\n" + "\n".join(rows) + "\n")
 
 
 def write_pull(path: str) -> None:

@@ -350,6 +350,16 @@ def test_bad_expressions_are_refused_by_key(text):
         ([("mechanism.version", 2)], "mechanism.version", "should be 1"),
         ([("mechanism.name", "oscillator")], "mechanism.name", "no name of another machine"),
         ([("mechanism.coordinates.energy", {"unit": "m"})], "mechanism.coordinates.energy", "has a meaning already"),
+        (
+            [("mechanism.parameters.gravity", {"default": 1, "unit": "N"})],
+            "mechanism.parameters.gravity",
+            "has a meaning already",
+        ),
+        (
+            [("mechanism.parameters.states", {"default": 1, "unit": "N"})],
+            "mechanism.parameters.states",
+            "has a meaning already",
+        ),
         ([("mechanism.coordinates.angle.unit", "deg")], "mechanism.coordinates.angle.unit", "one of m, rad"),
         ([("mechanism.parameters.damping.role", "dampin")], "mechanism.parameters.damping.role", "there is no role"),
         ([("mechanism.parameters.damping.default", -1)], "mechanism.parameters.damping.default", "a number >= 0"),

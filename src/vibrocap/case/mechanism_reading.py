@@ -148,7 +148,7 @@ class Reading:
         """Whether a name is free; then it is taken."""
         if not WORD.fullmatch(name) or keyword.iskeyword(name):
             self.complaints.add(where, f"should be named by letters, digits and _, got {shown(name)}")
-        elif name in RESERVED or hasattr(Mechanism, name):
+        elif name in RESERVED or name in dir(Mechanism):
             self.complaints.add(where, f"{name!r} has a meaning already; choose another name")
         elif name in self.sizes or name in self.space:
             self.complaints.add(where, f"{name!r} is there already")

@@ -85,6 +85,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "fit": (
         "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",
         "vibrocap fit damper.csv --compare coulomb,dahl --json",
+        "vibrocap fit axis.csv --machine axis.toml --predict position --over machine.mass_kg=50:200",
     ),
     "stick-slip": ("vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --plot pull.png",),
     "datasets": ("vibrocap datasets list",),

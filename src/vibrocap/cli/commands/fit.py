@@ -31,6 +31,9 @@ def fit(
     *data: Path,
     law: str | None = None,
     compare: list[str] | None = None,
+    machine: Path | None = None,
+    predict: str = "position",
+    over: list[str] | None = None,
     columns: list[str] | None = None,
     units: list[str] | None = None,
     sampling_rate: float | None = None,
@@ -63,6 +66,9 @@ def fit(
     it writes friction.toml, the section [friction] of a case in SI, or with
     --pendulum of a dimensionless case.
 
+    With --machine the force is that of the drive: the case is simulated under it,
+    and its parameters are those with which it moves as measured (--predict).
+
     Exit codes: 0 done, 2 wrong input, 3 the law could not be fitted.
 
     Parameters
@@ -73,6 +79,12 @@ def fit(
         a law, as `vibrocap friction list` shows them
     compare
         LAW,LAW,... instead of --law: fit each, and rank them by their error on data that they were not fitted to
+    machine
+        a case instead of --law: machine and law together, fitted to the motion that it makes under the measured force
+    predict
+        of --machine: the quantity of its motion that is compared with the measured one, such as angle or velocity
+    over
+        of --machine: PATH=LEAST:LARGEST, what is unknown and within which bounds; once for each parameter
     columns
         QUANTITY=NAME, such as force=F1,velocity=v, if the columns have unusual names
     units
@@ -125,8 +137,10 @@ def fit(
     complaints = Complaints()
     laws = split([law]) if law else split(compare)
     held = held_parameters(laws, fixed, free, complaints)
-    if bool(law) == bool(compare):
-        complaints.append("--law: give one law, or several with --compare")
+    if machine is not None and (law or compare or steady or spring):
+        complaints.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
+    elif machine is None and bool(law) == bool(compare):
+        complaints.append("--law: give one law, or several with --compare, or a case with --machine")
     if compare and steady:
         complaints.append("--steady: is for --law; laws are compared by driving them through the records")
     stiffness = machine_stiffness(spring, compare or steady, hold_out, data, complaints)
@@ -148,6 +162,11 @@ def fit(
         raise Refusal(*complaints)
     for doubt in doubts:
         complain(f"warning: {doubt}")
+    if machine is not None:
+        from vibrocap.cli.commands.fit_motion import fit_machine
+
+        how = {"starts": starts, "seed": seed}
+        return fit_machine(machine, found, over, predict, hidden, how, out, plot, json)
     settings: dict[str, Any] = {"fixed": held, "free": split(free) or None, "held_out": hidden, "loss": loss}
     settings |= {"starts": starts, "seed": seed} | ({} if intervals is None else {"intervals": intervals})
     if spring is not None:
