@@ -65,7 +65,7 @@ def test_what_is_written_holds_along_motions(kind):
         frictions = [draw.uniform(-0.5, 0.5) for _ in kind.contact_states]
         numbers = [v for v in (getattr(machine, i.name) for i in parameter_table(kind)) if isinstance(v, (int, float))]
         values = [t, force, 1.0, 0.0, *numbers, *y, *frictions]
-        for wave in machine._signals():
+        for wave in [machine.imposed] if kind.imposes_motion else [each.default for each in kind.signals.values()]:
             values += [wave.value(t), wave.slope(t), wave.curvature(t)]
         known = {printed(symbol): values[at] for at, symbol in symbols.items()}
         rates = dict(zip(kind.states, machine.rates(t, tuple(y), force, tuple(frictions)), strict=True))

@@ -158,6 +158,38 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
     assert found == [0.0, "asked", "asked", "asked", -1.0, "asked"]
 
 
+@pytest.mark.parametrize(("above", "vanish"), [(1e-14, True), (1e-13, False)])
+def test_a_guard_of_a_hold_below_64_roundings_of_both_forces_is_none(block, above, vanish):
+    for row, values in (("HOLD_OF", [1.0, 0.0]), ("LIMIT_OF", [1.0 + above, 1.0])):
+        place = block[row][0]
+        block.floats[place : place + 13] = 0.0
+        block.floats[place : place + 2] = values
+    assert (block["guard_series"](block.floats, 0, 0, 1, 1.0) > 0) == vanish
+
+
+@pytest.mark.parametrize(("slope", "leaves"), [(3e-7, True), (3e-6, False)])
+def test_a_contact_leaves_with_an_acceleration_from_a_millionth_of_its_growth(block, slope, leaves):
+    """A smaller one is rounding, as behind a hold that gave way at its limit: then the next term tells the side."""
+    velocity = block["VELOCITY_OF"][0]
+    block.floats[velocity : velocity + 13] = 0.0
+    block.floats[velocity + 1 : velocity + 3] = -slope, 1.0
+    block.floats[block["LIMIT_OF"][0]] = 1.0
+    block.fill("SIDE", 1.0)
+    block.fill("ZEROS", 2)
+    with mock.patch.dict(block.names, taylor_step=lambda floats, ints, lane: 1.0):
+        assert block["leaves"](block.floats, block.ints, 0, 0) == leaves
+
+
+@pytest.mark.parametrize(
+    ("error", "end", "doubtful"), [(0.01, 1.0, False), (0.1, 1.0, True), (3e-15, 0.0, False), (3e-14, 0.0, True)]
+)
+def test_a_sign_is_in_doubt_from_three_hundredths_of_a_velocity_or_from_rounding(error, end, doubtful):
+    kernel = kernel_of(vc.System(vc.Oscillator(), vc.LuGre(), vc.Harmonic()))
+    state = kernel["STATE_OF"][0]
+    kernel.floats[kernel["STAGE"] + (kernel["STAGES"] - 1) * kernel["ROWS"] + state] = error
+    assert (kernel["doubt_of_sign"](kernel.floats, state, 0, end, end) > 1.0) == doubtful
+
+
 def test_contacts_give_way_together_within_rounding_of_their_limits():
     """64 rounding errors: what is at its limit at one instant, to the last digits of the series that say so."""
     kernel = contacts_of(2)
