@@ -19,6 +19,7 @@ def lab(
     /,
     *,
     out: Path | None = None,
+    open: bool | None = None,
     machines: list[str] | None = None,
     laws: list[str] | None = None,
     drives: list[str] | None = None,
@@ -33,6 +34,8 @@ def lab(
         a case file to begin with; its parts are in the page, with your own law, machine or drive (--parts) too
     out
         FILE.html to write; without it the page is written to a temporary folder and opened
+    open
+        open the page in the browser [default: without --out]
     machines
         kinds of machine in the page, by name with commas between [default: the case's, or pendulum-capsule]
     laws
@@ -74,7 +77,7 @@ def lab(
     target = out or Path(tempfile.mkdtemp(prefix="vibrocap-")) / "lab.html"
     write_text(target, text)
     Page().say(f"Written: {target} ({len(text) / 1000:.0f} kB)")
-    if out is None:
+    if out is None if open is None else open:
         with contextlib.suppress(webbrowser.Error):
             webbrowser.open(target.resolve().as_uri())
     return OK
