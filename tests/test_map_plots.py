@@ -259,6 +259,7 @@ def test_ten_cells_far_out_leave_the_colours_to_the_others():
     assert (below, above, logarithmic) == (False, True, False)
     assert 1.0 <= low < high <= 3.0
     out = int(sum((panel.values[cells(view, panel) == Cell.VALUE] > high).sum() for panel in view.panels))
+    assert 0 < out <= 11
     assert study_figure(view).axes[-1].get_ylabel().splitlines()[-1].startswith(f"{out} (")
 
 

@@ -215,10 +215,10 @@ def beyond_label(view: View) -> str:
 
 
 def _trimmed(values: np.ndarray) -> float:
-    """The largest value, or a percentile of `TRIMS` beyond which the largest lies far out."""
+    """The largest value; where it lies far out beyond a percentile of `TRIMS`, the largest of those that do not."""
     middle, largest = np.percentile(values, (50.0, 100.0))
     for percentile, farther in TRIMS:
         far = np.percentile(values, percentile)
         if far > middle and largest - middle > farther * (far - middle):
-            return float(far)
+            return float(np.max(values[values - middle <= farther * (far - middle)]))
     return float(largest)
