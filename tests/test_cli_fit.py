@@ -10,9 +10,6 @@ from scipy.special import erfinv
 
 from bench_case import BENCH
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.cli import main as cli
-from vibrocap.cli.commands.fit import fit
-from vibrocap.cli.commands.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
@@ -25,17 +22,6 @@ HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
 NOISE, SAMPLES = 0.02, 400  # of the force's standard deviation
 STEADY = ("--law", "exponential", "--steady")  # a law whose curve needs no kernel
-
-
-@pytest.fixture(autouse=True)
-def registered():
-    """The command, also where the command line does not name it yet."""
-    if "fit" in cli.app:
-        yield
-        return
-    cli.app.command(fit)
-    yield
-    del cli.app["fit"]
 
 
 def force_of(velocity):
@@ -416,14 +402,6 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
     monkeypatch.setattr(steady_fits, "steady_fit", broken)
     with pytest.raises(ValueError, match="broadcast"):
         command("wide.csv", *STEADY)
-
-
-def test_messages_name_options():
-    assert by_option("held_out: no record is called 'x'") == "--hold-out: no record is called 'x'"
-    assert by_option("record 'a': held_out: x") == "record 'a': held_out: x"
-    assert by_option("force: say columns={'force': ...}; there is x") == "force: say --columns force=NAME; there is x"
-    assert is_refusal("records: have 5 samples")
-    assert not is_refusal("values should be finite, got nan")
 
 
 # --- laws that are driven --------------------------------------------------------------------------------------------
