@@ -52,7 +52,7 @@ SLOW = tuple(
         "friction",
         "fit",
         "stick-slip",
-        "check",
+        "list --check",
         "lab",
         "sweep own.toml",
     )
