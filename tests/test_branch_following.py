@@ -180,6 +180,18 @@ def test_newtons_method_stops_at_the_rounding_of_its_residual():
     assert steps <= 5
     far, _ = newton(Square, np.array([1e-6]), Levels(0.0, 1e-5), 25, halvings=12)
     assert not far.residual <= 1e-5 or abs(far.x[0] - 2.0**0.5) < 1e-5
+
+    class Creeping:
+        """Seven tenths are left by each step: below the level of rounding that is no progress."""
+
+        def __init__(self, x):
+            self.x, self.residual = x, float(np.abs(x[0]))
+
+        def step(self):
+            return -0.3 * self.x
+
+    assert newton(Creeping, np.array([5e-3]), Levels(0.0, 1e-2), 25)[1] == 1
+    assert newton(Creeping, np.array([1.0]), Levels(0.0, 1e-2), 25)[1] < 25
     lost, _ = newton(lambda x: Square(x * 0.0 + 1.0), np.array([1.0]), Levels(0.0, 1e-5), 25)
     assert lost.residual == 1.0
 
