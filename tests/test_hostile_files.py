@@ -19,9 +19,9 @@ from scipy.io import savemat
 
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
-from vibrocap.cli.commands.sweep import picture_path
-from vibrocap.cli.commands.sweep_request import read_cases
+from vibrocap.cli.commands.plot import picture_path
 from vibrocap.cli.main import main
+from vibrocap.cli.sweep_request import read_cases
 from vibrocap.cli.terminal import Page, table, visible
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading import arrays, matlab, text
@@ -160,7 +160,7 @@ TABLE = CASE.replace('"harmonic"', '"table"\nfile = "in.csv"')
 READS = {  # a file that is read: a command that reads it
     "in.toml": ("simulate", "in.toml"),
     "in.csv": ("simulate", "table.toml"),
-    "in.py": ("check", "--parts", "in.py"),
+    "in.py": ("list", "--check", "--parts", "in.py"),
     "cases.csv": ("sweep", "case.toml", "--cases", "cases.csv"),
     "motion.csv": ("simulate", "motion.csv"),
     "motion.nc": ("simulate", "motion.nc"),

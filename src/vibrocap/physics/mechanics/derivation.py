@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Program, add, mul, sub
-from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
+from vibrocap.physics.mechanics.parts import Contact, Drag, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
 from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
@@ -46,8 +46,7 @@ class Derivation(Motion):
             stretch = self.stretches[id(spring)]
             force = force - as_sum(spring.stiffness) * (stretch.value * stretch.slope(i))
         for damper in self.dampers:
-            stretch = Quantity.of(damper.stretch)
-            force = force - as_sum(damper.damping) * (stretch.rate * stretch.slope(i))
+            force = force - damper.force * Quantity.of(damper.stretch).slope(i)
         for _, stop, touching in self.switching:
             if stop.elastic and (slope := stop.way.slope(i)):
                 force = force - elastic_force(stop, touching) * slope
@@ -80,7 +79,12 @@ class Derivation(Motion):
         """(what, number, most) of what may not be negative, nor more than that."""
         found = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
         found += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
-        found += [("the damping of a Damper", as_sum(each.damping), math.inf) for each in self.dampers]
+        for each in self.dampers:
+            names = ("drag", "speed") if isinstance(each, Drag) else ("damping",)
+            kind = type(each).__name__
+            found += [(f"the {name} of a {kind}", as_sum(getattr(each, name)), math.inf) for name in names]
+        factors = {each.body.name: Quantity.of(each.factor) for each in self.contacts}
+        found += [(f"the factor on {name!r}", by.value, math.inf) for name, by in factors.items() if not by.moves]
         found += [("the restitution of a Stop", as_sum(each.restitution), 1.0) for each in self.stops if each.rigid]
         return tuple((what, written(number), most) for what, number, most in found)
 
@@ -153,30 +157,26 @@ class Derivation(Motion):
     def equations_of_motion(self) -> tuple | None:
         """(row of each speed, those of contacts last; row along the lift of each contact, None where none is known).
 
-        Each is (force, pairs of a factor and the velocity of a place, share). Along the speed of a contact
-
-            (1 - share) R = force - sum of factor velocity' - share u'
-
-        where the share is 1 while a rigid stop holds it, else 0. The load is minus the same along a lift. None where
-        the drive imposes the motion, which leaves one speed.
+        Each is (force, pairs (factor, velocity of a place), share): force less all factor velocity' and share u' is
+        (1 - share) R along a speed, the share 1 while a rigid stop holds it, and minus the load along a lift. None
+        where the drive imposes the motion.
         """
         if self.imposes:
             return None
-        borne = (self._borne(each) and not self._given_load(each) for each in self.contacts)
-        lifts = (self._told(each.body.lift) if own else None for each, own in zip(self.contacts, borne, strict=True))
+        told = [self._borne(each) and not (each.scaled or self._given_load(each)) for each in self.contacts]
+        lifts = (self._told(each.body.lift) if own else None for each, own in zip(self.contacts, told, strict=True))
         return tuple(map(self._told, self.order)), tuple(lifts)
 
     def _told(self, i: Direction) -> tuple:
         """A row by velocities of places, whose rates take fewer products than M u' and h, or by a momentum."""
-        free = self._free(i)
-        moved: dict[Any, Sum] = {}
+        free, moved = self._free(i), dict[Any, Sum]()
         for m in self.masses:
             for each, size in m.moved:
                 slope, size = each.slope(i), as_sum(size)
                 factor, size = (1.0, size * slope) if self._constant([slope]) else (written(slope), size)
                 moved[factor] = moved.get(factor, Sum()) + size * each.rate
-        pairs = ((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
-        return written(free * (self.applied(i) + self.weight(i))), tuple(pairs), written(1.0 - free)
+        pairs = tuple((written(free * Sum.of(factor)), written(rate)) for factor, rate in moved.items() if rate)
+        return written(free * (self.applied(i) + self.weight(i))), pairs, written(1.0 - free)
 
     def _constant(self, sums: Sequence[Sum]) -> bool:
         """Whether none of these changes along a motion."""
@@ -185,9 +185,9 @@ class Derivation(Motion):
     # --- contacts ----------------------------------------------------------------------------------------------------
 
     def _moves(self, contact: Contact) -> bool:
-        """Whether the load on a contact follows the motion or the time; one that nothing lifts or tilts does not."""
-        if not is_word(contact.load):
-            return Quantity.of(contact.load).moves
+        """Whether the load on a contact, or a factor on its friction, follows the motion or the time."""
+        if contact.scaled or not is_word(contact.load):
+            return contact.scaled or Quantity.of(contact.load).moves
         return contact.load == "dynamic" and self._pressed_on(contact)
 
     def _pressed_on(self, contact: Contact) -> bool:
@@ -216,7 +216,7 @@ class Derivation(Motion):
         return total(as_sum(m.mass) * m.height.slope(contact.body.lift) for m in self.masses) * normal
 
     def contact_results(self) -> tuple:
-        """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction)."""
+        """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction, its factor)."""
         k = len(self.rubbing)
         own = [row[len(self.order) - k :] for row in self.reduced[-k:]]
         alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
@@ -225,17 +225,19 @@ class Derivation(Motion):
         for c, (path, speed) in enumerate(zip(self.paths, self.speeds, strict=True)):
             name = next(name for name in self.rubbing if self.rates[name] == speed)
             at = self.rubbing.index(name)
-            velocity, bend = written(path.rate), path.curvature
-            if not self.imposes:
-                velocity, bend = written(self.speed[name]), Sum()
+            own_speed = written(self.speed[name]), Sum()
+            velocity, bend = (written(path.rate), path.curvature) if self.imposes else own_speed
             if alone:
                 held = written(own[at][k] + own[at][at] * bend)
-                reaction = self._borne_alone() if k == 1 else self._reaction(c)
-                found.append((velocity, held, None, (), reaction))
+                answer = held, None, ()
             else:
                 free, *taken = self.responses[name]
-                taken = tuple(mul(-1.0, x) for x in taken)
-                found.append((velocity, None, add(free, written(bend)), taken, self._reaction(c)))
+                answer = None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken)
+            reaction = self._borne_alone() if alone and k == 1 else self._reaction(c)
+            factor = written(Quantity.of(self.contacts[c].factor).value)
+            if reaction is not None:
+                reaction = (reaction[0], *(mul(x, factor) for x in reaction[1:]))
+            found.append((velocity, *answer, reaction, factor))
         return tuple(found)
 
     def _given_load(self, contact: Contact) -> tuple | None:
@@ -255,8 +257,8 @@ class Derivation(Motion):
             return given
         found = [written(-self.push(contact.body.lift)), *(0.0 for _ in self.contacts)]
         for name, a in self.responses.items():
-            inertia = written(self.inertia(contact.body.lift, name))
-            found = [add(x, mul(inertia, z)) for x, z in zip(found, a, strict=True)]
+            by = written(self.inertia(contact.body.lift, name))
+            found = [add(x, mul(by, z)) for x, z in zip(found, a, strict=True)]
         return (1.0, *found)
 
     def _borne_alone(self) -> tuple | None:
@@ -337,7 +339,7 @@ class Derivation(Motion):
     @functools.cached_property
     def straight(self) -> bool:
         """Whether masses move straight with the speeds of all contacts; else no balance of momentum is stated."""
-        places = [each for m in self.masses for each in (m.along, m.height, m.turn)]
+        places = (each for m in self.masses for each in (m.along, m.height, m.turn))
         return self._constant([total(map(each.slope, self.rubbing)) for each in places])
 
     def line_momentum(self) -> Any:
@@ -373,9 +375,7 @@ class Derivation(Motion):
             driven = total((path.rate - self.speed[name]) * friction for path, _, friction in pairs)
             return written(driven), 0.0, 0.0
         driven = total(as_sum(d.share) * (Quantity.of(d.path).rate * self.drive) for d in self.drives)
-        lost = -total(
-            as_sum(d.damping) * (Quantity.of(d.stretch).rate * Quantity.of(d.stretch).rate) for d in self.dampers
-        )
+        lost = -total(d.force * Quantity.of(d.stretch).rate for d in self.dampers)
         for _, stop, touching in self.switching:
             if stop.elastic:
                 rate = stop.way.rate
