@@ -285,7 +285,7 @@ class SpecialPoint(Dimensional):
     text: str
     found: Found = dataclasses.field(repr=False)
 
-    in_record = "kind parameter error drift stability modes_before modes_after remarks"
+    in_record = "kind parameter error arclength drift stability modes_before modes_after remarks"
 
     @property
     def stability(self) -> str:

@@ -1,7 +1,7 @@
 """A branch of equilibria over a parameter: steady sliding, its folds, its Hopf points, and why it ends."""
 
 import dataclasses
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from vibrocap.quantities.declared import (
     AngularFrequency,
     Number,
     Numbers,
+    Over,
     Speeds,
     StateColumns,
     States,
@@ -112,13 +113,13 @@ class EquilibriumBranch(Result):
     over: Path
     between: tuple[Parameter, Parameter]
     sides: tuple[int, ...]
-    parameter: Parameters
-    states: StateColumns
-    travel: Speeds
-    eigenvalues: AngularFrequencies
-    unstable: Numbers
-    stable: Numbers
-    special_points: tuple[EquilibriumPoint, ...]
+    parameter: Annotated[Parameters, Over("point", name="over")]
+    states: Annotated[StateColumns, Over("point")]
+    travel: Annotated[Speeds, Over("point", words="rate of the cyclic coordinate")]
+    eigenvalues: Annotated[AngularFrequencies, Over("point", "eigenvalue", words="eigenvalue")]
+    unstable: Annotated[Numbers, Over("point", words="how many eigenvalues have positive real parts")]
+    stable: Annotated[Numbers, Over("point", words="no eigenvalue has a positive real part")]
+    special_points: Annotated[tuple[EquilibriumPoint, ...], Over("special")]
     ends: tuple[EquilibriumEnd, EquilibriumEnd]
     mode: Mode = dataclasses.field(compare=False)
 
@@ -142,6 +143,11 @@ class EquilibriumBranch(Result):
             "special points": special or "no special points",
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
         }
+
+    @property
+    def largest_real_part(self) -> Annotated[AngularFrequencies, Over("point", words="largest real part")]:
+        """Of the eigenvalues at each point."""
+        return np.real(self.eigenvalues)[:, 0]
 
     @property
     def advice(self) -> tuple[str, ...]:
