@@ -29,13 +29,6 @@ def without_unit(seen: Any) -> Any:
     return seen.value if isinstance(seen, WithUnit) else seen
 
 
-def element(seen: Any, index: int) -> Any:
-    """One of several numbers, with their unit if they have one."""
-    if not isinstance(seen, WithUnit):
-        return seen[index]
-    return WithUnit(seen.value[index], seen.unit, None if seen.dimensionless is None else seen.dimensionless[index])
-
-
 def scaled(seen: Any, factor: float) -> Any:
     """A number or a quantity times a factor; a zero without its sign."""
     if not isinstance(seen, WithUnit):

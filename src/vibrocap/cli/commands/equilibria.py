@@ -1,6 +1,5 @@
 """`vibrocap equilibria`: steady sliding and rest of a case that nothing drives in time, and their Hopf points."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,6 @@ from vibrocap.arguments import ArgumentError, check_whole
 from vibrocap.cli.options import Refusal, quantity_range, refusing, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.declared import WithUnit, element, without_unit
 from vibrocap.quantities.dimensional import in_si, view
 from vibrocap.quantities.json_text import json_text
 
@@ -55,11 +53,11 @@ def equilibria(
         with refusing("points"):
             check_whole("points", points, 10)
             found = _refused_by_drive(equilibria_of, given.system)
-        record = {"equilibria": view(in_si(found))["found"]}
+        shown = in_si(found)
         if json:
-            print(json_text(record))
+            print(json_text({"equilibria": view(shown)["found"]}))
         else:
-            _print_equilibria(record, str(case))
+            Page().say(f"{case}: {shown}")
         return OK
     return _followed(given.system, over, start, points, plot, json)
 
@@ -90,11 +88,11 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
         begun = states[start]
     with progress(f"Following steady sliding over {along.path}"), refusing("points", over="--over", between="--over"):
         found = _refused_by_drive(equilibrium_branch, system, along.plain, (low, high), start=begun, points=points)
-    record = view(in_si(found, over=along.path))
+    shown = in_si(found, over=along.path)
     if json:
-        print(json_text(record))
+        print(json_text(shown))
     else:
-        _print_branch(record)
+        Page().say(str(shown))
     if plot is not None:
         from vibrocap.plotting.look.finishing import save
         from vibrocap.plotting.steady.equilibria import equilibrium_figure
@@ -106,47 +104,3 @@ def _followed(system: Any, over: str, start: int | None, points: int, plot: Path
     for end in early:
         complain(f"The branch was not followed to its end ({end.value}). {end.advice}")
     return INCOMPLETE if early else OK
-
-
-def _print_equilibria(record: dict[str, Any], title: str) -> None:
-    """The list of equilibria."""
-    page, found = Page(), record["equilibria"]
-    page.say(f"{len(found)} equilibri{'um' if len(found) == 1 else 'a'} of {title}", style="bold")
-    for i, each in enumerate(found):
-        sort = f"set of {each['kind']}, dimension {each['dimension']}" if each["dimension"] else each["kind"]
-        page.say(f"[{i}] {sort}, {each['stability']}")
-        rows = [(name, _span(each["least"][name], each["most"][name], state)) for name, state in each["state"].items()]
-        if without_unit(each["travel"]):
-            rows.append(("travel", f"{each['travel']:.10g}"))
-        rate = f" {each['eigenvalues'].unit}" if isinstance(each["eigenvalues"], WithUnit) else ""
-        rows.append(("eigenvalues", ", ".join(_shown(value, rate) for value in without_unit(each["eigenvalues"]))))
-        page.rows(rows, 20)
-
-
-def _span(least: Any, most: Any, state: Any) -> str:
-    """A state, or how far it reaches over a set."""
-    if least == most and math.isfinite(without_unit(least)):
-        return f"{state:.10g}"
-    low, high = (f"{end:.10g}" if math.isfinite(without_unit(end)) else "any" for end in (least, most))
-    return f"{low} to {high}" if low != high else low
-
-
-def _shown(value: complex, unit: str) -> str:
-    """An eigenvalue."""
-    turns = f" {'-' if value.imag < 0 else '+'} {abs(value.imag):.6g}i" if value.imag else ""
-    return f"{value.real:.6g}{turns}{unit}"
-
-
-def _print_branch(record: dict[str, Any]) -> None:
-    """Special points and ends of a branch."""
-    page, stable = Page(), record["stable"]
-    page.say(f"Branch of steady sliding over {record['over']}, {len(stable)} points", style="bold")
-    for each in record["special_points"]:
-        turns = "" if each["frequency"] is None else f"omega {each['frequency']:.10g}"
-        kept = "" if each["stability"] == "kept" else f"stability {each['stability']}"
-        remarks = "; ".join(filter(None, (turns, each["criticality"], kept)))
-        error = without_unit(each["error"])
-        page.say(f"  {each['kind']:<14}{each['parameter']:.12g} (error {error:.0e})  {remarks}")
-    for where, end in (("begins", 0), ("ends", -1)):
-        page.say(f"  {where} at {element(record['parameter'], end):.10g}: {record['ends'][end]}")
-    page.say(f"  {sum(stable) / len(stable):.0%} of the points are stable".replace("%", " %"))
