@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE =
 # A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
 TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help venv reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
+.PHONY: help venv reproduce test test-slow test-exhaustive mutants torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -30,6 +30,10 @@ test-slow: $(READY) ## the slow tests alone
 
 test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
 	@$(TESTS) -m exhaustive
+
+mutants: $(READY) ## 200 faults planted in copies of the source, and which fast tests notice each: a night
+	@mkdir -p build
+	@$(BIN)/python tests/mutants.py --out build/mutants.json
 
 torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands (docs/trust.md)
 	@$(BIN)/python -m torture

@@ -1,58 +1,66 @@
-"""Settled maps: periods that a run takes, and CPU time, where runs wait and where they go on from extrapolated limits.
+"""Settled maps: CPU time of runs that wait, over that of runs that continue from extrapolated limits.
 
-`python -m benchmarks.settled_maps` prints both laws on maps of 100 x 100 runs, medians of alternating runs, one thread.
+`python -m benchmarks settled` compares them on maps of the documentation, at the same budget of periods, and at the
+budget with which as many waiting runs settle. One thread, medians of alternating runs.
 """
 
-import math
 import statistics
 import time
-from typing import Any
 
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.motion.recording.equations import equations, parameter_values
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.law import Law
 
-MASS_RATIOS, AMPLITUDES = np.linspace(0.1, 8.0, 100), np.linspace(1.0, 3.0, 100)
-PERIODS, THRESHOLD, TOLERANCE = 60, 1e-6, 1e-8
+SIZE = 50  # runs along either axis
+THRESHOLD, PERIODS = 1e-6, 40
+LONGER = (1, 1.5, 2, 3, 4, 6)  # budgets of the waiting runs, in PERIODS
 TURNS = 5
-
-
-def problem(law: Law) -> tuple[Any, np.ndarray, np.ndarray]:
-    """(equations, parameters, initial) of the map of a law."""
-    system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
-    recorded = equations(system)
-    masses, amplitudes = (each.ravel() for each in np.meshgrid(MASS_RATIOS, AMPLITUDES))
-    parameters = np.tile(parameter_values(system), (len(masses), 1))
-    parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = masses
-    parameters[:, recorded.parameter_paths.index("drive.amplitude")] = amplitudes
-    start = [math.pi / 3 if name == "angle" else 0.0 for name in system.state_names]
-    return recorded, parameters, np.tile(start, (len(masses), 1))
+MASSES, DRIVE = "machine.mass_ratio", "drive.amplitude"
+MAPS: dict[str, tuple[Law, dict[str, np.ndarray], float]] = {
+    "README.md": (vc.Exponential(), {MASSES: np.linspace(0.1, 8.0, SIZE), DRIVE: np.linspace(1.0, 3.0, SIZE)}, 1e-10),
+    "sweeps.md": (vc.Exponential(), {MASSES: np.linspace(0.2, 8.0, SIZE), DRIVE: np.linspace(0.5, 3.0, SIZE)}, 1e-10),
+    "its LuGre": (vc.LuGre(), {MASSES: np.geomspace(0.2, 8.0, SIZE), DRIVE: np.linspace(1.0, 3.0, SIZE)}, 1e-8),
+}
 
 
 def main() -> None:
-    """Run both laws both ways and print a table."""
-    print("\nsettled maps of 10,000 runs, one thread: periods a run (refused trials included), settled, CPU s")
-    for law in (vc.Exponential(), vc.LuGre()):
-        given = problem(law)
-        seconds: dict[bool, list[float]] = {False: [], True: []}
-        said = {}
+    """Run the maps and print a table."""
+    print(f"\nsettled maps of {SIZE} x {SIZE} runs: CPU time of waiting runs over that of extrapolated ones")
+    machine, drive = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0), vc.Harmonic(1.8, 1.0)
+    for name, (law, axes, tolerance) in MAPS.items():
+        over = dict(zip(axes, map(np.ravel, np.meshgrid(*axes.values())), strict=True))
+        system = vc.System(machine, law, drive)
+        ways = [(PERIODS, True), *((int(factor * PERIODS), False) for factor in LONGER)]
+        seconds: dict[tuple[int, bool], list[float]] = {way: [] for way in ways}
+        settled: dict[tuple[int, bool], float] = {}
+        velocity: dict[tuple[int, bool], np.ndarray] = {}
         for turn in range(TURNS + 1):
-            for extrapolate, each in seconds.items():
-                budget = Budget(
-                    PERIODS, 10, THRESHOLD, TOLERANCE, 10_000, 50_000_000, evidence=1, extrapolate=extrapolate
-                )
+            for periods, extrapolate in ways:
                 used = time.process_time()
-                found = ensemble_run(*given, budget, threads=1)
+                found = vc.ensemble(
+                    system,
+                    over,
+                    measures=["mean_velocity"],
+                    initial={"angle": np.pi / 3},
+                    periods=periods,
+                    settle=THRESHOLD,
+                    tolerance=tolerance,
+                    extrapolate=extrapolate,
+                    threads=1,
+                )
                 if turn > 0:  # the first one compiles
-                    each.append(time.process_time() - used)
-                periods = float(np.mean(found.head("periods") + found.head("refused_trials")))
-                said[extrapolate] = f"{periods:6.2f} {np.mean(found.response_period > 0):8.4f}"
-        for extrapolate, each in seconds.items():
-            how = "extrapolated" if extrapolate else "waiting"
-            print(f"  {law.name:12s} {how:13s} {said[extrapolate]} {statistics.median(each):8.3f}")
+                    seconds[periods, extrapolate].append(time.process_time() - used)
+                settled[periods, extrapolate] = float(np.mean(found["settled"]))
+                velocity[periods, extrapolate] = np.where(found["settled"], found["mean_velocity"], np.nan)
+        medians = {way: statistics.median(each) for way, each in seconds.items()}
+        print(f"  {name:10s} extrapolated: {settled[ways[0]]:.1%} settle within {PERIODS} periods")
+        for way in ways[1:]:
+            apart = np.nanmax(np.abs(velocity[way] - velocity[ways[0]]))
+            ratio = medians[way] / medians[ways[0]]
+            print(
+                f"  {'':10s} {way[0]:4d} periods: {ratio:.2f}, {settled[way]:.1%} settle; velocities {apart:.1e} apart"
+            )
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 The import contracts themselves are checked by import-linter in `make lint`.
 """
 
+import ast
 import re
 import subprocess
 import sys
@@ -11,6 +12,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+import mutants
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
@@ -136,3 +139,13 @@ def test_importing_vibrocap_is_quick():
         [sys.executable, "-c", script, *sorted(HEAVY)], capture_output=True, text=True, check=True, timeout=60
     )
     assert answer.stdout.split() == []
+
+
+def test_planted_faults_are_valid_and_change_the_source():
+    """Of `make mutants`: drawn from every room alike, each a program still, and the same ones from the same seed."""
+    faults = mutants.drawn(40, 3, ["physics/friction", "numerics/kernel/step"])
+    assert faults == mutants.drawn(40, 3, ["physics/friction", "numerics/kernel/step"])
+    assert {fault.path.split("/")[2] for fault in faults} == {"physics", "numerics"}
+    for fault in faults:
+        source = (ROOT / fault.path).read_text(encoding="utf-8")
+        assert ast.dump(ast.parse(fault.planted(source))) != ast.dump(ast.parse(source)), fault

@@ -1,7 +1,6 @@
 """Contacts that act on one another: closed forms, all ways in which they can go on, and what is made of them."""
 
 import itertools
-import pickle
 
 import numpy as np
 import pytest
@@ -379,7 +378,6 @@ def test_machines_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
     assert not {"hundred-body-worm", "hundred-body-crawler"}.intersection(machines())
     for machine in (vc.worm(5), vc.crawler(5)):
         assert machines()[machine.name] is machine
-        assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)
     with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 20, got 21"):
         vc.worm(21)
     with pytest.raises(ValueError, match=r"normal_load_2: should be greater than 0, got 0"):

@@ -5,7 +5,6 @@ Every law is taken with its defaults and with random values in which no paramete
 """
 
 import dataclasses
-import pickle
 
 import numpy as np
 import pytest
@@ -47,14 +46,6 @@ def test_declarations_fit_together(law):
         assert not law.internal
     assert law.name in laws()
     assert law_of(law.name) is law
-
-
-@each_law
-def test_law_is_a_value(law):
-    again = pickle.loads(pickle.dumps(law))
-    assert again == law
-    assert type(again) is type(law)
-    assert hash(again) == hash(law)
 
 
 def test_wrapped_laws_have_the_fields_of_both():

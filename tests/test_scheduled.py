@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import pickle
 
 import numpy as np
 import pytest
@@ -48,7 +47,6 @@ KINDS = [
 def test_a_scheduled_drive_keeps_the_contract_of_a_drive(kind, phases):
     drive = kind(**phases)
     assert {clause.__name__: said for clause in DRIVE_CLAUSES if (said := clause(drive)) is not None} == {}
-    assert pickle.loads(pickle.dumps(drive)) == drive
     assert drive.wave.period * sum(count for count, _ in drive.phases) == drive.period
     assert drive.time_scale == drive.wave.period
 

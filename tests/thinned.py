@@ -16,6 +16,16 @@ def exhaustive_but(kept: Iterable[int], values: Sequence[Any]) -> list:
     return _marked(pytest.mark.exhaustive, kept, values)
 
 
+def covering(rows: Sequence[tuple]) -> list[int]:
+    """Places of few rows in which every value of every column stands: of its column, the next row has most new ones."""
+    unseen = {(column, value) for row in rows for column, value in enumerate(row)}
+    places = []
+    while unseen:
+        places.append(max(range(len(rows)), key=lambda i: len(unseen.intersection(enumerate(rows[i])))))
+        unseen -= set(enumerate(rows[places[-1]]))
+    return sorted(places)
+
+
 def _marked(mark: pytest.MarkDecorator, without: Iterable[int], values: Sequence[Any]) -> list:
     places = set(without)
     assert places <= set(range(len(values)))
