@@ -62,7 +62,7 @@ class BifurcationDiagram(Result):
     state_names: tuple[str, ...]
 
     @property
-    def direction(self) -> Annotated[np.ndarray, Over("direction", name="direction", words="direction of the sweep")]:
+    def direction(self) -> Annotated[Numbers, Over("direction", name="direction", words="direction of the sweep")]:
         """Each direction, in words."""
         return np.array(self.directions, dtype=str)
 
