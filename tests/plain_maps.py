@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from vibrocap.orbits.maps.closing_map import Closing
+from vibrocap.orbits.maps.closing_map import OrbitClosing
+from vibrocap.orbits.walk.residual import Residual
+from vibrocap.orbits.walk.special_points import special_points_of_maps
 
 
-class PlainMap:
+class PlainMap(Residual):
     """A map u -> function(u, p) over a range of p, n times; derivatives by complex steps.
 
     mode_sequence: of (u, p), where pieces are to be told apart; breaks: of p, where no run finishes
@@ -39,7 +41,7 @@ class PlainMap:
             columns.append(np.imag(self.image(moved)) / 1e-30)
         derivative = np.column_stack(columns)
         image = np.real(self.image(x))
-        return Closing(
+        return OrbitClosing(
             x=x,
             mismatch=image - x[:-1],
             jacobian=derivative[:, :m],
@@ -50,6 +52,12 @@ class PlainMap:
             drift=float(x[0]),
             image=image,
         )
+
+    def special_points(self, segment, left, right, at_parent):
+        return special_points_of_maps(segment, left, right, at_parent)
+
+    def described(self, found):
+        return {"state": dict(enumerate(found.point.x[:-1]))}
 
     def coarser(self):
         if self.half or self.times == 1:

@@ -9,13 +9,14 @@ import pytest
 import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic, transcritical
 from renumbered import renumbered
-from vibrocap.orbits.continuation import segment, special_points
-from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
-from vibrocap.orbits.continuation.following import BranchEnd, followed, started
-from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.maps.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
+from vibrocap.orbits.walk import segment, special_points
+from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.following import followed, started
+from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
+from vibrocap.orbits.walk.special_kind import SpecialKind
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper

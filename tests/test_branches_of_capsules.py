@@ -12,9 +12,9 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.cli import main as cli
-from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind
-from vibrocap.orbits.maps.itinerary import ModeChange, same_cycle
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.itinerary import ModeChange, same_cycle
+from vibrocap.orbits.walk.special_kind import SpecialKind
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

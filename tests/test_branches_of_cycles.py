@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from vibrocap.cli import main as cli
 from vibrocap.orbits.continuation import cycle_following
-from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.walk.ends import BranchEnd
 
 pytestmark = pytest.mark.slow
 STATIC, KINETIC, STIFFNESS, SPEED = 1.5, 1.0, 2.0, 0.1

@@ -224,6 +224,15 @@ def test_states_that_jump_at_events_are_not_compared():
 
 
 @pytest.mark.slow
+def test_what_creeps_along_a_border_of_a_law_passes_it_as_often_at_any_tolerance():
+    """Errors of a step were larger than the margin of the border: 998 events in place of 163 at a tolerance of 1e-5."""
+    law = vc.ElastoPlastic(bristle_stiffness=1e4, bristle_damping=100.0)
+    system = vc.System(vc.Oscillator(belt_speed=0.2), law, vc.Harmonic(amplitude=0.3))
+    counts = [len(vc.simulate(system, periods=20, tolerance=tolerance).events) for tolerance in (1e-5, 1e-6, 1e-9)]
+    assert counts == [163] * 3
+
+
+@pytest.mark.slow
 def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():
     """Stuck on a belt nothing but the drive bends the holding force, whose odd terms vanish at a crest of the drive.
 

@@ -96,6 +96,7 @@ def test_version(capsys):
         (["simulte"], 'Did you mean "simulate"?'),
         (["simulate"], "CASE"),
         (["simulate", "x.toml", "--jsn"], "Did you mean --json?"),
+        (["simulate", "x.toml", "--kind", "crawler"], "Unknown option: --kind.\n"),
         (["simulate", "x.toml", "--periods", "many"], "--periods"),
         (["simulate", "x.toml", "--out"], "--out"),
         (["reproduce", "--only", "fig99"], "fig03"),

@@ -21,7 +21,7 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.motion.recording.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
-from vibrocap.numerics.compiler.gpu import ARGUMENTS, LIBRARY, THREAD, lone_thread_code
+from vibrocap.numerics.compiler.gpu import ARGUMENTS, LIBRARY, THREAD, thread_code
 from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
@@ -30,6 +30,11 @@ from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
 EVERYTHING = 63  # all groups of measures
+ALONE = """  ; a thread that waits for no other, for a processor
+define internal i1 @in_all_threads(i1 %one) alwaysinline {
+  ret i1 %one
+}
+"""
 CASES = {  # law, runs, budget
     "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 75, EVERYTHING)),
     "lugre": ("lugre", 3, Budget(1, 1, 0.0, 1e-6, 1000, 10**6, EVERYTHING)),
@@ -100,7 +105,7 @@ class StandIn(on_gpu.Gpu):
 def built(law, order=10, exact=False):
     """(layout, one thread as machine code of this processor)."""
     layout, text = on_gpu.cuda_text(ensemble_of(law, 1)[0], order)
-    code = lone_thread_code(text)
+    code = thread_code(text) + ALONE
     thread = Compiled(object_code(code.replace(" contract", "") if exact else code, host()), ARGUMENTS)
 
     def run(own, addresses, *numbers):

@@ -64,7 +64,7 @@ def test_values_lie_within(operation):
         assert least - slack <= values.min()
         assert values.max() <= most + slack
         widths.append((most - least) / (values.max() - values.min()))
-    assert operation in ("sin", "cos") or np.median(widths) < 10.0
+    assert np.median(widths) < 10.0
 
 
 def test_an_inverse_of_what_may_vanish_is_anything():
@@ -81,17 +81,6 @@ def test_the_enclosure_of_a_number_is_that_number():
     assert enclosed(graph.constant(2.0) * (a - a + 3.0), [0.0, 0.0], [1.0, 1.0]) == (6.0, 6.0)
 
 
-def test_sums_of_literals_are_literals():
-    """Abreast a literal stands for no lane, so that a sum of two could not be compared."""
-    graph = Graph()
-    a, b = graph.node("state", 0), graph.node("state", 1)
-    text = Lines(polynomials=True)
-    enclosures = Enclosures(graph, text, lambda index: None)
-    assert enclosures.of((a.sin() + b.cos()).index) == ("-2.0", "2.0")
-    assert enclosures.of((a.sin() - (b.cos() + 3.0)).index) == ("-5.0", "-1.0")
-    assert text.lines == []
-
-
 def test_sine_and_cosine_of_a_parameter_are_single_values():
     graph = Graph()
     parameter = graph.node("parameter", 0)
@@ -100,3 +89,12 @@ def test_sine_and_cosine_of_a_parameter_are_single_values():
         least, most = Enclosures(graph, text, lambda index: None).of(function.index)
         assert least == most
         assert text.lines[-1] == f"{least} = e1[{place}]"
+
+
+def test_a_determinant_of_turning_bodies_stays_apart_over_a_short_step():
+    """Of two pendulums in a row it holds squares of cosines that cancel where each is known no better than to 1."""
+    graph = Graph()
+    a, b = graph.node("state", 0), graph.node("state", 1)
+    inverse = 1.0 / (1.1 - (a - b).cos() * (a - b).cos() - 0.5 * a.sin() * a.sin())
+    least, most = enclosed(inverse, [0.4 - 1e-6, 1.1 - 1e-6], [0.4 + 1e-6, 1.1 + 1e-6])
+    assert 0.0 < most - least < 1e-4 * least

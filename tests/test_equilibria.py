@@ -68,7 +68,7 @@ def test_hopf_point_of_sizes_that_differ_by_ten_decades():
     """The first Lyapunov coefficient is 3.4e-16 there (80 digits), of terms of 5: it has no sign in doubles."""
     system, _, _, critical = crust()
     (hopf,) = vc.equilibrium_branch(system, "machine.stiffness", (1e5, 1e8)).special_points
-    assert hopf.kind is vc.EquilibriumPointKind.HOPF
+    assert hopf.kind is vc.SpecialKind.HOPF
     assert abs(hopf.parameter - critical) <= hopf.error < 1e-12 * critical
     assert hopf.criticality == "degenerate"
 
@@ -219,7 +219,7 @@ def special_at(made, seed):
         system = system.with_parameters({path: 1.2 * near})
     start = vc.equilibria(system).sliding[-1]
     found = vc.equilibrium_branch(system, path, (0.7 * near, 2.5 * near), start=start)
-    kind = vc.EquilibriumPointKind.FOLD if made is fold_of_a_capsule else vc.EquilibriumPointKind.HOPF
+    kind = vc.SpecialKind.FOLD if made is fold_of_a_capsule else vc.SpecialKind.HOPF
     (special,) = [each for each in found.special_points if abs(each.parameter - near) < 1e-3 * near]
     return special, kind, place
 
@@ -258,7 +258,7 @@ def test_canonical_places():
 def test_frequencies_that_meet_without_damping():
     system = vc.System(vc.ModeCouplingBlock(), vc.Coulomb(0.3, 3.0), ZERO_PROGRESS)
     (special,) = vc.equilibrium_branch(system, "friction.coulomb_coefficient", (0.1, 1.0)).special_points
-    assert special.kind is vc.EquilibriumPointKind.MODE_COUPLING
+    assert special.kind is vc.SpecialKind.MODE_COUPLING
     assert abs(special.parameter - ((2.0 - 1.6) ** 2 / (4.0 * 0.5) + 0.5) / 1.2) <= special.error < 1e-12
     assert special.frequency == pytest.approx(math.sqrt(1.8), abs=1e-12)
 
@@ -275,7 +275,7 @@ def test_idle_duration_of_the_drive_changes_no_place():
 def test_branch_ends_by_name_and_is_a_result():
     system = belt(vc.Exponential(0.5, 1.0, 2.0), damping=0.1, belt_speed=1.5)
     found = vc.equilibrium_branch(system, "machine.belt_speed", (0.0, 2.0))
-    assert found.ends == (vc.EquilibriumEnd.REST, vc.EquilibriumEnd.PARAMETER_BOUND)
+    assert found.ends == (vc.BranchEnd.REST, vc.BranchEnd.PARAMETER_BOUND)
     assert found.parameter[0] == pytest.approx(0.0, abs=1e-11)
     assert np.all(found.stable == (found.parameter > math.log(10.0) / 2.0))
     assert "subcritical" in str(found)
@@ -398,6 +398,6 @@ def test_the_first_lyapunov_coefficient_has_the_size_of_the_textbook(seed):
     (fxx, fxy, fyy), (gxx, gxy, gyy) = second
     products = fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy
     a = (third[0, 0] + third[0, 2] + third[1, 1] + third[1, 3] + products / omega) / 16.0
-    located = bifurcations.Located(np.zeros(3), 0.0, omega, np.array([3.0, -3.0j]))
-    found = bifurcations.first_lyapunov_coefficient(NormalForm(omega, quadratic, cubic), located)
+    form, vector = NormalForm(omega, quadratic, cubic), np.array([3.0, -3.0j])
+    found = bifurcations.first_lyapunov_coefficient(form, np.zeros(3), omega, vector)
     assert found == pytest.approx(2.0 * a / omega, rel=1e-9)

@@ -11,8 +11,8 @@ import vibrocap as vc
 from vibrocap.arguments import ArgumentError
 from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.continuation.cycle_following import _at_zero
-from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.special_kind import SpecialKind
 
 pytestmark = pytest.mark.slow
 HOPF, END_OF_STICKING = math.log(10.0) / 2.0, 1.8366009722087555  # the second by an independent event-driven solver

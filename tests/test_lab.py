@@ -343,6 +343,15 @@ def test_rules_are_the_same_whatever_was_asked_before():
     assert "jumps, while the two-body-worm" in rules(system, paths)
 
 
+def test_a_place_that_is_free_when_a_page_is_opened_stays_free():
+    """Its kernels do not look at it where they ask whether a motion has settled."""
+    for stiffness, refused in ((0.0, True), (1.0, False)):
+        system = vc.System(vc.Oscillator(stiffness=stiffness), vc.Coulomb(0.1, 0.2), vc.Harmonic())
+        paths = tuple(path for path in system.parameter_paths if type(system.parameter(path)) is float)
+        place = paths.index("machine.stiffness")
+        assert (f'(!((-p[{place}])===0.0))&&["position",`should stay free' in rules(system, paths)) is refused
+
+
 @needs_node
 @pytest.mark.slow
 def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):

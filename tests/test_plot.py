@@ -508,7 +508,7 @@ def test_the_sheet_of_an_imposed_motion_shows_the_body_and_what_the_motion_takes
     motion = vc.simulate(vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.3, 0.3), vc.Triangle(rise=0.8)), periods=2)
     shown = texts(vc.figure(motion))
     assert ("Imposed motion", "", "imposed displacement $z$") in shown
-    assert ("Body", "", r"capsule velocity $X'$") in shown
+    assert ("Body", "", r"body velocity $X'$") in shown
     assert ("Actuator", "imposed displacement $z$", "actuator force") in shown
     block = vc.simulate(vc.System(vc.ModeCouplingBlock(), vc.Coulomb(), vc.Constant()), periods=1)
     assert "sliding velocity $v$, last period" in [x for _, x, _ in texts(vc.figure(block))]

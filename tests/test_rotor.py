@@ -17,8 +17,8 @@ from vibrocap.cli.terminal import OK
 from vibrocap.measures.recorded.settling import settling, stroboscopic_states
 from vibrocap.motion.recording.section import brought_back, section_states, winding
 from vibrocap.numerics.linker.link import kernel_source
-from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.continuation.branch_distance import branch_distance
+from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
 TURN = 2.0 * math.pi
 LAW = vc.Coulomb(coulomb_coefficient=0.1, static_coefficient=0.15)

@@ -15,10 +15,9 @@ from thinned import exhaustive_but
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.attractors.lyapunov import lyapunov_exponent
-from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.orbits.maps import differences
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 from vibrocap.physics.catalogue import law as law_of
 
 TURNING = vc.System(

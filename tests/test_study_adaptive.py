@@ -10,6 +10,7 @@ import vibrocap as vc
 from thinned import slow_but
 from vibrocap.case.case import case_from_text
 from vibrocap.measures.ensemble import ensemble
+from vibrocap.motion.trust import ZERO, residue
 from vibrocap.studies import refinement
 from vibrocap.studies.adaptive import adaptive_map, border
 
@@ -321,13 +322,14 @@ def test_points_go_to_the_ensemble(monkeypatch):
     assert system is SYSTEM
     assert measures == ("drift", "mean_velocity", "hidden_lift_off")
     assert settings["settle"] == pytest.approx(1e-4, rel=1e-12)
+    assert dataset.attrs["dead_band"] == residue(SYSTEM, "mean_velocity", settings["settle"])
     assert settings | {"initial": {"velocity": 0.2}, "tolerance": 1e-7, "threads": 1} == settings
     assert dataset["machine.mass_ratio"].attrs["long_name"]
     assert dataset["initial.angle"].attrs["coarse_steps"] == 16
     assert dataset["drift"].attrs["units"] == "1"
     case = case_from_text(dataset.attrs["case"])
     assert (case.system, case.initial, case.tolerance) == (SYSTEM, {"velocity": 0.2}, 1e-7)
-    adaptive_map(SYSTEM, over, by, settle=0)
+    assert adaptive_map(SYSTEM, over, by, settle=0).attrs["dead_band"] == ZERO
     assert calls[-1][2]["settle"] is None
     calls.clear()
     for change, message in (

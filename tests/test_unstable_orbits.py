@@ -14,7 +14,7 @@ from thinned import exhaustive_but
 from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.closing import orbit as orbits
-from vibrocap.orbits.closing.periodic_solution import state_vector
+from vibrocap.orbits.maps.stroboscopic_map import state_vector
 
 pytestmark = pytest.mark.slow
 START = {"angle": math.pi / 3}

@@ -79,19 +79,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.orbits.continuation.branch import Branch, branch
     from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
     from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
-    from vibrocap.orbits.continuation.following import BranchEnd
     from vibrocap.orbits.continuation.hopf_cycles import hopf_cycles
-    from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.equilibria.equilibrium import Equilibria, Equilibrium, equilibria
-    from vibrocap.orbits.equilibria.equilibrium_branch import (
-        EquilibriumBranch,
-        EquilibriumPoint,
-        EquilibriumPointKind,
-        equilibrium_branch,
-    )
-    from vibrocap.orbits.equilibria.following import EquilibriumEnd
-    from vibrocap.orbits.maps.itinerary import ModeChange
+    from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, equilibrium_branch
+    from vibrocap.orbits.walk.ends import BranchEnd
+    from vibrocap.orbits.walk.itinerary import ModeChange
+    from vibrocap.orbits.walk.special_kind import SpecialKind
+    from vibrocap.orbits.walk.special_points import SpecialPoint
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.closed_loop.actuator import Actuator
     from vibrocap.physics.controllers.computed_torque import (
@@ -245,8 +240,7 @@ __all__ += ["Basins", "bifurcation_diagram", "BifurcationDiagram"]
 __all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
 __all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
 # equilibria
-__all__ += ["equilibria", "Equilibria", "Equilibrium", "equilibrium_branch", "EquilibriumBranch", "EquilibriumEnd"]
-__all__ += ["EquilibriumPoint", "EquilibriumPointKind", "hopf_cycles"]
+__all__ += ["equilibria", "Equilibria", "Equilibrium", "equilibrium_branch", "EquilibriumBranch", "hopf_cycles"]
 # measured data
 __all__ += ["Record", "RecordError", "RecordWarning", "read_records", "prepared", "stick_slip", "stick_slip_of"]
 __all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", "basalt_velocity_step", "emps"]

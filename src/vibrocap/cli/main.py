@@ -6,6 +6,7 @@ with its status and what was computed until then; 130 interrupted.
 
 import collections
 import contextlib
+import difflib
 import functools
 import importlib
 import inspect
@@ -16,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 
 from vibrocap import files, inputs
 from vibrocap.arguments import SettingError
@@ -228,6 +229,14 @@ def _nothing_read_is_replaced() -> Iterator[None]:
         files.PROTECTED = set()
 
 
+def unknown_option(error: UnknownOptionError) -> str:
+    """An unknown option, and one of a similar name: the dashes, which all have, make none similar."""
+    given = (error.token.keyword or error.token.value).partition("=")[0]
+    names = {name.strip("-"): name for each in error.argument_collection if each.parse for name in each.names}
+    near = difflib.get_close_matches(given.strip("-"), names, n=1, cutoff=0.65)
+    return f"Unknown option: {given}.{f' Did you mean {names[near[0]]}?' if near else ''}"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     for name in ("stdout", "stderr"):
@@ -245,7 +254,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CaseError, Refusal, SettingError) as error:
         complain(str(error))
     except CycloptsError as error:
-        complain(f"{error}\nvibrocap --help shows the commands with an example each.")
+        said = unknown_option(error) if isinstance(error, UnknownOptionError) else str(error)
+        complain(f"{said}\nvibrocap --help shows the commands with an example each.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
         _silence()
         return BROKEN_PIPE

@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from vibrocap.arguments import Complaint
+from vibrocap.arguments import ArgumentError, Complaint
 from vibrocap.lab.written import HELD, Ways, Written, chosen, condition, text_of
 from vibrocap.physics.closed_loop.sampling import SampledReference
 from vibrocap.physics.drives.drive import Piecewise
@@ -41,7 +41,7 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
     ways = Ways()
     made = written_system(system, paths, ways)
     found: dict[str, list[str]] = {}  # conditions by what is said
-    for field, check in _checks(made):
+    for field, check in (*_checks(made), ("", lambda: _place_stays_free(system, made))):
         for asked, value in ways.through(check):
             if isinstance(value, ValueError) and asked:
                 found.setdefault(_said(value, field), []).append(condition(asked))
@@ -96,6 +96,12 @@ def _checks(system: System) -> Iterator[tuple[str, Callable[[], Any]]]:
             if each.info.mode == "after":
                 yield f"{name}.", lambda check=each.func, record=record: check(record)
     yield "", system.__post_init__
+
+
+def _place_stays_free(system: System, made: System) -> None:
+    """Refuse a spring, say, where the kernels of the form look at a place on which nothing depends."""
+    if system.cyclic is not None and made.cyclic is None:
+        raise ArgumentError(system.cyclic, "should stay free in this page: open another page of a case where it is not")
 
 
 def _said(error: ValueError, field: str) -> str:

@@ -163,7 +163,8 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
         where = start[switch] and system.placed.room()[name][start[switch] > 0.0]
         if not math.isfinite(where):
             raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
-        rest = {system.machine.contact_states[0]: -system.machine.ground_speed()}  # over a belt it slides at the stop
+        # over a belt it slides at the stop
+        rest = dict.fromkeys(system.machine.contact_states, -system.machine.ground_speed())
         for locked, value in ((name, where), *((each, rest.get(each, 0.0)) for each in still)) if start[switch] else ():
             if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
                 wanted, got = (_said(each, locked, system, 10) for each in (value, start[locked]))

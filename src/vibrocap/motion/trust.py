@@ -17,6 +17,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 
 RESIDUE = 10.0  # thresholds of settling by which a measure of a settled motion may be off, over its natural size
+ZERO = 1e-6  # of travel without units: none where motions were not to settle, so that their residue is not known
 NOT_SETTLED = "not settled"
 TRAVEL = ("mean_velocity", "drift", "displacement")  # measures with a direction, which the mirror image turns
 FINISHED, NOT_CERTIFIED = (list(Status).index(each) for each in (Status.FINISHED, Status.NOT_CERTIFIED))

@@ -4,7 +4,7 @@ A steady motion is periodic up to a shift of the position, the drift. This room 
 with their Floquet multipliers (`closing`), branches of them with their special points (`continuation`), attractors,
 basins and Lyapunov exponents (`attractors`), and the parameters at which a measure takes a value (`crossings`). All of
 them look at the system through its stroboscopic map (`maps`); states at which nothing changes but the travel are
-`equilibria`. Imports go one way:
+`equilibria`. Whatever is followed over a parameter is followed by one `walk`. Imports go one way:
 
-    attractors, continuation -> crossings -> closing, equilibria -> maps
+    attractors, continuation -> crossings -> closing, equilibria -> maps -> walk
 """

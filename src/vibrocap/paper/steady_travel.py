@@ -10,14 +10,13 @@ import numpy as np
 
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import RESIDUE
+from vibrocap.motion.trust import Trust, residue
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
 from vibrocap.paper.presets import MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, start, with_load
 
 STIFFNESSES = (0.01, 4.5)
 POINTS = 40  # along each axis of the map
 PERIODS, SETTLE, TOLERANCE = 600, 1e-6, 5e-8
-STILL = RESIDUE * SETTLE  # mean velocities up to this are no travel
 FOLLOWED = (1.45, 4.0)  # stiffness of the diagram of branches
 FRICTION = "exponential"
 LOADS: tuple[float | str, ...] = (1.0, "dynamic")
@@ -29,6 +28,7 @@ class SteadyPanel:
 
     friction: str
     load: float | str
+    residue: float  # mean velocities up to this are no travel
     mean_velocity: np.ndarray
     status: np.ndarray  # index into list(Status)
     settled: np.ndarray
@@ -42,7 +42,8 @@ class SteadyPanel:
     @property
     def travelling(self) -> float:
         """Share of all runs that have settled and travel."""
-        return float(np.mean(self.finished & self.settled & (np.abs(self.mean_velocity) > STILL)))
+        direction = Trust(self.status, self.settled, self.residue).direction(self.mean_velocity)
+        return float(np.mean(np.abs(np.nan_to_num(direction))))
 
     @property
     def ended(self) -> dict[str, int]:
@@ -81,7 +82,8 @@ def steady_panel(friction: str, load: float | str, mass_ratio: np.ndarray, stiff
         tolerance=TOLERANCE,
     )
     names = ("mean_velocity", "status", "settled", "least_reaction")
-    return SteadyPanel(SHORT[friction], load, *(found[name].reshape(ratios.shape) for name in names))
+    columns = (found[name].reshape(ratios.shape) for name in names)
+    return SteadyPanel(SHORT[friction], load, residue(system, "mean_velocity", SETTLE), *columns)
 
 
 def steady_travel() -> SteadyTravel:

@@ -9,7 +9,7 @@ import numpy as np
 from vibrocap.files import write_table
 from vibrocap.motion.status import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
-from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
+from vibrocap.paper.steady_travel import PERIODS, SteadyPanel, SteadyTravel
 from vibrocap.plotting.look import style as plots
 from vibrocap.plotting.look.colours import BLACK, GREEN
 from vibrocap.plotting.look.finishing import save
@@ -149,7 +149,7 @@ def draw_map(found: SteadyTravel, path: Path) -> Path:
         "of the settled motion",
         "1",
         "signed",
-        STILL,
+        found.panels[0].residue,
         (
             ViewAxis("machine.mass_ratio", found.mass_ratio, r"mass ratio $\lambda$"),
             ViewAxis("machine.stiffness", found.stiffness, r"spring $\rho$"),

@@ -28,6 +28,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.recorded.settling import usual_threshold
+from vibrocap.motion.trust import FINISHED, ZERO, Trust, residue
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 
 Evaluator = Callable[[np.ndarray, np.ndarray], Mapping[str, Any]]
 
-DEAD_BAND = 1e-4  # of the mean velocity: a hundred times the threshold to which runs settle by default
 UNKNOWN = -128  # travel of a run that failed
 TILE = 65_536  # runs per call of the evaluator
 WAYS = {-1: "back", 0: "none", 1: "forward", UNKNOWN: "unknown"}
@@ -77,7 +77,7 @@ def adaptive_map(
     measures: Sequence[str] = ("mean_velocity",),
     coarse: int | tuple[int, int] = 16,
     margin: int = 1,
-    dead_band: float = DEAD_BAND,
+    dead_band: float | None = None,
     refine_unsettled: bool = True,
     evaluate: Evaluator | None = None,
     tile: int = TILE,
@@ -92,8 +92,8 @@ def adaptive_map(
         the runs always counts. Measures that they need are added to `measures`.
     coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
     margin: cells on each side of a mixed one that are halved with it; 0 follows what was found, and no more
-    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1); a run that failed has -128. It is
-        without units always, as are the thresholds of settling
+    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1), by default the residue of runs
+        that settle (1e-6 of others); a run that failed has -128. It is without units, as are thresholds of settling
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its mode sequence from point to point, and would otherwise ask for all of them
     evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
@@ -123,6 +123,7 @@ def adaptive_map(
         evaluate, attributes, measured = _ensemble(system, axes, by, measures, settings)
     elif settings:
         raise ValueError(f"{', '.join(settings)}: settings of the ensemble do not go with an evaluator of one's own")
+    band = float(attributes.get("dead_band", ZERO) if dead_band is None else dead_band)
 
     x, y = axes.values()
     levels = levels_of((len(x), len(y)), steps)
@@ -134,7 +135,7 @@ def adaptive_map(
         for start in range(0, len(new), tile):
             place = new[start : start + tile]
             i, j = np.unravel_index(place, computed.shape)
-            results = _checked_results(evaluate(x[i], y[j]), len(place), by, dead_band)
+            results = _checked_results(evaluate(x[i], y[j]), len(place), by, band)
             if found and set(results) != set(found[0]):
                 raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(found[0])}")
             codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
@@ -161,7 +162,7 @@ def adaptive_map(
         | {
             "title": "Adaptive map",
             "labels": " ".join(_compared(by, runs)),
-            "dead_band": float(dead_band),
+            "dead_band": band,
             "margin": int(margin),
             "refine_unsettled": str(refine_unsettled),
             "runs_computed": len(order),
@@ -213,9 +214,9 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
                 "evaluate", f"{name} should hold one value per run, shape ({runs},), got {values.shape}"
             )
     if "travel" in by and "travel" not in results and "mean_velocity" in results:
-        velocity = results["mean_velocity"]
-        direction = np.where(np.abs(velocity) <= dead_band, 0.0, np.sign(velocity))
-        results["travel"] = np.where(np.isnan(velocity), UNKNOWN, direction).astype(np.int8)
+        trust = Trust(results.get("status", np.full(runs, FINISHED)), None, dead_band)
+        direction = trust.direction(results["mean_velocity"])
+        results["travel"] = np.where(np.isnan(direction), UNKNOWN, direction).astype(np.int8)
     for label in by:
         if label not in results:
             raise ArgumentError("by", f"{label} should be among what evaluate returns, got {', '.join(results)}")
@@ -269,7 +270,7 @@ def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled:
         raise ArgumentError("by", f"should hold 'response_period' where refine_unsettled is False, got {by!r}")
     for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
         check_whole(name, value, low)
-    if not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf:
+    if dead_band is not None and (not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf):
         raise ArgumentError("dead_band", f"should be a finite number >= 0, got {dead_band!r}")
 
 
@@ -298,4 +299,5 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
         return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)
 
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
+    attributes["dead_band"] = residue(system, "mean_velocity", used["settle"]) if used["settle"] else ZERO
     return evaluate, attributes, {each.name: each for each in variables(study)}

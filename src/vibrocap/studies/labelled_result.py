@@ -1,6 +1,5 @@
 """Results as labelled arrays and tables: what the declarations of their fields state, with the case they belong to."""
 
-import typing
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +48,7 @@ def labelled_arrays(result: Any) -> tuple[dict[str, Variable], dict[str, Variabl
             continue
         dims = tuple(_named(result, each) for each in over.dims)
         if isinstance(getattr(record, member), tuple):
-            found[0].update(_of_records(getattr(result, member), dims[0], hint))
+            found[0].update(_of_records(getattr(result, member), dims[0]))
             continue
         seen, name = member_view(record, member, context), _named(result, over.name) or member
         split = {name: seen}
@@ -73,14 +72,13 @@ def _named(result: Any, name: str) -> str:
     return held if isinstance(held, str) else name
 
 
-def _of_records(records: tuple[Any, ...], dim: str, hint: Any) -> dict[str, Variable]:
-    """An array for each member of some records of a type."""
+def _of_records(records: tuple[Any, ...], dim: str) -> dict[str, Variable]:
+    """An array for each member of some records."""
     rows, found = Rows(records).table(), {}
-    (element, *_) = typing.get_args(typing.get_args(hint)[0])
-    for name in rows[0] if rows else element.in_record.split():
+    for name in rows[0] if rows else ():
         values = [row[name] for row in rows]
         kind = str if any(isinstance(each, str) for each in values) else float
-        unit = {} if kind is str or not records else {"units": records[0].unit_of(name)}
+        unit = {} if kind is str else {"units": records[0].unit_of(name)}
         found[f"{dim}_{name}"] = ((dim,), np.array(values, dtype=kind), unit)
     return found
 

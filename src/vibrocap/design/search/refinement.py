@@ -17,9 +17,9 @@ from vibrocap.design.search.problem import Problem
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.recorded.sticking import spelled
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 
 TOLERANCE = 1e-12  # of the runs that close an orbit
 REGION = 0.01, 1e-9  # first and last radius of the trust region, in shares of the ranges

@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.expressions.graph import derivative, evaluate
 
 GAUSS_POINTS = 16  # per piece; a piece is one step of a Taylor series, which 16 points integrate to rounding
 SCAN = 16  # intervals per piece in which sign changes are looked for
@@ -53,10 +55,13 @@ class Stretch:
         return self._observed("contact_velocity", t, self._piece_at(t))
 
     def acceleration(self, t: np.ndarray) -> np.ndarray:
-        """Its rate: the derivative of the polynomial of the state that moves with it."""
-        piece, motion = self._piece_at(t), self.motion
-        row = motion.state_names.index(motion.system.machine.contact_states[0])
-        return motion.piece_slopes(piece, t - motion.piece_start[piece])[row]
+        """Its rate along the polynomials of the states."""
+        piece, velocity = self._piece_at(t), equations(self.motion.system).contacts[0].velocity
+        local, parameters = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
+        rates = (*self.motion.piece_slopes(piece, t - self.motion.piece_start[piece]), np.ones(len(t)))
+        slopes = [derivative(velocity, i) for i in (*range(len(rates) - 1), -1)]
+        slopes = evaluate(slopes, local, self._states(t, piece), 1.0, parameters)
+        return np.sum([slope * rate for slope, rate in zip(slopes, rates, strict=True)], axis=0)
 
     def friction(self, t: np.ndarray) -> np.ndarray:
         """Friction force R."""

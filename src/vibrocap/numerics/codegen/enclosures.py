@@ -56,12 +56,6 @@ class Lines:
             return repr(min(float(a), float(b)))
         return self.name(f"min({a}, {b})")
 
-    def sum(self, a: str, b: str, sign: float = 1.0) -> str:
-        """The sum of two numbers, or (sign -1) their difference; of two literals it is one."""
-        if _is_number(a) and _is_number(b):
-            return repr(float(a) + sign * float(b))
-        return self.name(f"{a} {'+' if sign > 0.0 else '-'} {b}")
-
     def size(self, interval: Interval) -> str:
         """Largest absolute value within an interval."""
         low, high = interval
@@ -119,18 +113,16 @@ class Enclosures:
         if op == "parameter":
             return same(text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")))
         if op in ("sin", "cos"):
-            if not self.graph.is_constant_in_time(index):
-                return "-1.0", "1.0"
-            return same(text.function(op, self.of(operands[0])[0]))
+            return self._wave(op, self.of(operands[0]))
         a = self.of(operands[0])
         if op == "neg":
             return self._pair(a, lambda x: f"-{x}", turned=True)
         if op == "add":
             b = self.of(operands[1])
-            return text.sum(a[0], b[0]), text.sum(a[1], b[1])
+            return text.name(f"{a[0]} + {b[0]}"), text.name(f"{a[1]} + {b[1]}")
         if op == "sub":
             b = self.of(operands[1])
-            return text.sum(a[0], b[1], -1.0), text.sum(a[1], b[0], -1.0)
+            return text.name(f"{a[0]} - {b[1]}"), text.name(f"{a[1]} - {b[0]}")
         if op == "mul":
             return self._square(a) if operands[0] == operands[1] else self._product(a, self.of(operands[1]))
         if op == "div":
@@ -153,6 +145,15 @@ class Enclosures:
         ends = [text.name(text.chosen(passes, far, f"1.0 / {end}")) for far, end in ((least, high), (most, low))]
         return ends[0], ends[1]
 
+    def _wave(self, op: str, a: Interval) -> Interval:
+        """Sine or cosine, whose slope is at most 1: over a short step the determinant of moving bodies stays apart."""
+        text, (low, high) = self.text, a
+        if low == high:
+            return same(text.function(op, low))
+        middle = text.name(f"0.5 * ({low} + {high})")
+        value, way = text.function(op, middle), text.name(f"{high} - {middle}")
+        return text.larger(text.name(f"{value} - {way}"), "-1.0"), text.smaller(text.name(f"{value} + {way}"), "1.0")
+
     def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:
         ends = tuple(self.text.name(formula(x)) for x in (a[::-1] if turned else a))
         return ends[0], ends[1]
@@ -167,9 +168,7 @@ class Enclosures:
         return text.function(op, a[0]), text.function(op, a[1])
 
     def _times(self, x: str, y: str) -> str:
-        """Product of two numbers; that of two literals is one."""
-        if _is_number(x) and _is_number(y):
-            return repr(float(x) * float(y))
+        """Product of two numbers."""
         if "1.0" in (x, y):
             return y if x == "1.0" else x
         return self.text.name(f"{x} * {y}")

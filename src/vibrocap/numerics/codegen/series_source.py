@@ -75,14 +75,15 @@ def _series(
     code.name("sliding", code.entry("SIDE"))
     for i in range(1, layout.contacts):
         code.name(f"sliding_{i}", code.entry(f"SIDE + {i} * LANES"))
-    held_from = rows + 4 + layout.switches + layout.imposed + layout.shifts
+    imposed_from = rows + 1 + layout.switches
+    shifts_from = imposed_from + layout.imposed
+    held_from = shifts_from + layout.shifts
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
 
     def keep(row: int, k: int, value: Formula) -> None:
         """Write a coefficient to its place in the series at once: values wait in registers, of which there are few."""
         code.store(f"SERIES + {row * (order + 1) + k} * LANES", value)
 
-    contact, *further = equations.contacts
     for k in range(order + 1):
         for i in range(states):
             keep(i, k, settled_coefficient(writer, i, k))
@@ -91,17 +92,15 @@ def _series(
                 keep(i, 0, code.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, writer.coefficient(rate.index, k - 1) * literal(1.0 / k))
-        if not contact.is_state:
-            keep(rows, k, settled_coefficient(writer, contact.state, k, contact.velocity))
-        if contact.hold is not None and contact.limit is not None and k < order:
-            resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
-            held = writer.coefficient(contact.hold.index, k) if resting is None else resting.hold(k)
-            keep(rows + 1, k, held)
-            keep(rows + 2, k, writer.coefficient(contact.limit.index, k))
+        for i, each in enumerate(equations.imposed, start=imposed_from):
+            keep(i, k, settled_coefficient(writer, each.state, k, each.velocity))
+        for i, shift in enumerate(equations.shifts[: layout.shifts], start=shifts_from):
+            keep(i, k, writer.coefficient(shift.index, k))
         if k < order:
-            pairs = (pair for each in further for pair in (each.hold, each.limit) if pair is not None)
+            pairs = (pair for each in equations.contacts for pair in (each.hold, each.limit) if pair is not None)
+            rest = writer.balance if k > 0 else None  # of a contact that slides, what would hold it is not asked
             for i, value in enumerate(pairs, start=held_from):
-                keep(i, k, writer.coefficient(value.index, k))
+                keep(i, k, rest.hold(k) if rest and i == held_from else writer.coefficient(value.index, k))
         for number, term in watched.at_order(k) if watched else ():
             keep(held_from + 2 * layout.held, number, term)
         if k == 1 and equations.maybe_stiff:
@@ -115,10 +114,7 @@ def _series(
             moves = k == 0 or (located[i] and k < order + (equations.law_switches <= i < len(equations.switches)))
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
-                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
-        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
-        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
-            keep(i, k, writer.coefficient(velocity.index, k))
+                keep(rows + 1 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else ZERO)
     return code.lines
 
 

@@ -55,17 +55,16 @@ def generated_source(equations: Equations, layout: Layout, loop: str = "single")
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": limits_are_constant(equations),
     }
-    velocity, hold, limit, *places = (series + (layout.rows + i) * row_size for i in range(5))
-    constants |= dict(zip(("GUARD", "SWITCH"), places, strict=True))
-    imposed = series + (layout.rows + 4 + layout.switches) * row_size
+    constants["GUARD"] = series + layout.rows * row_size
+    constants["SWITCH"] = constants["GUARD"] + row_size
+    imposed = constants["SWITCH"] + layout.switches * row_size
     constants["SHIFT"] = imposed + layout.imposed * row_size
-    constants["HELD"] = constants["SHIFT"] + layout.shifts * row_size
-    constants["REACTION"] = constants["HELD"] + 2 * layout.held * row_size
-    held, velocities, holds, limits = constants["HELD"], [], [hold], [limit]
-    for i, each in enumerate(equations.contacts):
-        velocities.append(series + each.state * row_size if each.is_state else imposed if i else velocity)
-        imposed += row_size if i and not each.is_state else 0
-    for each in equations.contacts[1:]:
+    held = constants["SHIFT"] + layout.shifts * row_size
+    constants["REACTION"] = held + 2 * layout.held * row_size
+    velocities, holds, limits = [], [], []
+    for each in equations.contacts:
+        velocities.append(series + each.state * row_size if each.is_state else imposed)
+        imposed += 0 if each.is_state else row_size
         holds.append(held)
         limits.append(held + row_size)
         held += 2 * row_size if each.sticks else 0
@@ -188,10 +187,13 @@ def integrands_source(
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
-    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contacts[0].velocity)
+    contact, friction = equations.contacts[0], writer.name(equations.integrals[-1])
     values = [writer.name(power) for power in equations.integrals]
-    # The last one times the acceleration of the piece, see `accumulators.look`.
-    values += [f"{friction} * {velocity}", friction]
+    # The last one is added to the acceleration of the piece, times friction, see `accumulators.look`.
+    ahead = derivative(contact.velocity, -1)
+    for i, rate in enumerate(equations.rates):
+        ahead = ahead + (derivative(contact.velocity, i) * rate if i != contact.state else 0.0)
+    values += [f"{friction} * {writer.name(contact.velocity)}", writer.name(ahead)]
     values += [writer.name(function) for function in own]
     summed = len(values) - len(own_extremes)
     constants = {

@@ -12,11 +12,6 @@ GPU = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"
 THREAD = "run_thread"  # the function of a kernel that is one thread
 ARGUMENTS = (FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, INT, INT, INT, INT)  # of it
-ALONE = """
-define internal i1 @in_all_threads(i1 %one) alwaysinline {
-  ret i1 %one
-}
-"""
 ALL_THREADS = """
 declare void @llvm.nvvm.bar.warp.sync(i32)
 declare i32 @llvm.nvvm.barrier0.and(i32)
@@ -54,11 +49,6 @@ define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_floats, ptr %
 def thread_code(text: str) -> str:
     """One thread in LLVM's language, without `in_all_threads`."""
     return lowered(text, THREAD, 1, arguments=ARGUMENTS, library=LIBRARY)
-
-
-def lone_thread_code(text: str) -> str:
-    """A thread that waits for no other, in LLVM's language: for a processor, to be tested."""
-    return thread_code(text) + ALONE
 
 
 def ptx(text: str, reals: int, wholes: int) -> str:

@@ -218,9 +218,9 @@ class Equations:
         return any(entry.value != 0.0 for i, row in enumerate(rows) for entry in (*row[:i], *row[i + 1 :]))
 
     @property
-    def imposed_velocities(self) -> tuple[Expression, ...]:
-        """Of further contacts, where they are no states."""
-        return tuple(each.velocity for each in self.contacts[1:] if not each.is_state)
+    def imposed(self) -> tuple[ContactEquations, ...]:
+        """Contacts whose velocities are no states."""
+        return tuple(each for each in self.contacts if not each.is_state)
 
     @property
     def guards(self) -> tuple[Expression, ...]:

@@ -46,10 +46,10 @@ class Layout:
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries.py`
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
-    imposed: int = 0  # velocities of further contacts that are no states
-    shifts: int = 0  # of these and of the first contact, where one may be stiff: how far each is ahead of a state
+    imposed: int = 0  # contact velocities that are no states
+    shifts: int = 0  # of contacts at imposed distances, where one may be stiff: how far each is ahead of their state
     contacts: int = 1
-    held: int = 0  # further contacts that can rest, each with two rows: the force that holds it, and its limit
+    held: int = 0  # contacts that can rest, each with two rows: the force that holds it, and its limit
     turns: int = 0  # coordinates that turn, of which a mark keeps a second number
     counts: int = 0  # events that a stepper counts apart; 0: it is none
     waiting: int = 0  # events of a stepper that may be later than its clock
@@ -131,9 +131,8 @@ class Layout:
 
     @property
     def series_rows(self) -> int:
-        """States and integrals; velocity, force and limit of the first contact and a guard; guards; what is known of
-        further contacts; the true load where it is watched."""
-        return self.rows + 4 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
+        """States and integrals; a row of the event search; guards; contacts; the true load where it is watched."""
+        return self.rows + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property
     def present(self) -> int:

@@ -144,17 +144,17 @@ def has_branches(equations: Equations) -> bool:
 
 
 def sizes(equations: Equations) -> dict[str, Any]:
-    """Of the memory: guards, coefficients of a segment, and what further contacts take."""
+    """Of the memory: guards, coefficients of a segment, and what contacts take."""
     corners = equations.corners
     return {
         "switches": len(equations.guards),
         "coefficients": 0 if corners is None else corners.coefficients,
-        "imposed": len(equations.imposed_velocities),
+        "imposed": len(equations.imposed),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
         "implicit": equations.maybe_stiff,
         "contacts": len(equations.contacts),
         "turns": len(equations.turns),
-        "held": sum(each.sticks for each in equations.contacts[1:]),
+        "held": sum(each.sticks for each in equations.contacts),
         "rates": _kept_rates(equations),
     }
 

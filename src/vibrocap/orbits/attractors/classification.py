@@ -15,17 +15,12 @@ from vibrocap.orbits.attractors.without_clock import LOOKED_AT, settled_without_
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.orbits.closing.periodic_solution import (
-    CLOSE_TO_CIRCLE,
-    OrbitStatus,
-    PeriodicSolution,
-    named_states,
-    state_vector,
-)
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium
 from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, is_driven, named_states, state_vector
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import ByName, Length, Number, States
 from vibrocap.quantities.dimensional import Dimensional

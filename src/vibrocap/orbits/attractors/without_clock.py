@@ -1,20 +1,19 @@
 """What motions become that nothing drives in time: equilibria, cycles, and what wanders.
 
-Runs are looked at whole drive periods apart, of whatever length. One that no longer moves is at an equilibrium, which
-is named among those of the equations; a set of rest is one attractor. The others are closed to cycles by their returns,
-one run for each cycle: every other run on it is near a point of its path.
+Runs are looked at whole drive periods apart, of whatever length. One that has settled within the residue of an
+equilibrium of the equations rests there; a set of rest is one attractor. The others are closed to cycles by their
+returns, one run for each cycle: every other run on it is near a point of its path.
 """
 
 import numpy as np
 
 from vibrocap.motion.trust import RESIDUE
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
-from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, judged, state_vector
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, judged
 from vibrocap.orbits.equilibria.equilibrium import Equilibrium, equilibria
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 
-STILL = 1e-4  # of natural sizes in a drive period: a run that settled and moves less is at an equilibrium
 NEAR = RESIDUE * SETTLED  # of an equilibrium, over natural sizes
 LONGER = 4
 MOST_CYCLES = 32  # runs that are tried to be closed
@@ -49,7 +48,6 @@ def settled_without_clock(
 def _find_rests(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, reached: Reached) -> None:
     """Label the runs that are at an equilibrium, adding those to what is reached."""
     resting = np.flatnonzero(runs.finished & (runs.response_period > 0) & (which < 0))
-    resting = resting[_speed(map_, runs.state[resting]) < STILL]
     known = {k: each for k, each in enumerate(reached) if isinstance(each, Equilibrium)}
     for k, each in known.items():
         which[resting[_belongs(map_, runs.state[resting], each)]] = k
@@ -81,14 +79,6 @@ def _find_cycles(map_: StroboscopicMap, runs: SettlingRuns, which: np.ndarray, r
         left = left[~on_it]
         if known == len(reached):
             reached.append(judged(found))
-
-
-def _speed(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
-    """Largest rate of states [runs, states], but for the cyclic one, over natural sizes and drive periods: [runs]."""
-    parameters = map_.parameters()
-    sizes, kept = map_.scales(parameters), map_.section_states
-    rates = map_.rates(states.T, map_.contact_side(states.T, parameters), parameters).T
-    return np.max(np.abs(rates / sizes)[:, kept], axis=1, initial=0.0) * map_.period(parameters)
 
 
 def _belongs(map_: StroboscopicMap, states: np.ndarray, found: Equilibrium) -> np.ndarray:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, continued
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, state_vector
 
 NEAR = 10.0 * SETTLED  # of an orbit, over natural sizes: a run that ends there has settled to it
 SAME_ORBIT = 1e-8  # distance within which two orbits, each closed to rounding, are one

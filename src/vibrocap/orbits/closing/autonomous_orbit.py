@@ -11,18 +11,12 @@ from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.motion.trust import stands_still
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
-from vibrocap.orbits.closing.periodic_solution import (
-    OrbitStatus,
-    PeriodicSolution,
-    floquet_multipliers,
-    named_states,
-    state_vector,
-)
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers
 from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurrence, returns_of
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.settling_runs import SETTLED
-from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap, named_states, state_vector
 from vibrocap.physics.names import numbered
 from vibrocap.physics.system import System
 

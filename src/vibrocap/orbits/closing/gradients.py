@@ -22,8 +22,15 @@ from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, ensemble_run
 from vibrocap.numerics.expressions.graph import Expression, evaluate, sensitivity
-from vibrocap.orbits.closing.periodic_solution import PeriodicSolution, state_vector
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, is_driven
+from vibrocap.orbits.closing.periodic_solution import PeriodicSolution
+from vibrocap.orbits.maps.stroboscopic_map import (
+    MOST_EVENTS,
+    MOST_STEPS,
+    ORDER,
+    StroboscopicMap,
+    is_driven,
+    state_vector,
+)
 from vibrocap.orbits.maps.variations import carried, variational_equations, with_integrals
 from vibrocap.physics.dimensions.conversion import quantity, quantity_in_si
 from vibrocap.physics.system import System

@@ -1,7 +1,6 @@
 """Periodic solutions modulo the drift: their record, multipliers and status."""
 
 import dataclasses
-from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,12 +9,12 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.walk.branch_point import FORGOTTEN
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import Derivative, Length, Number, Numbers, Speed, States, Time
 from vibrocap.results import Advised, Result
 
-CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
-FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
 CERTIFIED = 1e-11  # least tolerance at which an orbit's motion is asked for its certificate: most orbits share a kernel
 
 
@@ -222,13 +221,3 @@ def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray) -> np.ndarr
     if map_.resting:
         values[np.abs(values) <= FORGOTTEN] = 0.0
     return values[np.argsort(-np.abs(values), kind="stable")]
-
-
-def named_states(system: System, state: np.ndarray) -> dict[str, float]:
-    """A state vector by names."""
-    return dict(zip(system.state_names, map(float, state), strict=True))
-
-
-def state_vector(system: System, named: Mapping[str, float]) -> np.ndarray:
-    """A state vector [states] from its names; those not named are zero."""
-    return np.array([float(named.get(name, 0.0)) for name in system.state_names])

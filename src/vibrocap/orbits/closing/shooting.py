@@ -5,16 +5,9 @@ import dataclasses
 import numpy as np
 
 from vibrocap.motion.recording.section import brought_back, winding
-from vibrocap.orbits.closing.periodic_solution import (
-    OrbitStatus,
-    PeriodicSolution,
-    floquet_multipliers,
-    judged,
-    named_states,
-    state_vector,
-)
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers, judged
 from vibrocap.orbits.maps.differences import contradicted
-from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap, named_states, state_vector
 
 CLOSED = 1e-11  # residual at which an orbit is closed; Newton continues while it pays
 ROUNDING = 1e-9  # residual that counts as closed where no step of Newton's method makes it smaller

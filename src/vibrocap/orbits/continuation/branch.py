@@ -12,17 +12,20 @@ from vibrocap.arguments import ArgumentError, check_one_of, check_whole
 from vibrocap.measures.of_measure import OneOfMeasure
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
-from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
-from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
-from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
-from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint, reversed_way, special_point
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.following import Followed, followed, started, walked
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
+from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
+from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
@@ -205,25 +208,11 @@ def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
 
 def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) -> Branch:
     """The record of a branch from the ways followed from one start, against and along its order."""
-    before = [] if back is None else back.points[:0:-1]
-    start = (onward or back).points[0]  # type: ignore[union-attr]
-    points = [*before, start, *([] if onward is None else onward.points[1:])]
-    x = np.stack([point.x for point in points])
-    ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1)))
-    special = []
-    if back is not None:
-        special = [
-            special_point(closure, reversed_way(each), len(before) - 1 - i, points, ways)
-            for i, each in back.special[::-1]
-        ]
-    if onward is not None:
-        special += [special_point(closure, each, len(before) + i, points, ways) for i, each in onward.special]
+    way = walked(closure, back, onward)
+    points = way.points
     multipliers = np.stack([point.multipliers(closure.half) for point in points])
     periods = np.array([closure.period(point.x) for point in points])
     drift = np.array([closure.drift(point.closing) for point in points])
-    ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
-    if onward is not None and onward.end is BranchEnd.CLOSED:
-        ends = (BranchEnd.CLOSED, BranchEnd.CLOSED)
     return Branch(
         system=closure.system,
         over=closure.path,
@@ -238,12 +227,12 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         multipliers=multipliers,
         stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
         mode_sequence=np.array([point.closing.mode_sequence for point in points]),
-        arclength=ways,
+        arclength=way.ways,
         certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
         winding=np.array([point.closing.winding for point in points], dtype=int).reshape(len(points), -1),
-        special_points=tuple(special),
-        ends=(ends[0], ends[1]),
-        start=len(before),
+        special_points=way.special_points,
+        ends=way.ends,
+        start=way.start,
         closing_map=closure,
     )
 

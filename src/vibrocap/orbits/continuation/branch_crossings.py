@@ -11,13 +11,15 @@ from vibrocap.measures.during_run import measured
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states
-from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
-from vibrocap.orbits.continuation.segment import Lost, Segment
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
+from vibrocap.orbits.maps.stroboscopic_map import named_states
+from vibrocap.orbits.walk.brackets import Lost
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.walk.segment import Segment
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional
 

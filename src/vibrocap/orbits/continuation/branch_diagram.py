@@ -13,8 +13,9 @@ from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_distance import branch_distance
-from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
+from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told

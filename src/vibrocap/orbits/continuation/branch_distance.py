@@ -4,7 +4,7 @@ import numpy as np
 
 from vibrocap.motion.recording.section import whole_turns
 from vibrocap.orbits.continuation.branch import Branch
-from vibrocap.orbits.continuation.branch_point import corrected
+from vibrocap.orbits.walk.branch_point import corrected
 
 ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 

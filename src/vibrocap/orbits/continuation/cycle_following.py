@@ -16,15 +16,17 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.simulate import simulate
-from vibrocap.orbits.closing.periodic_solution import named_states
-from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
-from vibrocap.orbits.continuation.special_points import Found, SpecialKind
 from vibrocap.orbits.equilibria.bifurcations import Located, hopf
-from vibrocap.orbits.equilibria.following import corrected
-from vibrocap.orbits.equilibria.steady_equations import Mode, SteadyEquations
+from vibrocap.orbits.equilibria.sliding import Sliding
+from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.orbits.maps.itinerary import mode_change
+from vibrocap.orbits.maps.stroboscopic_map import named_states
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.following import Followed, followed, started
+from vibrocap.orbits.walk.itinerary import mode_change
+from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.special_points import Found
 from vibrocap.physics.names import numbered
 
 SMALL = 3e-3  # amplitude over that of the first cycle at which a Hopf point is looked for
@@ -55,10 +57,10 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     state, period = closure.state(last.x, last.closing), closure.period(last.x)
     mode = _mode(closure, last)
     guess = mode.point(state[mode.problem.unknowns], closure.parameter(last.x))
-    centre = corrected(mode, guess, np.eye(len(guess))[-1])
+    centre, _ = corrected(mode, guess, np.eye(len(guess))[-1], float(guess[-1]))
     if centre is None:
         return None
-    found = hopf(mode, centre, complex(0.0, 2.0 * np.pi / period))
+    found = hopf(mode, centre.x, complex(0.0, 2.0 * np.pi / period))
     if found is None or not _belongs(closure, mode, found, state, period, amplitude):
         return None
     place, count = mode.parameter(found.x), last.unstable()
@@ -67,7 +69,7 @@ def hopf_at_end(closure: CycleMap, last: BranchPoint) -> Found | None:
     return Found(SpecialKind.HOPF, 1.0, last, found.error, (count, count), words, text=text, place=place)
 
 
-def _mode(closure: CycleMap, point: BranchPoint) -> Mode:
+def _mode(closure: CycleMap, point: BranchPoint) -> Sliding:
     """The equations of equilibria in the mode of the contacts along a smooth cycle."""
     problem = SteadyEquations(closure.system, closure.path)
     state = closure.state(point.x, point.closing)
@@ -77,10 +79,12 @@ def _mode(closure: CycleMap, point: BranchPoint) -> Mode:
     row = problem.row.copy()
     row[problem.index] = closure.parameter(point.x)
     velocities = problem.values(problem.velocities, state[problem.unknowns], ones, switched, row)
-    return Mode(problem, np.where(velocities < 0.0, -1.0, 1.0), switched, closure.between)
+    return Sliding(problem, np.where(velocities < 0.0, -1.0, 1.0), switched, closure.between)
 
 
-def _belongs(closure: CycleMap, mode: Mode, found: Located, state: np.ndarray, period: float, amplitude: float) -> bool:
+def _belongs(
+    closure: CycleMap, mode: Sliding, found: Located, state: np.ndarray, period: float, amplitude: float
+) -> bool:
     """Whether a cycle of an amplitude surrounds the equilibrium at a Hopf point, and turns as fast."""
     away = (mode.state(found.x) - state[mode.problem.unknowns]) / closure.sizes[mode.problem.unknowns]
     near = float(np.linalg.norm(away)) <= CENTRE * amplitude

@@ -6,20 +6,21 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError
 from vibrocap.orbits.continuation.branch import Branch, check_options, joined
-from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
-from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import Found, SpecialKind
-from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPoint, EquilibriumPointKind
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.parameter_range import system_at
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.special_points import Found, SpecialPoint
 
 FIRST = 1e-2  # amplitude of the first cycle, over the one that would bring a contact to rest
 
 
 def hopf_cycles(
     found: EquilibriumBranch,
-    at: EquilibriumPoint | None = None,
+    at: SpecialPoint | None = None,
     *,
     points: int = 1000,
     step: float = 0.01,
@@ -42,7 +43,7 @@ def hopf_cycles(
         if len(found.hopf_points) != 1:
             raise ArgumentError("at", f"should be given: the branch has {len(found.hopf_points)} Hopf points")
         at = found.hopf_points[0]
-    if not isinstance(at, EquilibriumPoint) or at.kind is not EquilibriumPointKind.HOPF or at not in found.hopf_points:
+    if not isinstance(at, SpecialPoint) or at.kind is not SpecialKind.HOPF or at not in found.hopf_points:
         raise ArgumentError("at", "should be one of the Hopf points of the branch, `found.hopf_points`")
     check_options("up", points, step)
     if at.criticality == "degenerate":
@@ -57,10 +58,11 @@ def hopf_cycles(
     return dataclasses.replace(result, ends=(BranchEnd.HOPF, result.ends[1]))
 
 
-def _first_cycle(found: EquilibriumBranch, at: EquilibriumPoint, tolerance: float) -> tuple[CycleMap, BranchPoint]:
+def _first_cycle(found: EquilibriumBranch, at: SpecialPoint, tolerance: float) -> tuple[CycleMap, BranchPoint]:
     """(the map, the cycle of a small amplitude with the tangent along which the amplitude grows)."""
     system, frequency = system_at(found.system, found.over, at.parameter), at.frequency
     assert frequency is not None
+    assert at.vector is not None
     state = np.array([at.state[name] for name in system.state_names])
     sizes = _sizes(found, at, state)
     shape = at.vector / sizes
@@ -78,10 +80,10 @@ def _first_cycle(found: EquilibriumBranch, at: EquilibriumPoint, tolerance: floa
     return closure, BranchPoint(closed, along if along @ outward > 0.0 else -along)
 
 
-def _sizes(found: EquilibriumBranch, at: EquilibriumPoint, state: np.ndarray) -> np.ndarray:
+def _sizes(found: EquilibriumBranch, at: SpecialPoint, state: np.ndarray) -> np.ndarray:
     """Size of each state in a cycle of the shape of the eigenvector that would bring the first contact to rest."""
-    problem = found.mode.problem
+    problem, shape = found.mode.problem, np.abs(np.asarray(at.vector))
     places = [each.state for each in problem.recording.contacts if each.state in problem.unknowns]
-    ratios = [abs(state[place]) / abs(at.vector[place]) for place in places if abs(at.vector[place]) > 0.0]
-    reach = min(ratios, default=0.0) * np.abs(at.vector)
+    ratios = [abs(state[place]) / shape[place] for place in places if shape[place] > 0.0]
+    reach = min(ratios, default=0.0) * shape
     return np.where(reach > 0.0, reach, problem.sizes)

@@ -12,10 +12,10 @@ from vibrocap.motion.recording.section import brought_back, section_states
 from vibrocap.motion.simulate import period_marks, simulate, within_room
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Stroboscope
-from vibrocap.orbits.closing.periodic_solution import CERTIFIED, named_states, state_vector
+from vibrocap.orbits.closing.periodic_solution import CERTIFIED
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import Dimensional

@@ -11,13 +11,17 @@ without damping meet: it has more equations than unknowns, which agree, and is s
 """
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.equilibria.steady_equations import Mode, balanced
+from vibrocap.orbits.equilibria.mode import Mode
+from vibrocap.orbits.equilibria.steady_equations import balanced
+from vibrocap.orbits.walk.newton import Levels, newton
 
 MOST_STEPS = 40
+LEVELS = Levels(0.0, 1e-9)  # of the length of a step
 NUDGE = 1e-4  # of the natural size of a state or its own unit, where that is less, for a third derivative
 CANCELLED = 1e-8  # of the terms of a coefficient, below which what is left of them has no sign
 ROUNDINGS = 16.0  # rounding errors of one evaluation of the equations, over the product of its terms with eps
@@ -52,7 +56,7 @@ def fold(mode: Mode, x: np.ndarray) -> Located | None:
         noise = np.concatenate((_noise(mode, derivative, at), np.abs(jacobian) @ np.abs(a), [1.0]))
         return values, matrix, noise
 
-    found = _newton(system, np.concatenate((x, vector)), n)
+    found = _root(system, np.concatenate((x, vector)), n)
     if found is None:
         return None
     u, error = found
@@ -112,7 +116,7 @@ def hopf(mode: Mode, x: np.ndarray, guess: complex, coupled: bool = False) -> Lo
             np.concatenate((noises, noises[n:])),
         )
 
-    found = _newton(system, np.concatenate(start), n)
+    found = _root(system, np.concatenate(start), n)
     if found is None or not abs(found[0][n + 1]) > 1e-8 * frequency:
         return None
     u, error = found
@@ -127,43 +131,61 @@ def _noise(mode: Mode, derivative: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.abs(derivative) @ np.append(np.abs(x[:-1]), share)
 
 
-def _newton(
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Extended:
+    """Unknowns of an extended system that were tried, with its values and its derivative.
+
+    The residual is the length of Newton's own step, over the largest unknown: it measures a distance, whatever the
+    units of equations.
+    """
+
+    x: np.ndarray
+    values: np.ndarray
+    matrix: np.ndarray
+    noise: np.ndarray
+
+    @functools.cached_property
+    def inverse(self) -> np.ndarray:
+        """Of the derivative, from rows and columns of one size."""
+        rows = np.linalg.norm(self.matrix, axis=1)
+        rows = np.where(rows > 0.0, rows, 1.0)
+        columns = np.linalg.norm(self.matrix / rows[:, None], axis=0)
+        columns = np.where(columns > 0.0, columns, 1.0)
+        return np.linalg.pinv(self.matrix / rows[:, None] / columns, rcond=1e-15) / columns[:, None] / rows
+
+    def step(self) -> np.ndarray:
+        return -self.inverse @ self.values
+
+    @property
+    def residual(self) -> float:
+        if not (np.all(np.isfinite(self.values)) and np.all(np.isfinite(self.matrix))):
+            return np.inf
+        return float(np.max(np.abs(self.step()))) / (1.0 + float(np.max(np.abs(self.x))))
+
+
+def _root(
     system: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]], u: np.ndarray, place: int
 ) -> tuple[np.ndarray, float] | None:
     """(root, error of its component `place` by rounding); None where Newton's method does not arrive."""
-    last = np.inf
-    for _ in range(MOST_STEPS):
-        values, matrix, noise = system(u)
-        if not (np.all(np.isfinite(values)) and np.all(np.isfinite(matrix))):
-            return None
-        rows = np.linalg.norm(matrix, axis=1)
-        rows = np.where(rows > 0.0, rows, 1.0)
-        columns = np.linalg.norm(matrix / rows[:, None], axis=0)
-        columns = np.where(columns > 0.0, columns, 1.0)
-        inverse = np.linalg.pinv(matrix / rows[:, None] / columns, rcond=1e-15) / columns[:, None] / rows
-        step = -inverse @ values
-        u = u + step
-        size = float(np.max(np.abs(step)))
-        small = size <= 1e-9 * (1.0 + float(np.max(np.abs(u))))
-        if size == 0.0 or (small and size >= 0.3 * last):
-            eps = float(np.finfo(float).eps)
-            error = ROUNDINGS * eps * float(np.abs(inverse[place]) @ noise) + 2.0 * abs(float(step[place]))
-            return u, error
-        last = size
-    return None
+    found, _ = newton(lambda at: _Extended(at, *system(at)), u, LEVELS, MOST_STEPS)
+    if not found.residual <= LEVELS.rounding:
+        return None
+    eps, step = float(np.finfo(float).eps), found.step()
+    error = ROUNDINGS * eps * float(np.abs(found.inverse[place]) @ found.noise) + 2.0 * abs(float(step[place]))
+    return found.x + step, error
 
 
-def first_lyapunov_coefficient(mode: Mode, found: Located) -> float:
+def first_lyapunov_coefficient(mode: Mode, x: np.ndarray, omega: float, vector: np.ndarray) -> float:
     """Of a Hopf point (Kuznetsov 2004, eq. 5.39), of an eigenvector of length 1 over natural sizes.
 
     Negative: a stable cycle is born on the side of unstable sliding (supercritical); positive: an unstable one on the
     side of stable sliding (subcritical); 0 where its terms cancel up to their errors. Second derivatives are exact,
     third ones a difference of those.
     """
-    n, x, omega = mode.count, found.x, found.frequency
+    n = mode.count
     jacobian, bilinear = mode.jacobian(x), mode.curvature(x)[:, :, :n]
     units = balanced(jacobian, np.ones(n))[2]
-    q = found.vector / np.linalg.norm(found.vector)
+    q = vector / np.linalg.norm(vector)
     values, vectors = np.linalg.eig(jacobian.T)
     p = vectors[:, np.argmin(np.abs(values + 1j * omega))]
     p = p / np.conj(np.vdot(p, q))

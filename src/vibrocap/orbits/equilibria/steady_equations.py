@@ -1,6 +1,5 @@
 """What vanishes at an equilibrium, with exact derivatives of first and second order: from the recorded equations."""
 
-import dataclasses
 import functools
 from collections.abc import Sequence
 from typing import Any
@@ -116,67 +115,3 @@ class SteadyEquations:
     def _parameter_slopes(self) -> tuple[Expression, ...]:
         """Derivatives by the parameter: of the rates, then of the entries of the Jacobian."""
         return self.by_parameter((*self.rates, *self._jacobian))
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Mode:
-    """A problem in one mode of the contacts with the parameter among the unknowns, over natural sizes.
-
-        z = y/d,  q the share of the parameter's range:     f = F/d,  J = d^-1 (dF/dy) d,  with the same eigenvalues
-
-    x = (z, q) is [unknowns + 1].
-    """
-
-    problem: SteadyEquations
-    sides: np.ndarray
-    switched: np.ndarray
-    between: tuple[float, float]
-
-    @property
-    def count(self) -> int:
-        """Of the unknowns without the parameter."""
-        return len(self.problem.unknowns)
-
-    @property
-    def width(self) -> float:
-        """Of the range."""
-        return self.between[1] - self.between[0]
-
-    def parameter(self, x: np.ndarray) -> float:
-        """The value of the parameter."""
-        return float(self.between[0] + x[-1] * self.width)
-
-    def state(self, x: np.ndarray) -> np.ndarray:
-        """The unknowns themselves."""
-        return x[:-1] * self.problem.scales
-
-    def point(self, y: np.ndarray, parameter: float) -> np.ndarray:
-        """x of unknowns and a value of the parameter."""
-        return np.append(y / self.problem.scales, (parameter - self.between[0]) / self.width)
-
-    def values(self, expressions: Sequence[Expression], x: np.ndarray) -> np.ndarray:
-        """Values [expressions] of recorded expressions at a point."""
-        row = self.problem.row.copy()
-        row[self.problem.index] = self.parameter(x)
-        return self.problem.values(expressions, self.state(x), self.sides, self.switched, row)
-
-    def rates(self, x: np.ndarray) -> np.ndarray:
-        """f, [unknowns]."""
-        return self.values(self.problem.rates, x) / self.problem.scales
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """J, [unknowns, unknowns]."""
-        d = self.problem.scales
-        return self.values(self.problem._jacobian, x).reshape(self.count, -1) * d / d[:, None]
-
-    def derivative(self, x: np.ndarray) -> np.ndarray:
-        """Of f by x, [unknowns, unknowns + 1]."""
-        slope = self.values(self.problem._parameter_slopes[: self.count], x) * self.width / self.problem.scales
-        return np.column_stack((self.jacobian(x), slope))
-
-    def curvature(self, x: np.ndarray) -> np.ndarray:
-        """Of J by x, [unknowns, unknowns, unknowns + 1]."""
-        n, d = self.count, self.problem.scales
-        by_states = self.values(self.problem._curvatures, x).reshape(n, n, n) * d
-        by_parameter = self.values(self.problem._parameter_slopes[n:], x).reshape(n, n, 1) * self.width
-        return np.concatenate((by_states, by_parameter), axis=2) * d[None, :, None] / d[:, None, None]

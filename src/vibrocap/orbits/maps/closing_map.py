@@ -1,18 +1,29 @@
 """What vanishes along a branch: the mismatch of an orbit's start and its image, with a parameter among the unknowns."""
 
 import dataclasses
-from typing import Protocol
+import functools
+from collections.abc import Hashable
+from typing import Any
 
 import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.recording.equations import equations, turning_states
 from vibrocap.motion.recording.section import whole_turns, winding
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
-from vibrocap.orbits.maps.itinerary import closed_sequence, same_cycle
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
+from vibrocap.orbits.maps.grazing import grazing_beyond
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap, named_states
 from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, same_cycle
+from vibrocap.orbits.walk.residual import Closing, Residual
+from vibrocap.orbits.walk.segment import Segment
+from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.special_points import Found, special_points_of_maps
 from vibrocap.physics.events import BOUNDS, IMPACT, LIFT_OFF
 from vibrocap.physics.system import System
 
@@ -22,86 +33,42 @@ NUDGE = 1e-6  # share of the parameter's range by which the derivative by the pa
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Closing:
-    """What the map makes of a point x = (states over their natural sizes, share q of the parameter's range).
+class OrbitClosing(Closing):
+    """A closing of a motion: the mismatch of its start and its image after the response.
 
-    mismatch: [m] image less start; jacobian: [m, m] of the image by the start; slope: [m] of the image by q
-    at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
     mode_sequence: phases over the whole response; drift: what the cyclic coordinate gains over it; winding: whole
         turns of each coordinate that turns
-    turns: length of a whole turn along each unknown, infinite where it does not turn; None: none of them does
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     lifts_off: whether the run, or one beside it, ended as a contact lost its load
     certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
     """
 
-    x: np.ndarray
-    mismatch: np.ndarray
-    jacobian: np.ndarray
-    slope: np.ndarray
-    at_rest: np.ndarray
-    finished: bool
-    mode_sequence: str
-    drift: float
-    image: np.ndarray
+    drift: float = 0.0
+    image: np.ndarray = dataclasses.field(kw_only=True)
     winding: tuple[int, ...] = dataclasses.field(default=(), kw_only=True)
-    turns: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
     certified: bool = dataclasses.field(default=True, kw_only=True)
     lifts_off: bool = dataclasses.field(default=False, kw_only=True)
 
-    def alike(self, other: "Closing") -> bool:
-        """Whether the same happens in both: the same cycle of phases, and as many impacts."""
-        return same_cycle(self.mode_sequence, other.mode_sequence) and self.impacts == other.impacts
-
-    def away(self, x: np.ndarray) -> np.ndarray:
-        """Points [..., m + 1] less this one, modulo whole turns."""
-        gained = x - self.x
-        if self.turns is None:
-            return gained
-        turning = np.isfinite(self.turns)
-        gained[..., turning] -= self.turns[turning] * np.round(gained[..., turning] / self.turns[turning])
-        return gained
-
     @property
-    def residual(self) -> float:
-        """Largest mismatch; infinite where the run did not finish."""
-        largest = float(np.max(np.abs(self.mismatch)))
-        return largest if self.finished and np.isfinite(largest) else np.inf
+    def itinerary(self) -> Hashable:
+        return super().itinerary, self.impacts
 
-    @property
-    def derivative(self) -> np.ndarray:
-        """Of the mismatch by x, [m, m + 1]."""
-        return np.column_stack((self.jacobian - np.eye(len(self.mismatch)), self.slope))
+    def change_to(self, other: Closing) -> tuple[SpecialKind, ModeChange | None, str]:
+        assert isinstance(other, OrbitClosing)
+        impacts = "" if self.impacts == other.impacts else f"impacts {self.impacts:g} -> {other.impacts:g}"
+        if impacts and same_cycle(self.mode_sequence, other.mode_sequence):
+            return SpecialKind.CHATTER if np.isinf(self.impacts + other.impacts) else SpecialKind.GRAZING, None, impacts
+        kind, change, phases = super().change_to(other)
+        return kind, change, "; ".join(filter(None, (phases, impacts)))
 
-
-class Closure(Protocol):
-    """What can be followed: implement `attempt`, and branches, their special points and their switching work.
-
-    half: whether the map is S P_(T/2), whose multipliers are the roots of those of the orbit
-    """
-
-    half: bool
-
-    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
-        """The closing of a point; `like`: of a neighbour, whose switched states are taken over."""
-        ...
-
-    def parameter(self, x: np.ndarray) -> float:
-        """The parameter's value at a point."""
-        ...
-
-    def coarser(self) -> "Closure | None":
-        """The map of which this one is the square: its fixed points are where a branch of this one bifurcates."""
-        ...
-
-    def finer(self) -> "Closure":
-        """The square of this map: what bifurcates at a multiplier -1 of this one closes under it."""
-        ...
+    @functools.cached_property
+    def boundary(self) -> BranchEnd | None:
+        return BranchEnd.LIFT_OFF if self.lifts_off else None
 
 
-class ClosingMap:
+class ClosingMap(Residual):
     """P^n (or, with `half`, S P_(nT/2)) of one form of system, as a function of the start and of one parameter.
 
     All states but the cyclic one and what the law switches are unknowns. A contact that sticks at the section needs no
@@ -152,7 +119,7 @@ class ClosingMap:
         low, high = self.between
         return np.append(state[self.unknowns] / self.sizes[self.unknowns], (parameter - low) / (high - low))
 
-    def state(self, x: np.ndarray, like: Closing | None = None) -> np.ndarray:
+    def state(self, x: np.ndarray, like: OrbitClosing | None = None) -> np.ndarray:
         """The whole state vector of x: position zero, switched states as they came."""
         state = np.zeros(self.map.states)
         state[self.unknowns] = x[:-1] * self.sizes[self.unknowns]
@@ -171,9 +138,47 @@ class ClosingMap:
         row[self.index] = self.parameter(x)
         return self.response_period * self.map.period(row)
 
-    def drift(self, closing: Closing) -> float:
+    def drift(self, closing: OrbitClosing) -> float:
         """What the cyclic coordinate gains over a response; NaN where there is none."""
         return closing.drift if self.map.cyclic >= 0 else float("nan")
+
+    def special_points(self, segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
+        return special_points_of_maps(segment, left, right, at_parent)
+
+    def described(self, found: Found) -> dict[str, Any]:
+        """State, drift and multipliers of the orbit there."""
+        point, drift = found.point, self.drift(found.point.closing)
+        state = named_states(self.system, self.state(point.x, point.closing))
+        none = None if np.isnan(drift) else drift
+        return {"state": state, "drift": none, "multipliers": point.multipliers(self.half)}
+
+    def motion(self, closing: Any) -> Trajectory:
+        """The motion from a point, over the response of the map."""
+        system = self.system.with_parameters({self.path: self.parameter(closing.x)})
+        start = named_states(system, self.state(closing.x, closing))
+        periods = self.response_period * (0.5 if self.half else 1.0)
+        return simulate(system, periods=periods, initial=start, tolerance=self.tolerance)
+
+    def differ(self, one: Closing, other: Closing) -> bool:
+        """Whether other events happen along two driven motions, at any contact: words are those of one."""
+        if super().differ(one, other) or self.response_period == 0:
+            return super().differ(one, other)
+        kinds = ([(event.kind, event.contact) for event in self.motion(each).events] for each in (one, other))
+        return next(kinds) != next(kinds)
+
+    def ending(self, points: list[BranchPoint], end: BranchEnd) -> tuple[BranchEnd, Found | None]:
+        """A branch that ends where its motion grazes a stop says so."""
+        last, grazed = points[-1], None
+        if len(points) >= 3 and last.closing.impacts != NO_STOPS:
+            at = [self.parameter(point.x) for point in points[-3:]]
+            motions = [self.motion(point.closing) for point in points[-3:]]
+            grazed = grazing_beyond(motions, at, abs(self.between[1] - self.between[0]))
+        if grazed is None:
+            return end, None
+        count, word = last.unstable(), last.closing.mode_sequence
+        text, unchanged = "with a square root: the branch ends here", ((count, count), (word, word))
+        found = Found(SpecialKind.GRAZING, 1.0, last, grazed[1], *unchanged, text=text, place=grazed[0])
+        return BranchEnd.GRAZING, found
 
     def coarser(self) -> "ClosingMap | None":
         if self.half:
@@ -201,7 +206,7 @@ class ClosingMap:
         start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
         return rows, start
 
-    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
+    def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> OrbitClosing:
         map_, m, n = self.map, len(self.unknowns), self.map.states
         state = self.state(x, like)
         nudge = NUDGE * (self.between[1] - self.between[0])
@@ -228,7 +233,7 @@ class ClosingMap:
         turned = whole_turns(self.system, ends[0, :n] - state)
         jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
         possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
-        return Closing(
+        return OrbitClosing(
             x=x,
             mismatch=image[0] - x[:-1] - turned[self.unknowns] / sizes,
             jacobian=jacobian,

@@ -5,11 +5,10 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError
 from vibrocap.motion.recording.section import whole_turns, winding
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.api import Budget, codes
-from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
+from vibrocap.orbits.maps.closing_map import ClosingMap, OrbitClosing, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
@@ -20,14 +19,14 @@ PUSHED = 1e-9  # velocity over its natural size up to which a contact that stick
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class CycleClosing(Closing):
+class CycleClosing(OrbitClosing):
     """A closing whose unknowns are the states, the period over that of the start, and q.
 
     mismatch: [m + 1] of the states, and of the section; bordered: [m + 1, m + 2] its derivative by x
     jacobian: [m - 1, m - 1] of the return to the section, whose eigenvalues are the multipliers but the trivial one
     """
 
-    bordered: np.ndarray
+    bordered: np.ndarray = dataclasses.field(kw_only=True)
 
     @property
     def derivative(self) -> np.ndarray:
@@ -91,7 +90,7 @@ class CycleMap(ClosingMap):
         x = super().point(state, parameter)
         return np.insert(x, -1, 1.0 if period is None else period / self.start_period)
 
-    def state(self, x: np.ndarray, like: Closing | None = None) -> np.ndarray:
+    def state(self, x: np.ndarray, like: OrbitClosing | None = None) -> np.ndarray:
         return super().state(np.delete(x, -2), like)
 
     def period(self, x: np.ndarray) -> float:
@@ -104,10 +103,7 @@ class CycleMap(ClosingMap):
         other.start_period = 0.5 * self.start_period
         return other
 
-    def finer(self) -> "CycleMap":
-        raise ArgumentError("special", "should be of a driven system: what leaves a branch of cycles is not followed")
-
-    def attempt(self, x: np.ndarray, like: Closing | None = None) -> CycleClosing:
+    def attempt(self, x: np.ndarray, like: OrbitClosing | None = None) -> CycleClosing:
         map_, m, n = self.map, len(self.unknowns), self.map.states
         x = self._at_rest_again(x, like)
         state, length = self.state(x, like), self.period(x)
@@ -149,7 +145,7 @@ class CycleMap(ClosingMap):
             lifts_off=self.lifts_off(ended),
         )
 
-    def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:
+    def _at_rest_again(self, x: np.ndarray, like: OrbitClosing | None) -> np.ndarray:
         """x with the velocity of a contact that sticks in a neighbour at exactly zero, where rounding has moved it.
 
         With a static limit above the kinetic one a contact that is pushed however little may slide away.
@@ -173,6 +169,6 @@ class CycleMap(ClosingMap):
         m = len(self.unknowns)
         nothing = np.full(m + 1, np.nan)
         return CycleClosing(
-            x, nothing, np.zeros((m - 1, m - 1)), nothing, np.zeros(m + 1, dtype=bool), False, "", 0.0, state,
-            np.full((m + 1, m + 2), np.nan),
+            x, nothing, np.zeros((m - 1, m - 1)), nothing, np.zeros(m + 1, dtype=bool), False, image=state,
+            bordered=np.full((m + 1, m + 2), np.nan),
         )  # fmt: skip

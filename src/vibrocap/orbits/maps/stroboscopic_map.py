@@ -1,7 +1,7 @@
 """The stroboscopic map: the state whole drive periods later, and its derivative, for many states at once."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -330,3 +330,13 @@ def at_next_section(
     found = map_.run(budget, states[waiting], parameters[waiting], start=share[waiting] * length)
     ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended
+
+
+def named_states(system: System, state: np.ndarray) -> dict[str, float]:
+    """A state vector by names."""
+    return dict(zip(system.state_names, map(float, state), strict=True))
+
+
+def state_vector(system: System, named: Mapping[str, float]) -> np.ndarray:
+    """A state vector [states] from its names; those not named are zero."""
+    return np.array([float(named.get(name, 0.0)) for name in system.state_names])

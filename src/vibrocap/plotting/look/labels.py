@@ -122,7 +122,8 @@ def _own_label(name: str, machine: Any) -> str:
 def quantity_label(name: str, system: System) -> str:
     """A quantity of a motion in words with its symbol, its name where there are none."""
     machine = system.machine
-    label = LABELS.get(name) or _own_label(name, machine)
+    body = machine.derived.contacts[0].body.name
+    label = LABELS[name].replace("capsule", body) if name in LABELS else _own_label(name, machine)
     if name == "position" and machine.cyclic is None:
         label = "position $x$"
     if len(machine.contact_states) > 1:
@@ -137,7 +138,7 @@ def quantity_label(name: str, system: System) -> str:
         }
         label = known[stem].format(number) if stem in known else label
     elif name == "contact_velocity" and machine.imposes_motion:
-        label = LABELS["velocity"]
+        label = LABELS["velocity"].replace("capsule", body)
     elif name == "contact_velocity" and machine.contact_states[0] != "velocity":
         label = LABELS["sliding_velocity"]
     elif name == "drive" and machine.imposes_motion:

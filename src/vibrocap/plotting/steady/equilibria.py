@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibrocap.orbits.continuation.branch import Branch
-from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch, EquilibriumPointKind
+from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
+from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.physics.dimensions.conversion import quantity_in_si
 from vibrocap.plotting.look.colours import BLACK, BLUE, VERMILION
 from vibrocap.plotting.look.labels import scale, with_unit
@@ -19,12 +20,12 @@ from vibrocap.plotting.look.style import figure, given_axes, legend_below, small
 from vibrocap.plotting.steady.branches import LINE, LINES, fixed_parameters, parameter_label
 
 WIDTH = 5.6  # inches
-MARKS: dict[EquilibriumPointKind, tuple[str, float]] = {
-    EquilibriumPointKind.HOPF: ("s", 6.0),
-    EquilibriumPointKind.FOLD: ("o", 7.0),
-    EquilibriumPointKind.MODE_COUPLING: ("D", 6.0),
-    EquilibriumPointKind.BRANCH_POINT: ("P", 7.0),
-    EquilibriumPointKind.UNLOCATED: ("x", 6.0),
+MARKS: dict[SpecialKind, tuple[str, float]] = {
+    SpecialKind.HOPF: ("s", 6.0),
+    SpecialKind.FOLD: ("o", 7.0),
+    SpecialKind.MODE_COUPLING: ("D", 6.0),
+    SpecialKind.BRANCH_POINT: ("P", 7.0),
+    SpecialKind.UNLOCATED: ("x", 6.0),
 }
 
 
@@ -91,7 +92,7 @@ def _draw_states(ax: Axes, found: EquilibriumBranch, cycles: Sequence[Branch], s
     for each in found.special_points:
         marker, size = MARKS[each.kind]
         look: dict[str, Any] = {"linestyle": "none", "zorder": 5, "color": VERMILION, "markeredgecolor": "white"}
-        if each.kind is EquilibriumPointKind.UNLOCATED:
+        if each.kind is SpecialKind.UNLOCATED:
             look["markeredgecolor"] = VERMILION
         ax.plot(along * each.parameter, up * each.state[state], marker=marker, markersize=size, **look)
         used.add(each.kind.value)

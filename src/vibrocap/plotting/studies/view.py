@@ -14,7 +14,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import Case, CaseError, case_from_text
 from vibrocap.case.sections import kind_path
 from vibrocap.motion.status import Status
-from vibrocap.motion.trust import TRAVEL, residue
+from vibrocap.motion.trust import TRAVEL, ZERO, residue
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.look.labels import EQUALS, bracketed, case_in_si, percent, symbol_text, value_text, whole
@@ -22,7 +22,6 @@ from vibrocap.studies.plan.axes import even_in_logarithm
 from vibrocap.studies.variables import ALWAYS, NOT_RUN
 
 MOST_PANELS = 6
-ZERO = 1e-6  # no travel: up to the residue of settled motions (`motion.trust`), or ZERO where nothing settles
 # few different values, each with a meaning
 WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.arithmetic.roots import polynomial_slope, polynomial_value
+from vibrocap.numerics.kernel.arithmetic.roots import polynomial_value
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import STATE_OF
@@ -26,7 +26,7 @@ from vibrocap.numerics.kernel.observe.turning_points import (
     sign_change,
     turning_point,
 )
-from vibrocap.numerics.kernel.step.taylor import series_value
+from vibrocap.numerics.kernel.step.taylor import series_slope, series_value
 
 # Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
 POINTS = 6
@@ -63,15 +63,15 @@ def look(floats, ints, lane, s, out):
 
     On an implicit step they are asked at the state consistent with its slopes, see `stiff_point.py`.
 
-    The acceleration of the contact is the slope of its velocity as computed, so that R dv has no area where R depends
-    on v alone.
+    The acceleration of the contact is the slope of its state as computed, so that R dv has no area where R depends on v
+    alone; and of what its velocity is ahead of that state, where that is imposed.
     """
     for i in range(STATES):
         floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
     consistent_state(floats, ints, lane, s, INSTANT)
     integrands(floats, lane.time + s, INSTANT, lane.side, lane, out)
-    row = SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane
-    floats[out + FRICTION + 2] *= polynomial_slope(floats, row, LANES, ORDER, s)
+    slope = series_slope(floats, SERIES + STATE_OF[0] * (ORDER + 1) * LANES + lane, s)
+    floats[out + FRICTION + 2] = floats[out + FRICTION] * (slope + floats[out + FRICTION + 2])
 
 
 def lobatto_sum(floats, i):

@@ -163,26 +163,26 @@ def implicit_series(floats, ints, lane, h):
 
 
 def velocity_series(floats, ints, lane, h):
-    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
-    if VELOCITY_OF[0] == SERIES + STATE_OF[0] * (ORDER + 1) * LANES:
-        return  # it is a state
-    v0 = velocity_at(floats, ints, lane, 0.0)
-    v1 = velocity_at(floats, ints, lane, 0.25 * h)
-    v2 = velocity_at(floats, ints, lane, 0.5 * h)
-    v3 = velocity_at(floats, ints, lane, 0.75 * h)
-    v4 = velocity_at(floats, ints, lane, h)
-    through_five(floats, VELOCITY_OF[0] + lane, v0, v1, v2, v3, v4, h)
+    """Write contact velocities along the step to their rows, interpolated at five points of the dense output."""
+    for c in range(CONTACTS):
+        if VELOCITY_OF[c] != SERIES + STATE_OF[c] * (ORDER + 1) * LANES:  # it is no state
+            v0 = velocity_at(floats, ints, lane, c, 0.0)
+            v1 = velocity_at(floats, ints, lane, c, 0.25 * h)
+            v2 = velocity_at(floats, ints, lane, c, 0.5 * h)
+            v3 = velocity_at(floats, ints, lane, c, 0.75 * h)
+            v4 = velocity_at(floats, ints, lane, c, h)
+            through_five(floats, VELOCITY_OF[c] + lane, v0, v1, v2, v3, v4, h)
 
 
-def velocity_at(floats, ints, lane, s):
-    """Contact velocity at time s of the present series."""
+def velocity_at(floats, ints, lane, c, s):
+    """Velocity of a contact at time s of the present series."""
     for i in range(STATES):
         start = i * (ORDER + 1)
         result = lane.series[start + 4]
         for k in range(3, -1, -1):
             result = result * s + lane.series[start + k]
         floats[POINT + i] = result
-    return contact_velocity(floats, lane.time + s, POINT, 0, lane)
+    return contact_velocity(floats, lane.time + s, POINT, c, lane)
 
 
 def dense_output(floats, ints, lane, h):

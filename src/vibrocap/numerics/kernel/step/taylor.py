@@ -30,6 +30,7 @@ STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 NO_SPEED = 1e-15  # of the natural speed: rounding
 LEAVING = 5.0  # times tolerance sqrt(v), see `leaving`: the ends of 40 oscillators then are within 0.3 tolerances
+DECIDED = 2e-8  # of a guard of the law: at a looser tolerance, what creeps along a border would pass it again and again
 OMITTED = 10.0  # times its last two terms: what the series of a bound may leave out, where it is not cut for them
 
 
@@ -89,10 +90,11 @@ def series_length(floats, lane, last, before):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         last = max(last, abs(floats[row + ORDER * LANES]))
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
-    for i in range(LAW_BRANCHES):  # those of the law are known to one order less
+    closer = max(1.0, lane.tolerance * (1.0 / DECIDED))
+    for i in range(LAW_BRANCHES):  # of the law, to one order less, where every other term vanishes after a reversal
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
-        earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
+        before = max(before, closer * abs(floats[row + (ORDER - 1) * LANES]))
+        earlier = max(earlier, closer * abs(floats[row + (ORDER - 2) * LANES]))
     wanted = rough_logarithm(lane.tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))

@@ -1,47 +1,26 @@
 """The stretch of a branch between two neighbouring points: points, roots of functions, changes of the mode sequence."""
 
 import bisect
-import dataclasses
 import itertools
 from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.measures.recorded.sticking import first_turned
-from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, tangent
-from vibrocap.orbits.maps.closing_map import Closure
+from vibrocap.orbits.walk import brackets
+from vibrocap.orbits.walk.brackets import Bracket, Lost
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, tangent
+from vibrocap.orbits.walk.residual import Residual
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
 DISCONTINUOUS = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
 KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed
-MOST_TRIALS = 80
 MOST_CHANGES = 12  # within one step of a branch
 SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
 PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
 TOO_MANY = "the mode sequence changes more often than it can be located"
 NOT_CLOSED = "the mode sequence changes, but orbits in between do not close"
 JUMPS = "the mode sequence changes where the orbits jump"
-
-
-class Lost(Exception):
-    """A point of a segment could not be closed."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Bracket:
-    """Two places of a segment (shares of it) between which something happens, and the values of a function there."""
-
-    left: float
-    right: float
-    value_left: float
-    value_right: float
-    scale: float  # largest value at the ends of the search
-
-    @property
-    def jumps(self) -> bool:
-        """Whether the function jumps over zero instead of passing it."""
-        return min(abs(self.value_left), abs(self.value_right)) > 1e-3 * self.scale
 
 
 class Segment:
@@ -51,8 +30,8 @@ class Segment:
     that are known already, so that a search closes in at little cost and a kink in between does no harm.
     """
 
-    def __init__(self, closure: Closure, first: BranchPoint, last: BranchPoint):
-        self.closure = closure
+    def __init__(self, residual: Residual, first: BranchPoint, last: BranchPoint):
+        self.residual = residual
         self.way = last.x - first.x
         self.length = float(np.linalg.norm(self.way))
         self.normal = self.way / self.length
@@ -73,7 +52,7 @@ class Segment:
             if guess is None:  # along the neighbour's own tangent: on its own side of a kink
                 onward = float(near.tangent @ self.normal)
                 guess = near.x + (level - self.normal @ near.x) / (onward or 1.0) * near.tangent
-            found, _ = corrected(self.closure, guess, self.normal, level, near.closing)
+            found, _ = corrected(self.residual, guess, self.normal, level, near.closing)
             if found is not None and np.linalg.norm(found.x - between) <= self.length:
                 point = BranchPoint(found, tangent(found, self.normal))
                 self.shares.insert(place, share)
@@ -83,7 +62,7 @@ class Segment:
 
     def parameter(self, share: float) -> float:
         """The parameter at a share that was visited."""
-        return self.closure.parameter(self.points[self.shares.index(share)].x)
+        return self.residual.parameter(self.points[self.shares.index(share)].x)
 
     def same_modes(self, left: float, right: float) -> bool:
         """Whether the words at two shares are the same cycle, with as many impacts."""
@@ -95,49 +74,13 @@ class Segment:
         return bool(np.linalg.norm(other - one) > DISCONTINUOUS * self.length + 1e3 * CLOSEST)
 
     def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
-        """Where a function changes its sign between two shares: bracketing with the ITP method.
-
-        Interpolate, truncate, project (Oliveira and Takahashi 2020): as safe as bisection, as quick as the secant. It
-        does not assume that the function is continuous; `Bracket.jumps` tells.
-        """
-        low, high = function(self.point(left)), function(self.point(right))
-        scale = max(abs(low), abs(high))
+        """Where a function changes its sign between two shares, see `brackets.root`."""
         width = min(self.narrow, 0.25) * (right - left)
-        most = int(np.ceil(np.log2((right - left) / (2.0 * width)))) + 1
-        for trial in range(MOST_TRIALS):
-            if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
-                break
-            middle = 0.5 * (left + right)
-            secant = (high * left - low * right) / (high - low)
-            towards = np.sign(middle - secant)
-            truncated = min(0.2 * (right - left) ** 2, abs(middle - secant)) * towards + secant
-            radius = max(width * 2.0 ** (most - trial) - 0.5 * (right - left), 0.0)
-            share = truncated if abs(truncated - middle) <= radius else middle - towards * radius
-            share = float(np.clip(share, left + 0.1 * width, right - 0.1 * width))
-            value = function(self.point(share))
-            if np.sign(value) == np.sign(low):
-                left, low = share, value
-            else:
-                right, high = share, value
-        return Bracket(left, right, low, high, scale)
+        return brackets.root(lambda share: function(self.point(share)), left, right, width)
 
     def change(self, same: Callable[[BranchPoint], bool], left: float, right: float) -> tuple[float, float]:
         """Two shares as near as rounding allows: at the first `same` holds, at the second it does not (bisection)."""
-        for _ in range(MOST_TRIALS):
-            if right - left <= self.narrow:
-                break
-            middle = 0.5 * (left + right)
-            try:
-                holds = same(self.point(middle))
-            except Lost:
-                if right - left < KINK:
-                    break
-                raise
-            if holds:
-                left = middle
-            else:
-                right = middle
-        return left, right
+        return brackets.change(lambda share: same(self.point(share)), left, right, self.narrow, KINK)
 
 
 def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:
@@ -159,12 +102,12 @@ def mode_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[fl
 
 def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:
     """Bracket the changes between two shares whose words differ; returns why it was given up."""
-    here, there = (_itinerary(segment.point(share)) for share in (left, right))
+    here, there = (segment.point(share).closing.itinerary for share in (left, right))
     if here == there:
         return ""
     if len(found) >= MOST_CHANGES:
         return TOO_MANY
-    before, after = segment.change(lambda point: _itinerary(point) == here, left, right)
+    before, after = segment.change(lambda point: point.closing.itinerary == here, left, right)
     if segment.discontinuous(before, after):
         return JUMPS
     found.append((before, after))
@@ -174,8 +117,3 @@ def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, f
             if begin < end and (complaint := _cut(segment, begin, end, found)):
                 return complaint
     return ""
-
-
-def _itinerary(point: BranchPoint) -> tuple[str, float]:
-    """The phases of the contact and the number of impacts."""
-    return first_turned(point.closing.mode_sequence), point.closing.impacts

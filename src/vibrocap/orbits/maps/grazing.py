@@ -5,18 +5,14 @@ that the derivative grows without bound and Newton's method fails shortly before
 distance itself goes straight to zero; on the other side the speed of the impact does.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from vibrocap.motion.recording.equations import equations
-from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.expressions.graph import derivative, evaluate
-from vibrocap.orbits.closing.periodic_solution import named_states
-from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.maps.closing_map import NO_STOPS, Closing, ClosingMap, Closure
 from vibrocap.physics.events import IMPACT
 
 FINE = np.linspace(0.0, 1.0, 17)  # of a piece, where a dip of the distance is looked for
@@ -24,17 +20,12 @@ BEFORE_GRAZING = 1e-5  # share of the parameter's range within which a branch th
 NEARLY = 0.03  # distance, or speed, over natural sizes up to which the motion may be about to graze
 
 
-def grazing_at_end(closure: ClosingMap, points: list[BranchPoint]) -> tuple[float, float] | None:
-    """(parameter, how far off it may be) of the grazing at which a branch ends after its last points; None: of none.
+def grazing_beyond(motions: Sequence[Trajectory], at: Sequence[float], width: float) -> tuple[float, float] | None:
+    """(parameter, how far off it may be) of a grazing beyond three motions of a branch, of parameters `at`; None: none.
 
-    The distance from the stop, or the speed of the slowest impact, is followed through the last two points to zero; how
-    far another point before them would lead is the error.
+    The distance from the stop, or the speed of the slowest impact, is followed through the last two of them to zero;
+    how far the first two would lead is the error. width: of the parameter's range
     """
-    if len(points) < 3 or points[-1].closing.impacts == NO_STOPS or not isinstance(closure, ClosingMap):
-        return None
-    motions = [_motion(closure, point.closing) for point in points[-3:]]
-    at = [closure.parameter(point.x) for point in points[-3:]]
-    width = abs(closure.between[1] - closure.between[0])
     for measure in (least_distance, slowest_impact):
         values = [measure(motion) for motion in motions]
         if not abs(values[2]) < min(abs(values[1]), NEARLY):
@@ -45,25 +36,9 @@ def grazing_at_end(closure: ClosingMap, points: list[BranchPoint]) -> tuple[floa
     return None
 
 
-def _zero(at: list[float], values: list[float]) -> float:
+def _zero(at: Sequence[float], values: Sequence[float]) -> float:
     """Where the line through two points is zero."""
     return at[1] + values[1] * (at[1] - at[0]) / (values[0] - values[1])
-
-
-def events_differ(closure: Closure, one: Closing, other: Closing) -> bool:
-    """Whether other events happen along two driven motions, at any contact: words are those of one."""
-    if not isinstance(closure, ClosingMap) or closure.response_period == 0:
-        return False
-    kinds = ([(event.kind, event.contact) for event in _motion(closure, each).events] for each in (one, other))
-    return next(kinds) != next(kinds)
-
-
-def _motion(closure: ClosingMap, point: Closing) -> Trajectory:
-    """The motion from a point, over the response of the map."""
-    system = closure.system.with_parameters({closure.path: closure.parameter(point.x)})
-    start = named_states(system, closure.state(point.x, point))
-    periods = closure.response_period * (0.5 if closure.half else 1.0)
-    return simulate(system, periods=periods, initial=start, tolerance=closure.tolerance)
 
 
 def _guards(motion: Trajectory) -> list[int]:
@@ -84,6 +59,8 @@ def _guard_at(motion: Trajectory, guard: int, index: np.ndarray, s: np.ndarray) 
 
 def least_distance(motion: Trajectory) -> float:
     """Least distance from a stop at which the mass turns back without touching it; infinite where it never does."""
+    from scipy.optimize import minimize_scalar  # only here: it takes long to load
+
     pieces = np.arange(len(motion.piece_start))
     index = np.repeat(pieces, len(FINE))
     share = np.tile(FINE, len(pieces))

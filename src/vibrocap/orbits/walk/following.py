@@ -1,17 +1,24 @@
-"""Following a branch of orbits by its arclength, past folds and through changes of the mode sequence, until it ends."""
+"""The walk along a branch by its arclength, past folds and through changes of the mode sequence, until it ends."""
 
 import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent, tangent
-from vibrocap.orbits.continuation.branch_switching import parent_bifurcation, unlocated_bifurcation
-from vibrocap.orbits.continuation.grazing import events_differ, grazing_at_end
-from vibrocap.orbits.continuation.segment import TOO_MANY
-from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
-from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
-from vibrocap.results import Advised
+from vibrocap.orbits.walk.brackets import Lost
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent, tangent
+from vibrocap.orbits.walk.branch_switching import parent_bifurcation, unlocated_bifurcation
+from vibrocap.orbits.walk.ends import BranchEnd
+from vibrocap.orbits.walk.residual import Closing, Residual
+from vibrocap.orbits.walk.segment import TOO_MANY, Segment
+from vibrocap.orbits.walk.special_kind import SpecialKind
+from vibrocap.orbits.walk.special_points import (
+    Found,
+    SpecialPoint,
+    reversed_way,
+    special_point,
+    special_points_between,
+)
 
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
@@ -19,62 +26,13 @@ SURE = 1e-4  # share of the largest step below which a step has not jumped to an
 CROWDED = 0.03  # the same of a step whose changes of mode sequence are too many to be located one by one
 UNTRUSTED = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
 SMALLEST = 1e-10  # step below which a branch counts as ended
-STRAIGHT = 0.9  # cosine of the turn of the tangent over a step
+STRAIGHT = 0.9  # cosine of the turn of the tangent between the first and the last point of a closed branch
 SHORT = 1e-4  # share of the largest step from which on a kink is taken for what it is
 OFF_GUESS = 0.3  # share of a step by which a point may be off the guess
 CORNERED = 1e-2  # share of the largest step from which on a corner is looked for
-QUICK = 3  # steps of Newton's method after which the next step may be longer
 BEYOND_CORNER = (3.0, 10.0, 1.0, 30.0)  # how far beyond it the other side is sought, over the distance tried
 OFF_SIDE = 3.0  # how far off the guess it may be found, over the same
 NO_DISTANCE = 1e-9  # distance from a corner below which nothing is told apart
-
-
-class BranchEnd(Advised):
-    """Why a branch was not followed further; `advice` says what to try."""
-
-    PARAMETER_BOUND = "parameter bound", "The end of the range asked for."
-    PITCHFORK = (
-        "pitchfork",
-        "The orbit has become symmetric: the branch is born here from that of symmetric orbits, and beyond it its "
-        "mirror twins come.",
-    )
-    FLIP = (
-        "flip",
-        "The orbit has become one of half its period: the branch is born here, and beyond it the same orbits come "
-        "again, a period later.",
-    )
-    HOPF = (
-        "Hopf point",
-        "The cycles shrink to an equilibrium, at which they are born: `equilibrium_branch` follows that.",
-    )
-    CLOSED = "closed", "The branch has come back to its start."
-    ORBIT_CEASES = (
-        "orbit ceases",
-        "The mode sequence would change here, and no orbit of the new one continues this one: such orbits cease to"
-        " exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    )
-    GRAZING = (
-        "grazing",
-        "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, or continue "
-        "with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    )
-    LIFT_OFF = (
-        "lift off",
-        "A contact loses its load here: beyond it the machine would lift off, and the equations end.",
-    )
-    NEWTON_FAILED = (
-        "Newton failed",
-        "No next point closes however small the step: such orbits cease to exist here, as where a motion grazes, or "
-        "Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond this parameter.",
-    )
-    TOO_MANY_POINTS = "too many points", "Raise `points`, or allow longer steps with `step`."
-    NOT_FOLLOWED = "not followed", "It was not asked to follow the branch this way."
-    START_FAILED = "start failed", "No orbit closes at the start. Give an `orbit`, or another `initial`."
-
-    @property
-    def early(self) -> bool:
-        """Whether the branch continues, but was not followed so far."""
-        return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -86,16 +44,16 @@ class Followed:
     end: BranchEnd
 
 
-def started(closure: Closure, x: np.ndarray) -> BranchPoint | None:
+def started(residual: Residual, x: np.ndarray) -> BranchPoint | None:
     """The point of a branch at the parameter of x; None where nothing closes near it."""
     across = np.zeros(len(x))
     across[-1] = 1.0
-    found, _ = corrected(closure, x, across, float(x[-1]))
+    found, _ = corrected(residual, x, across, float(x[-1]))
     return None if found is None else BranchPoint(found, null_tangent(found))
 
 
 def followed(
-    closure: Closure,
+    residual: Residual,
     start: BranchPoint,
     towards: float,
     most: int,
@@ -116,7 +74,7 @@ def followed(
     progress: called after each point with the share of the way to the end of the range, which may shrink again
     """
     here = dataclasses.replace(start, tangent=towards * start.tangent)
-    walk = _Walk(closure, closure.coarser(), step, (0.2 if from_parent else 0.1) * step)
+    walk = _Walk(residual, residual.coarser(), step, (0.2 if from_parent else 0.1) * step)
     points, special = [here], []
     while True:
         if len(points) >= most:
@@ -131,14 +89,9 @@ def followed(
                 progress(_share_passed(start, found))
         if end is None and _closes(points):
             end = BranchEnd.CLOSED
-        if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES) and isinstance(closure, ClosingMap):
-            grazed = grazing_at_end(closure, points)
-            if grazed is not None:
-                (place, error), word, unstable = grazed, here.closing.mode_sequence, here.unstable()
-                text, unchanged = "with a square root: the branch ends here", ((unstable, unstable), (word, word))
-                ending = Found(SpecialKind.GRAZING, 1.0, here, error, *unchanged, text=text, place=place)
-                special.append((len(points) - 1, ending))
-                end = BranchEnd.GRAZING
+        if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES):
+            end, ending = residual.ending(points, end)
+            special += [] if ending is None else [(len(points) - 1, ending)]
         if end is not None or found is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
         here = found
@@ -159,9 +112,9 @@ class _Walk:
     there more often than a longer step could locate
     """
 
-    closure: Closure
-    coarser: Closure | None
-    longest: float
+    residual: Residual
+    coarser: Residual | None
+    step: float
     ds: float
     watched: float = 0.0
 
@@ -172,22 +125,28 @@ class _Walk:
         has jumped to another branch: it is made shorter. If it cannot be short enough, the branches do meet there.
         """
         met_at: BranchPoint | None = None
+        longest = self.residual.longest(here.x, self.step)
         while True:
-            found, following, why = _next_point(self.closure, here, self.ds, self.longest)
+            found, following, why = _next_point(self.residual, here, self.ds, longest)
             if found is None:
                 if met_at is not None:
                     return self._ended(here, met_at)
-                special = parent_bifurcation(self.closure, here, here, MEETING)
+                special = parent_bifurcation(self.residual, here, here, MEETING)
                 return (None, [], why) if special is None else (special.point, [special], _end_at(special))
+            if found.closing.boundary is not None:
+                last, end = _within(self.residual, here, found)
+                if last is here:
+                    return None, [], end
+                return last, special_points_between(self.residual, here, last), end
             way = float(np.linalg.norm(found.x - here.x))
             least = min(way, self.ds)
             if here.tangent[-1] * found.tangent[-1] < 0.0 and not from_parent:
-                met = parent_bifurcation(self.closure, here, found)
+                met = parent_bifurcation(self.residual, here, found)
                 if met is not None:
                     smooth = met.passed is None
-                    before = special_points_between(self.closure, here, met.point, to_parent=True) if smooth else []
+                    before = special_points_between(self.residual, here, met.point, to_parent=True) if smooth else []
                     return met.point, [*before, met], _end_at(met)
-            sure = way <= SURE * self.longest
+            sure = way <= SURE * longest
             if from_parent and not sure and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
                 continue
@@ -197,20 +156,21 @@ class _Walk:
                     return self._ended(here, met_at)
                 continue
             closely = self.watched > 0.0
-            between = special_points_between(self.closure, here, found, from_parent=from_parent, closely=closely)
-            crowded = way <= CROWDED * self.longest
+            between = special_points_between(self.residual, here, found, from_parent=from_parent, closely=closely)
+            crowded = way <= CROWDED * longest
             if any(each.kind in UNTRUSTED and not (crowded if each.text == TOO_MANY else sure) for each in between):
                 if any(each.text == TOO_MANY for each in between):
                     self.watched = max(self.watched, way)
                 self.ds = 0.2 * least
                 continue
+            following = min(following, self.residual.longest(found.x, self.step))
             self.watched = max(self.watched - way, 0.0)
             self.ds = min(self.ds, following) if self.watched > 0.0 else following
             return found, between, None
 
     def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
         """The end at the branch from which this one bifurcates."""
-        ends = self.closure, here, beyond
+        ends = self.residual, here, beyond
         special = parent_bifurcation(*ends, MEETING) or unlocated_bifurcation(*ends)
         return special.point, [special], _end_at(special)
 
@@ -238,8 +198,24 @@ def _closes(points: list[BranchPoint]) -> bool:
     return bool(off <= 0.05 * np.linalg.norm(way) and first.tangent @ last.tangent > STRAIGHT)
 
 
+def _within(residual: Residual, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, BranchEnd]:
+    """(the last point before the boundary of the equations that lies before another, the end there)."""
+    segment = Segment(residual, here, beyond)
+
+    def inside(point: BranchPoint) -> bool:
+        return point.closing.boundary is None
+
+    try:
+        left, right = segment.change(inside, 0.0, 1.0)
+    except Lost:
+        left, right = 0.0, 1.0
+    end = segment.point(right).closing.boundary
+    assert end is not None
+    return segment.point(left), end
+
+
 def _next_point(
-    closure: Closure, here: BranchPoint, ds: float, longest: float
+    residual: Residual, here: BranchPoint, ds: float, longest: float
 ) -> tuple[BranchPoint | None, float, BranchEnd]:
     """(next point, length of the step after it, why there is none)."""
     trial: Closing | None = None
@@ -254,31 +230,30 @@ def _next_point(
             guess[-1] = bound
             normal = np.zeros(len(guess))
             normal[-1] = 1.0
-        found, steps = corrected(closure, guess, normal, float(normal @ guess), here.closing)
+        found, steps = corrected(residual, guess, normal, float(normal @ guess), here.closing)
         if found is not None and -1e-12 <= found.x[-1] <= 1.0 + 1e-12:
             towards = found.x - here.x
             new = BranchPoint(found, tangent(found, towards / np.linalg.norm(towards)))
             short = ds <= SHORT * longest
-            straight = float(new.tangent @ here.tangent) >= STRAIGHT or short
+            straight = float(new.tangent @ here.tangent) >= residual.straight or short
             near = float(np.linalg.norm(found.x - guess)) <= (1.0 if short else OFF_GUESS) * length
-            if straight and near and towards @ here.tangent > 0.0:
-                longer = 1.5 * ds if steps <= QUICK else ds
-                return new, (ds if bounded else min(longer, longest)), BranchEnd.PARAMETER_BOUND
-        trial = closure.attempt(here.x + ds * here.tangent, here.closing)
+            resolved = short or residual.resolved(here, new)
+            if straight and near and resolved and towards @ here.tangent > 0.0:
+                longer = residual.growth * ds if steps <= residual.quick else ds
+                return new, (ds if bounded else longer), BranchEnd.PARAMETER_BOUND
+        trial = residual.attempt(here.x + ds * here.tangent, here.closing)
         if ds <= CORNERED * longest and not trial.alike(here.closing):
-            turned = _around_corner(closure, here, trial, ds)
+            turned = _around_corner(residual, here, trial, ds)
             if turned is not None:
                 return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
         ds *= 0.4
     if trial is None:
         return None, ds, BranchEnd.NEWTON_FAILED
-    if trial.lifts_off:
-        return None, ds, BranchEnd.LIFT_OFF
-    changed = not trial.alike(here.closing) or events_differ(closure, here.closing, trial)
-    return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
+    ceases = BranchEnd.ORBIT_CEASES if residual.differ(here.closing, trial) else BranchEnd.NEWTON_FAILED
+    return None, ds, trial.boundary or ceases
 
 
-def _around_corner(closure: Closure, here: BranchPoint, beyond: Closing, distance: float) -> BranchPoint | None:
+def _around_corner(residual: Residual, here: BranchPoint, beyond: Closing, distance: float) -> BranchPoint | None:
     """A point of the branch on the other side of a corner that is nearer than a distance; None where there is none.
 
     A little beyond the corner along the old tangent the map is that of the new modes, and the null vector of its
@@ -294,22 +269,48 @@ def _around_corner(closure: Closure, here: BranchPoint, beyond: Closing, distanc
     for reach in BEYOND_CORNER:
         for sign in (1.0, -1.0):
             guess = here.x + reach * distance * sign * along
-            found, _ = corrected(closure, guess, along, float(along @ guess), beyond)
+            found, _ = corrected(residual, guess, along, float(along @ guess), beyond)
             if found is None or found.alike(here.closing) or not 0.0 <= found.x[-1] <= 1.0:
                 continue
             if np.linalg.norm(found.x - guess) <= OFF_SIDE * distance:
-                return _level(closure, here, BranchPoint(found, tangent(found, sign * along)))
+                return _level(residual, here, BranchPoint(found, tangent(found, sign * along)))
     return None
 
 
-def _level(closure: Closure, here: BranchPoint, other: BranchPoint) -> BranchPoint:
+def _level(residual: Residual, here: BranchPoint, other: BranchPoint) -> BranchPoint:
     """A point of the other side that is as far from the corner as `here` is, where it can be had."""
     sides = np.column_stack((here.tangent, other.tangent))
     share = np.linalg.lstsq(sides, other.x - here.x, rcond=1e-12)[0]
     if share[0] < NO_DISTANCE:
         return other
     guess = here.x + share[0] * (here.tangent + other.tangent)
-    found, _ = corrected(closure, guess, other.tangent, float(other.tangent @ guess), other.closing)
+    found, _ = corrected(residual, guess, other.tangent, float(other.tangent @ guess), other.closing)
     if found is None or found.alike(here.closing) or np.linalg.norm(found.x - guess) > share[0]:
         return other
     return BranchPoint(found, tangent(found, other.tangent))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Walked:
+    """A branch from both ways along it, in order: its points, their arclengths, special points, ends, and the start."""
+
+    points: list[BranchPoint]
+    ways: np.ndarray
+    special_points: tuple[SpecialPoint, ...]
+    ends: tuple[BranchEnd, BranchEnd]
+    start: int
+
+
+def walked(residual: Residual, back: Followed | None, onward: Followed | None) -> Walked:
+    """The branch from the ways followed from one start, against and along its order."""
+    before = [] if back is None else back.points[:0:-1]
+    start = (onward or back).points[0]  # type: ignore[union-attr]
+    points = [*before, start, *([] if onward is None else onward.points[1:])]
+    ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([each.x for each in points]), axis=0), axis=1)))
+    placed = [] if back is None else [(len(before) - 1 - i, reversed_way(each)) for i, each in back.special[::-1]]
+    placed += [] if onward is None else [(len(before) + i, each) for i, each in onward.special]
+    special = tuple(special_point(residual, each, after, points, ways) for after, each in placed)
+    ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
+    if onward is not None and onward.end is BranchEnd.CLOSED:
+        ends = (BranchEnd.CLOSED, BranchEnd.CLOSED)
+    return Walked(points, ways, special, (ends[0], ends[1]), len(before))

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
-from vibrocap.orbits.continuation.segment import Segment
-from vibrocap.orbits.continuation.special_points import CORNERS, Found, SpecialKind, flip_test, special_points_between
-from vibrocap.orbits.maps.closing_map import Closure
-from vibrocap.orbits.maps.itinerary import mode_change, same_cycle
+from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.walk.residual import Residual
+from vibrocap.orbits.walk.segment import Segment
+from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
+from vibrocap.orbits.walk.special_points import Found, flip_test, special_points_between
 
 WIDEST = 0.05  # share of the parameter's range within which a bifurcation is looked for
 NARROWEST = 1e-4
@@ -20,7 +20,7 @@ TEXT = "this branch is born here"
 DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
 
 
-def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
+def parent_bifurcation(residual: Residual, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
     """Where a branch bifurcates from one of the coarser map, between two of its points; None where it is not.
 
     A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
@@ -32,7 +32,7 @@ def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, 
     Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
     bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be
     """
-    coarser = closure.coarser()
+    coarser = residual.coarser()
     if coarser is None:
         return None
     near = float(np.linalg.norm(last.x - first.x)) + slack
@@ -42,24 +42,24 @@ def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, 
     segment = _coarser_segment(coarser, first, last, TWIN * near)
     if segment is None:
         return None
-    for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
+    for special in special_points_between(segment.residual, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
         near_enough = np.linalg.norm(special.point.x - first.x) <= FAR_BIFURCATION * near
         if (smooth or special.passed is not None) and near_enough:
-            return _seen_from(closure, first, special)
+            return _seen_from(residual, first, special)
     return None
 
 
-def unlocated_bifurcation(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
+def unlocated_bifurcation(residual: Residual, last: BranchPoint, beyond: BranchPoint) -> Found:
     """A bifurcation between the last point that is no orbit of the coarser map and the next one, which is."""
-    error = abs(closure.parameter(beyond.x) - closure.parameter(last.x))
-    coarser = closure.coarser()
+    error = abs(residual.parameter(beyond.x) - residual.parameter(last.x))
+    coarser = residual.coarser()
     kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
     counts, words = (last.unstable(), beyond.unstable()), (last.closing.mode_sequence, beyond.closing.mode_sequence)
     return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=TEXT)
 
 
-def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
+def _coarser_segment(coarser: Residual, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
     """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of modes."""
     guess = 0.5 * (first.x + last.x)
     across = np.zeros(len(guess))
@@ -76,28 +76,26 @@ def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, ne
                 ends.append(BranchPoint(found, null_tangent(found)))
         if len(ends) < 2:
             return None
-        if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not same_cycle(
-            *(each.closing.mode_sequence for each in ends)
-        ):
+        if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not ends[0].closing.alike(ends[1].closing):
             return Segment(coarser, *ends)
         reach *= 4.0
     return None
 
 
-def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
+def _seen_from(residual: Residual, last: BranchPoint, special: Found) -> Found:
     """The record of a bifurcation on the coarser branch, seen from the branch that ends there."""
     towards = special.point.x - last.x
     size = float(np.linalg.norm(towards))
     tangent = towards / size if size > 0.0 else last.tangent
-    point = BranchPoint(closure.attempt(special.point.x, special.point.closing), tangent)
+    point = BranchPoint(residual.attempt(special.point.x, special.point.closing), tangent)
     words, change = (last.closing.mode_sequence, point.closing.mode_sequence), None
     if special.kind in CORNERS:
-        change = special.change if same_cycle(*words) else mode_change(*words)[0]
+        change = special.change if last.closing.alike(point.closing) else last.closing.change_to(point.closing)[1]
     counts = (last.unstable(), last.unstable())
     return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)
 
 
-def branches_at_corner(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:
+def branches_at_corner(parent: Residual, special: Found) -> Iterator[tuple[Residual, BranchPoint]]:
     """(map, point) of branches that leave at a change of the mode sequence, where the multipliers jump over -1.
 
     There is no eigenvector that shows the way, since the derivative jumps. Orbits are looked for on both sides of the
@@ -125,13 +123,13 @@ def branches_at_corner(parent: Closure, special: Found) -> Iterator[tuple[Closur
             break
 
 
-def switched_point(closure: Closure, special: Found) -> tuple[Closure, BranchPoint]:
+def switched_point(residual: Residual, special: Found) -> tuple[Residual, BranchPoint]:
     """(map, first point) of the branch that leaves at a pitchfork or a flip, along the eigenvector of multiplier -1.
 
     That branch is symmetric about it: its tangent there has no part along the parameter.
     """
     assert special.direction is not None
-    finer = closure.finer()
+    finer = residual.finer()
     direction = np.append(special.direction, 0.0)
     closing = finer.attempt(special.point.x, special.point.closing)
     return finer, BranchPoint(closing, direction / np.linalg.norm(direction))

@@ -6,51 +6,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, named_states
-from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, mode_changes
-from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
-from vibrocap.orbits.maps.itinerary import ModeChange, mode_change, same_cycle
+from vibrocap.orbits.walk.brackets import Bracket, Lost
+from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.itinerary import ModeChange
+from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE, Residual
+from vibrocap.orbits.walk.segment import Segment, mode_changes
+from vibrocap.orbits.walk.special_kind import CORNERS, SpecialKind
 from vibrocap.physics.dimensions.conversion import Parameter
-from vibrocap.quantities.declared import Length, Number, Numbers, States
-from vibrocap.quantities.dimensional import Dimensional
-from vibrocap.results import Explained
+from vibrocap.quantities.declared import AngularFrequency, Length, Number, Numbers, States
+from vibrocap.results import Result
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
 FOLDED = 1e-3  # distance from 1 of the multiplier that makes a turn of the parameter a fold
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
-
-
-class SpecialKind(Explained):
-    """What a special point is; `meaning` says it in words."""
-
-    FOLD = "fold", "The branch turns back in the parameter (multiplier 1); beyond it these orbits do not exist."
-    PITCHFORK = "pitchfork", "The symmetry breaks (multiplier 1): a pair of mirror twins begins or ends here."
-    FLIP = "flip", "A multiplier is -1: an orbit of twice the period begins or ends here."
-    NEIMARK_SACKER = (
-        "Neimark-Sacker",
-        "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
-    )
-    BRANCH_POINT = "branch point", "Another branch of orbits of the same period crosses here (multiplier 1)."
-    HOPF = "Hopf", "The cycles shrink to an equilibrium, whose pair of eigenvalues passes the imaginary axis here."
-    MODE_CHANGE = "change of mode sequence", "The phases of sliding and sticking change."
-    GRAZING = "grazing of a stop", "A mass touches its stop without speed: an impact begins or ends here."
-    CHATTER = (
-        "accumulating impacts",
-        "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
-    )
-    JUMP = (
-        "jump of multipliers",
-        "The multipliers jump without a change of the mode sequence; the motion grazes something there.",
-    )
-    UNLOCATED = (
-        "not located",
-        "Something changes faster than it can be located: follow the branch with a smaller `step`, or from an "
-        "orbit near this parameter.",
-    )
-
-
-CORNERS = (SpecialKind.MODE_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  # between which all is smooth
+DEGENERATE = 1e-8  # first Lyapunov coefficient over omega that is zero up to rounding
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -62,6 +31,7 @@ class Found:
     passed: what the multipliers jump over at a change of the mode sequence as they would pass it where all is smooth
     unstable: number of multipliers not inside the unit circle before and after; text: more about it
     place: the parameter, where the point is only near it
+    frequency, vector: of the eigenvalues on the imaginary axis at a point of equilibria; 0: they are real
     """
 
     kind: SpecialKind
@@ -76,6 +46,8 @@ class Found:
     beyond: BranchPoint | None = None
     text: str = ""
     place: float | None = None
+    frequency: float = 0.0
+    vector: np.ndarray | None = None
 
 
 def flip_test(point: BranchPoint) -> float:
@@ -108,7 +80,7 @@ TESTS: dict[SpecialKind, Callable[[BranchPoint], float]] = {
 
 
 def special_points_between(
-    closure: Closure,
+    residual: Residual,
     first: BranchPoint,
     last: BranchPoint,
     from_parent: bool = False,
@@ -124,7 +96,7 @@ def special_points_between(
     from_parent, to_parent: the first or the last point is where it bifurcates from another, which has the multiplier 1
     closely: see `mode_changes`
     """
-    segment = Segment(closure, first, last)
+    segment = Segment(residual, first, last)
     cuts, complaint = mode_changes(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
     found = [_change(segment, left, right) for left, right in cuts]
@@ -134,12 +106,12 @@ def special_points_between(
         left, right = edges[i : i + 2]
         if segment.same_modes(left, right):
             at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
-            found += _smooth_points(segment, left, right, at_parent)
+            found += residual.special_points(segment, left, right, at_parent)
     return sorted(found, key=lambda each: each.share)
 
 
-def _smooth_points(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
-    """Special points of a stretch without a change of modes; at_parent: it begins or ends at the parent branch."""
+def special_points_of_maps(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
+    """Of a map, by functions of its multipliers that change their sign, for `Residual.special_points`."""
     before, after = segment.point(left), segment.point(right)
     found: list[Found] = []
     for kind, test in TESTS.items():
@@ -189,7 +161,7 @@ def _located(
     direction = None
     if kind is SpecialKind.FLIP:
         direction = np.real(vectors[:, np.argmin(np.abs(values + 1.0))])
-        if segment.closure.half:
+        if segment.residual.half:
             kind = SpecialKind.PITCHFORK
     elif kind is SpecialKind.BRANCH_POINT:
         direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
@@ -227,26 +199,17 @@ def _change(segment: Segment, left: float, right: float) -> Found:
     """The record of a change of the mode sequence, or of the number of impacts, between two shares."""
     before, after = segment.point(left), segment.point(right)
     words = (before.closing.mode_sequence, after.closing.mode_sequence)
-    kind, change, text = changed(before.closing, after.closing)
+    kind, change, text = before.closing.change_to(after.closing)
     passed = None
     for smooth, test in TESTS.items():
         if smooth is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
-            passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.closure.half else smooth
+            passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.residual.half else smooth
             break
     width = abs(segment.parameter(right) - segment.parameter(left))
     if change in (ModeChange.GRAZING, ModeChange.SPLITTING) or "impacts" in text:
-        width += SEEN * abs(segment.closure.parameter(np.array([1.0])) - segment.closure.parameter(np.array([0.0])))
+        width += SEEN * abs(segment.residual.parameter(np.array([1.0])) - segment.residual.parameter(np.array([0.0])))
     counts = before.unstable(), after.unstable()
     return Found(kind, left, before, width, counts, words, change, passed, beyond=after, text=text)
-
-
-def changed(before: Closing, after: Closing) -> tuple[SpecialKind, ModeChange | None, str]:
-    """(kind, change of modes, in words): how phases of the contact and impacts change from one orbit to another."""
-    impacts = "" if before.impacts == after.impacts else f"impacts {before.impacts:g} -> {after.impacts:g}"
-    if impacts and same_cycle(before.mode_sequence, after.mode_sequence):
-        return SpecialKind.CHATTER if np.isinf(before.impacts + after.impacts) else SpecialKind.GRAZING, None, impacts
-    change, phases = mode_change(before.mode_sequence, after.mode_sequence)
-    return SpecialKind.MODE_CHANGE, change, "; ".join(filter(None, (phases, impacts)))
 
 
 def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
@@ -257,35 +220,69 @@ def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
     return Found(SpecialKind.UNLOCATED, left, before, width, counts, words, text=text)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class SpecialPoint(Dimensional):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class SpecialPoint(Result):
     """Something special on a branch, between two of its points.
 
-    parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
+    parameter, error: where, and how far off at most
     after_point: index of the last point of the branch before it; arclength: of the branch there
-    unstable_before, unstable_after: number of multipliers not inside the unit circle
-    passed: at a change of the mode sequence, what the multipliers jump over as they would pass it where all is smooth
-    found: as the continuation left it, to follow what branches off
+    unstable_before, unstable_after: number of multipliers not inside the unit circle, of eigenvalues with positive real
+        parts
+    found: as the walk left it, to follow what branches off
+
+    Of orbits: drift, multipliers; modes_before, modes_after: their mode sequences; change: what happens where these
+    differ; passed: at such a change, what the multipliers jump over as they would pass it where all is smooth
+    Of equilibria: frequency: angular frequency at a Hopf point; lyapunov: its first Lyapunov coefficient, below zero
+    where a stable cycle is born (supercritical), above where an unstable one is; vector: [states] the eigenvector over
+    its length, complex: the shape of that cycle
     """
 
     kind: SpecialKind
     parameter: Parameter
     error: Parameter
     state: States
-    drift: Length | None
-    multipliers: Numbers
     arclength: Number
     after_point: int
-    modes_before: str
-    modes_after: str
     unstable_before: int
     unstable_after: int
-    change: ModeChange | None
-    passed: SpecialKind | None
-    text: str
-    found: Found = dataclasses.field(repr=False)
+    found: Found = dataclasses.field(repr=False, compare=False)
+    drift: Length | None = None
+    multipliers: Numbers | None = None
+    modes_before: str = ""
+    modes_after: str = ""
+    change: ModeChange | None = None
+    passed: SpecialKind | None = None
+    text: str = ""
+    frequency: AngularFrequency | None = None
+    lyapunov: Number | None = None
+    vector: Numbers | None = None
 
-    in_record = "kind parameter error arclength drift stability modes_before modes_after remarks"
+    @property
+    def in_record(self) -> str:  # type: ignore[override]
+        """What belongs to it: of orbits their travel and their modes, of equilibria the frequency and the state."""
+        own = (
+            "frequency criticality state stability"
+            if self.multipliers is None
+            else "drift stability modes_before modes_after"
+        )
+        return f"kind parameter error arclength {own} remarks"
+
+    @property
+    def criticality(self) -> str:
+        """ "supercritical", "subcritical", or "degenerate" where the coefficient vanishes; "" where there is none."""
+        if self.lyapunov is None or self.frequency is None:
+            return ""
+        if abs(self.lyapunov) <= DEGENERATE * self.frequency:
+            return "degenerate"
+        return "supercritical" if self.lyapunov < 0.0 else "subcritical"
+
+    @property
+    def heading(self) -> str:
+        return f"{self.kind.value} at {self.said('parameter', 12)} (error {self.error:.0e})"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        return {"meaning": self.kind.meaning, "remarks": self.remarks}
 
     @property
     def stability(self) -> str:
@@ -302,7 +299,8 @@ class SpecialPoint(Dimensional):
     @property
     def remarks(self) -> str:
         """What else is to be said of it."""
-        said = [self.change.value if self.change else "", self.text]
+        said = [] if self.frequency is None else [f"omega {self.said('frequency')}", self.criticality]
+        said += [self.change.value if self.change else "", self.text]
         if self.kind is SpecialKind.UNLOCATED:
             said.append(self.kind.meaning)
         if self.modes_before != self.modes_after:
@@ -318,24 +316,19 @@ def reversed_way(found: Found) -> Found:
     """What is special, seen by one who comes along the branch the other way."""
     words, text = found.words[::-1], found.text
     if found.beyond is not None and not text.startswith("this branch"):
-        text = changed(found.beyond.closing, found.point.closing)[2]
+        text = found.beyond.closing.change_to(found.point.closing)[2]
     return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
 
 
 def special_point(
-    closure: ClosingMap, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
+    residual: Residual, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
 ) -> SpecialPoint:
     """The public record of what is special after a point of a branch."""
-    point = found.point
-    drift = closure.drift(point.closing)
     return SpecialPoint(
         kind=found.kind,
-        parameter=closure.parameter(point.x) if found.place is None else found.place,
+        parameter=residual.parameter(found.point.x) if found.place is None else found.place,
         error=found.error,
-        state=named_states(closure.system, closure.state(point.x, point.closing)),
-        drift=None if np.isnan(drift) else drift,
-        multipliers=point.multipliers(closure.half),
-        arclength=float(ways[after] + np.linalg.norm(point.x - points[after].x)),
+        arclength=float(ways[after] + np.linalg.norm(found.point.x - points[after].x)),
         after_point=after,
         modes_before=found.words[0],
         modes_after=found.words[1],
@@ -345,4 +338,5 @@ def special_point(
         passed=found.passed,
         text=found.text,
         found=found,
+        **residual.described(found),
     )
