@@ -86,7 +86,8 @@ def faults_of(path: Path) -> Iterator[Fault]:
         elif isinstance(node, ast.BoolOp):
             yield from between(node.values[0], node.values[1], WORDS[type(node.op)])
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
-            yield Fault(str(path), node.lineno, begin(node), begin(node.operand), "")
+            sign = "-" if isinstance(node.op, ast.USub) else "not"
+            yield Fault(str(path), node.lineno, begin(node), begin(node) + len(sign), "")
 
 
 def _annotations(node: ast.AST) -> Iterator[ast.AST]:
