@@ -50,7 +50,7 @@ def main() -> None:
     print("\nThe first call of a new process, seconds: by the clock, of the processor")
     with tempfile.TemporaryDirectory() as folder:
         _warm(folder)
-        for words in ("-c import vibrocap", "-m vibrocap --help", "-m vibrocap new", "-m vibrocap completion bash"):
+        for words in ("-c import vibrocap", "-m vibrocap --help", "-m vibrocap new", "-m vibrocap --completion bash"):
             _row(words[3:], "", _seconds(folder, *words.split(maxsplit=1 if words.startswith("-c") else -1)))
         for law in ("exponential", "lugre"):
             for command in ("simulate", "orbit", "sweep"):

@@ -83,7 +83,7 @@ def report() -> None:
     if BESIDE.is_dir():
         damper_fits(BESIDE)
     else:
-        print("  rotary damper: the measurements are not here (see `vibrocap datasets`)")
+        print("  rotary damper: the measurements are not here (see `vibrocap list datasets`)")
 
 
 if __name__ == "__main__":

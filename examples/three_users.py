@@ -104,8 +104,8 @@ def rig_records(folder: Path) -> list[Path]:
 def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict, vc.Fit]:
     """Which friction parameters do the records say, how surely, and how does the prototype walk with them?
 
-    damper: folder with published measurements of a rotary damper (`vibrocap datasets fetch rotary-damper`), which are
-        fitted too, an earthquake held out
+    damper: folder with published measurements of a rotary damper (`vibrocap list datasets --fetch rotary-damper`),
+        which are fitted too, an earthquake held out
     """
     records = vc.read_records(rig_records(folder))  # units are read from the headings
     fit = vc.fit(records, "lugre", load=LOAD)
@@ -133,7 +133,7 @@ def friction_researcher(folder: Path, damper: Path | None = None) -> tuple[dict,
 def teacher(folder: Path) -> dict:
     """A page for the lecture: the machine of the student, with sliders, in one file that needs no network."""
     command("vibrocap lab prototype-in-si.toml --laws exponential --drives biharmonic --out lab.html", folder)
-    command("vibrocap cite prototype-in-si.toml --bibtex", folder)
+    command("vibrocap simulate prototype-in-si.toml --cite bibtex", folder)
     return {"size of the page [kB]": (folder / "lab.html").stat().st_size // 1000}
 
 
@@ -178,6 +178,6 @@ def main(folder: Path, damper: Path | None = None) -> dict:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("three-users"), help="folder for what is written")
-    parser.add_argument("--damper", type=Path, help="folder of `vibrocap datasets fetch rotary-damper`, to fit it too")
+    parser.add_argument("--damper", type=Path, help="folder of the data set rotary-damper, to fit it too")
     given = parser.parse_args()
     main(given.out, given.damper)

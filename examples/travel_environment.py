@@ -51,7 +51,7 @@ class TravelEnvironment(gymnasium.Env):
     length: time h between two decisions; limit: largest drive; effort_cost: price of u^2 per time
     steps: decisions after which an episode is cut off (`truncated`)
     spread: by name of a state, how far from its initial value an episode may begin, uniformly to both sides
-    measures: names of `vibrocap measures`; info["measures"] holds them for an episode that was cut off
+    measures: names of `vibrocap list measures`; info["measures"] holds them for an episode that was cut off
     An episode ends (`terminated`) where the motion cannot continue, as at a lift-off: info["status"] names the cause.
     """
 

@@ -190,6 +190,18 @@ point = [
 drive = [{ path = "mode" }]
 contact = [{ body = "string", on = "bow", load = 1 }]
 """
+WASHBOARD = """
+name = "washboard"
+parameters.depth = { default = 0.8, range = "any", role = "fraction" }
+parameters.length = { default = 1.0, role = "distance" }
+parameters.drag = { default = 0.7, range = ">= 0", role = "quadratic damping" }
+coordinates.position = { unit = "m", rate = "velocity", repeats = 1.0 }
+mass = [{ name = "block", mass = 1, x = "position" }]
+drive = [{ path = "position" }]
+damper = [{ damping = 0.5, stretch = "position" }]
+drag = [{ drag = "drag", stretch = "position", speed = 0.1 }]
+contact = [{ body = "block", load = "weight", factor = "1 + depth * cos(2 * pi * position / length)" }]
+"""
 CRAWLER = """
 name = "crawler"
 effort = "displacement"

@@ -11,6 +11,7 @@ import vibrocap as vc
 from vibrocap.mechanics import (
     Contact,
     Damper,
+    Drag,
     Drive,
     Inertia,
     Machine,
@@ -230,6 +231,29 @@ class BeltRow(Machine):
         row = Mass("block 1", self.mass, x=first), Mass("block 2", self.mass, x=second)
         springs = [Spring(self.stiffness, x) for x in q.position], Spring(self.coupling_stiffness, second - first)
         return belt, row, springs, Drive(first), [Contact(block, on=belt, load=1.0) for block in row]
+
+
+@parameters
+class Washboard(Machine):
+    """A block on ground whose friction repeats along it; as friction by place, or as a load by place."""
+
+    depth: Number = parameter(0.8, "d", "change of friction along the ground", "fraction")
+    drag: NonNegative = parameter(0.0, "c", "quadratic drag", "quadratic damping")
+    position = coordinate("X", "place of the block", "m", rate="velocity", repeats=1.0)
+    name: ClassVar[str] = "washboard"
+
+    def parts(self, q):
+        block = Mass("block", 1.0, x=q.position)
+        around = Damper(0.5, q.position), Drag(self.drag, q.position, 0.1)
+        return (
+            block,
+            Drive(q.position),
+            *around,
+            self.contact(block, 1.0 + self.depth * cos(2.0 * math.pi * q.position)),
+        )
+
+    def contact(self, block, factor):
+        return Contact(block, load="weight", factor=factor)
 
 
 MECHANISMS = (

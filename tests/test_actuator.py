@@ -296,7 +296,7 @@ def test_a_case_with_an_actuator_in_si_and_without_units(tmp_path, capsys):
     assert vc.read_case(case.save(tmp_path / "again.toml")) == case
     in_si = tmp_path / "si.toml"
     scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"
-    assert main(["convert", str(path), "--scales", scales, "--out", str(in_si)]) == 0
+    assert main(["new", "--from", str(path), "--scales", scales, "--out", str(in_si)]) == 0
     text = in_si.read_text()
     assert all(key in text for key in ("[actuator]\ntime_constant_s = ", "limit_N_m = ", "actuator_output_N_m = "))
     again = vc.read_case(in_si)

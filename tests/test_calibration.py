@@ -325,13 +325,13 @@ def test_command_writes_a_case_in_si(tmp_path, capsys):
     assert 0.0 < record["rms"]["mean_velocity"]["value"] < 0.01
     found = {each["path"]: each for each in record["parameters"]}
     for path, truth in (("friction.coulomb_coefficient", 0.0575), ("machine.damping_N_m_s_per_rad", 0.095)):
-        low, high = (found[path][end] for end in ("low", "high"))
+        low, value, high = (found[path][end] for end in ("low", "value", "high"))
         if isinstance(low, dict):
-            assert (low["unit"], high["unit"]) == ("N m s/rad", "N m s/rad")
-            low, high = low["value"], high["value"]
+            assert {each["unit"] for each in (low, value, high)} == {"N m s/rad"}
+            low, value, high = (each["value"] for each in (low, value, high))
         assert low < truth < high
         case = vc.read_case(tmp_path / "calibrated.toml")
-        assert case.system.parameter(path) == pytest.approx(found[path]["value"], rel=1e-12)
+        assert case.system.parameter(path) == pytest.approx(value, rel=1e-12)
     rows = (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 25
     measured, predicted, residual = map(float, rows[1].split(",")[2:])
@@ -351,8 +351,8 @@ def test_calibration_at_the_public_function_is_in_si_once():
     assert [(each.path, each.value, each.low, each.high) for each in public.parameters] == [
         (each.path, each.value, each.low, each.high) for each in room.parameters
     ]
-    for name in public.table.measures:
+    for name in public.measured.measures:
         assert np.array_equal(public.predicted[name], room.predicted[name])
-        assert public.predicted[name] == pytest.approx(public.table.targets[name], rel=0.3, abs=0.01)
+        assert public.predicted[name] == pytest.approx(public.measured.targets[name], rel=0.3, abs=0.01)
     damping = public.parameters[1].value
     assert public.case().system.parameter("machine.damping_N_m_s_per_rad") == pytest.approx(damping, rel=1e-12)

@@ -11,7 +11,7 @@ import vibrocap as vc
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.commands.crossing import _other
 from vibrocap.cli.main import main
-from vibrocap.cli.options import Refusal
+from vibrocap.cli.refusal import Refusal
 from vibrocap.lab.bundle import contents
 from vibrocap.lab.presets import Preset
 from vibrocap.physics.catalogue import drives, laws

@@ -235,22 +235,23 @@ def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
         "    def holding_limit(self, load): return 0.9 * load * self.static_coefficient\n"
     )
     (tmp_path / "weak.py").write_text(text)
-    assert main(["check", "--quick", "--parts", "weak.py"]) == WRONG_INPUT
+    assert main(["list", "--check", "--quick", "--parts", "weak.py"]) == WRONG_INPUT
     found = capsys.readouterr().out
     assert "The law weak breaks one clause of its contract." in found
     assert "WRONG  At rest it is what its kind says" in found
-    assert main(["check", "oscillator", "anisotropic-weak", "--quick", "--json", "--parts", "weak.py"]) == WRONG_INPUT
+    options = ["--check", "--quick", "--json", "--parts", "weak.py"]
+    assert main(["list", "oscillator", "anisotropic-weak", *options]) == WRONG_INPUT
     first, second = json.loads(capsys.readouterr().out)["parts"]
     assert (first["name"], first["kind"], first["ok"]) == ("oscillator", "machine", True)
     assert (second["name"], second["ok"]) == ("anisotropic-weak", False)
     for part in load_parts("weak.py"):
         unregister(part)
-    assert main(["check", "--quick", "lugre"]) == OK
+    assert main(["list", "lugre", "--check", "--quick"]) == OK
     assert "The law lugre keeps its contract." in capsys.readouterr().out
-    assert main(["check"]) == WRONG_INPUT
-    assert "Name a law, a machine, a drive or a controller" in capsys.readouterr().err
-    assert main(["check", "lugree"]) == WRONG_INPUT
-    assert "no law, machine, drive or controller is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
+    assert main(["list", "--check"]) == WRONG_INPUT
+    assert "--check: name a part" in capsys.readouterr().err
+    assert main(["list", "lugree", "--check"]) == WRONG_INPUT
+    assert "no machine, law, drive or controller is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
 
 
 BROKEN = [

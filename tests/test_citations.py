@@ -233,14 +233,12 @@ def test_a_part_without_a_source_is_said_to_have_none():
 
 def test_the_command_prints_text_or_bibtex(capsys, tmp_path):
     path = str(vc.Case(LUGRE, periods=1).save(tmp_path / "case.toml"))
-    assert cli.main(["cite", path, "--analyses", "orbit,fit"]) == OK
+    assert cli.main(["simulate", path, "--cite", "text", "--analyses", "orbit,fit"]) == OK
     assert capsys.readouterr().out == f"{vc.cite(LUGRE, analyses=['orbit', 'fit'])}\n"
-    assert cli.main(["cite", path, "--bibtex"]) == OK
+    assert cli.main(["simulate", path, "--cite", "bibtex"]) == OK
     assert capsys.readouterr().out == vc.cite(LUGRE).bibtex
-    assert cli.main(["cite", path, "--analyses", "orbits"]) == WRONG_INPUT
+    assert cli.main(["simulate", path, "--cite", "text", "--analyses", "orbits"]) == WRONG_INPUT
     assert "--analyses: 'orbits' is none; did you mean 'orbit'?" in capsys.readouterr().err
-    assert cli.main(["cite", "--analyses", "orbit"]) == WRONG_INPUT
-    assert "CASE: should be the system or case" in capsys.readouterr().err
 
 
 # --- the paper and CITATION.cff --------------------------------------------------------------------------------------

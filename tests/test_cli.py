@@ -1,6 +1,7 @@
 """The command line: exit codes, what it prints, the files it writes and runs again."""
 
 import csv
+import dataclasses
 import importlib
 import importlib.util
 import inspect
@@ -20,7 +21,8 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
-from vibrocap.cli.main import COMMANDS, main
+from vibrocap.cli.command import COMMANDS, GROUPS
+from vibrocap.cli.main import MOVED, app_of, main
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 from vibrocap.io.spreadsheets import beside
@@ -77,12 +79,21 @@ def refused(capsys, *arguments) -> str:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
-def test_help_shows_every_command_and_how_to_begin(arguments, capsys):
+def test_help_shows_every_command_in_its_group_on_one_screen(arguments, capsys):
     assert main(arguments) == OK
-    text = capsys.readouterr().out
-    for command in ("new", "reproduce", "simulate", "limits", "stick-slip"):
-        assert f"│ {command} " in text
-    assert "  vibrocap examples --to examples\n" in text
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 32
+    assert max(map(len, lines)) <= 80
+    assert [line.split()[0] for line in lines if line.split(" ")[0] in GROUPS] == list(GROUPS)
+    for name, each in COMMANDS.items():
+        assert sum(line[8:].startswith(f"{name} ") and line.endswith(each.summary) for line in lines) == 1
+
+
+@pytest.mark.parametrize("old", MOVED)
+def test_old_commands_answer_with_the_new_one(old, capsys):
+    assert refused(capsys, *old.split()) == f"`vibrocap {old}` is now {MOVED[old]}.\n"
+    new = MOVED[old].partition("`vibrocap ")[2].split()[0]
+    assert new in {*COMMANDS, "--completion"}
 
 
 def test_version(capsys):
@@ -119,7 +130,7 @@ def test_words_that_are_not_understood(arguments, expected, capsys):
         (("[run]", "[run"), "line 9"),
     ],
 )
-@pytest.mark.parametrize("command", ["simulate", "limits"])
+@pytest.mark.parametrize("command", ["simulate", "friction"])
 def test_wrong_case_is_refused(command, change, expected, case, capsys):
     case.write_text(CASE.replace(*change))
     message = refused(capsys, command, case)
@@ -151,8 +162,8 @@ def test_everything_wrong_is_named_at_once_and_nothing_is_made(case, tmp_path, c
         "sweep CASE --over drive.amplitude=1,2 --export a/b/x.csv",
         "branch CASE --over drive.amplitude=1:2 --plot a/b/x.png",
         "basins CASE --plane angle,angle_rate --plot a/b/x.png",
-        "friction show lugre --plot a/b/x.png",
-        "friction test lugre --plot a/b/x.png",
+        "friction lugre --plot a/b/x.png",
+        "friction lugre --tests --plot a/b/x.png",
         "fit CASE --law lugre --plot a/b/x.png",
         "stick-slip CASE --plot a/b/x.png",
     ],
@@ -345,7 +356,7 @@ def test_export_can_be_run_again_to_the_same_bits(kind, law, case, capsys):
     first = printed_json(capsys, "simulate", case, "--json", "--periods", "4", "--out", out)
     assert read_source(out) == read_case(case, periods=4.0)
     assert printed_json(capsys, "simulate", out, "--json") == first
-    assert printed_json(capsys, "limits", out, "--json")["law"] == law
+    assert printed_json(capsys, "friction", out, "--json")["law"] == law
 
 
 def test_csv_holds_the_motion_in_full_precision(case, capsys):
@@ -483,25 +494,25 @@ def test_film_shows_stick_and_both_slips(kind, case, capsys):
 
 
 def test_limits_exact_as_printed_and_when_they_do_not_exist(lugre, capsys):
-    record = printed_json(capsys, "limits", lugre, "--json")
+    record = printed_json(capsys, "friction", lugre, "--json")
     assert record["offset"]["exist"] is False
     assert record["boundary_velocity"] == pytest.approx(0.0405, abs=5e-5)
-    assert main(["limits", str(lugre)]) == OK
+    assert main(["friction", str(lugre)]) == OK
     assert "viscous_damping is 0" in " ".join(capsys.readouterr().out.split())
     lugre.write_text(lugre.read_text().replace('"lugre"', '"lugre"\nviscous_damping = 0.4'))
-    offset = printed_json(capsys, "limits", lugre, "--json")["offset"]
+    offset = printed_json(capsys, "friction", lugre, "--json")["offset"]
     assert offset["lower"] == pytest.approx(0.006696630374612, rel=1e-12)
     assert offset["upper"] == pytest.approx(0.181821489161179, rel=1e-12)
     assert offset["printed_lower"] == pytest.approx(0.0066667, abs=5e-8)
-    assert main(["limits", str(lugre)]) == OK
+    assert main(["friction", str(lugre)]) == OK
     text = capsys.readouterr().out
     assert "0.00669663037461" in text
     assert "0.181821489161" in text
 
 
 def test_limits_of_the_exponential_law(case, capsys):
-    assert printed_json(capsys, "limits", case, "--json")["breakaway_force"] == 0.45
-    assert main(["limits", str(case)]) == OK
+    assert printed_json(capsys, "friction", case, "--json")["breakaway_force"] == 0.45
+    assert main(["friction", str(case)]) == OK
     assert "breakaway force" in capsys.readouterr().out
 
 
@@ -546,9 +557,9 @@ RUN = ("periods", "settle_periods", "settle", "tolerance", "max_steps", "max_eve
 
 def test_commands_and_functions_have_one_set_of_defaults():
     """Of settling, periods and tolerance: those of a command, of the function behind it, and of a case."""
+    app_of()
     for command, function in BEHIND.items():
-        module = importlib.import_module(f"vibrocap.cli.{COMMANDS[command]}")
-        asked = inspect.signature(getattr(module, command)).parameters
+        asked = {field.name: field for field in dataclasses.fields(COMMANDS[command].request)}
         known = inspect.signature(getattr(vc, function)).parameters
         assert {asked[name].default for name in RUN if name in asked} == {
             known[name].default for name in RUN if name in asked
@@ -628,7 +639,7 @@ def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
         ("branch CASE --over drive.amplitude=1:2 --points 1", "--points: should be a whole number >= 2, got 1"),
         ("branch CASE --over drive.amplitude=1:2 --depth -1", "--depth: should be a whole number >= 0, got -1"),
         ("basins CASE --plane angle,angle_rate --settle-periods 1", "--settle-periods: should be a whole number from"),
-        ("friction test lugre --load -1", "--load: should be a positive number, got -1.0"),
+        ("friction lugre --tests --load -1", "--load: should be a positive number, got -1.0"),
     ],
 )
 def test_messages_name_the_option_and_not_the_argument(words, expected, case, capsys, monkeypatch):
@@ -670,7 +681,7 @@ HEAVY = {"scipy", "matplotlib", "xarray", "zarr", "dask", "pandas", "h5netcdf", 
     slow_but(
         [0],
         [
-            (("--help", "new --out new.toml", "completion bash"), HEAVY | ENGINE),
+            (("--help", "new --out new.toml", "--completion bash"), HEAVY | ENGINE),
             (("orbit case.toml --settle-periods 30 --json",), HEAVY),
             (("sweep case.toml --over drive.amplitude=1:2:2 --periods 2 --out map",), HEAVY - {"numcodecs"}),
         ],
@@ -710,9 +721,9 @@ def test_scales_of_which_no_unit_can_be_made_are_refused(size, case, capsys):
     scales = f"pendulum_mass_kg={size},pendulum_length_m={size}"
     for name in ("pendulum_mass_kg", "pendulum_length_m"):
         expected = f"--scales {name}: should be between 1e-50 and 1e50, got {size!r}"
-        assert expected in refused(capsys, "convert", case, "--scales", scales)
+        assert expected in refused(capsys, "new", "--from", case, "--scales", scales)
     largest = ("--scales", "pendulum_mass_kg=1e50,pendulum_length_m=1e50,gravity_m_per_s2=1e-50")
-    assert main(["convert", str(case), *largest, "--out", str(case.with_name("si.toml"))]) == OK
+    assert main(["new", "--from", str(case), *largest, "--out", str(case.with_name("si.toml"))]) == OK
     capsys.readouterr()
     record = printed_json(capsys, "simulate", case.with_name("si.toml"), "--periods", "1", "--json")
     assert 0.0 < abs(record["energy"]["drive"]["value"]) < math.inf

@@ -8,7 +8,7 @@ import pytest
 import vibrocap as vc
 from thinned import covering
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
-from vibrocap.cli.command_examples import examples_folder
+from vibrocap.cli.examples import examples_folder
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines, registered
@@ -149,7 +149,7 @@ def test_a_pure_number_that_is_not_declared_is_named_with_its_cure(own_parts, ca
     Path("own.py").write_text(OWN_LAW)
     Path("own.toml").write_text(OWN_CASE)
     scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"
-    arguments = ["convert", "own.toml", "--parts", "own.py", "--scales", scales]
+    arguments = ["new", "--from", "own.toml", "--parts", "own.py", "--scales", scales]
     assert main(arguments) == WRONG_INPUT
     assert "friction.colour: declares neither a role nor a unit" in (said := capsys.readouterr().err)
     assert 'unit="1"' in said

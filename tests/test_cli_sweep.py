@@ -18,10 +18,10 @@ import xarray as xr
 import interrupts
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError, read_case
-from vibrocap.cli.commands.sweep_request import read_cases
 from vibrocap.cli.main import main
-from vibrocap.cli.options import pairs
+from vibrocap.cli.sweep_request import read_cases
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
+from vibrocap.cli.texts import pairs
 from vibrocap.measures.during_run import measure_table
 from vibrocap.ranges import values_between
 from vibrocap.studies.dataset import open_study
@@ -410,7 +410,7 @@ def test_interrupted_sweep_says_how_it_goes_on(case):
 
 
 def test_measures_are_listed_with_their_meaning(capsys):
-    assert command("measures") == OK
+    assert command("list", "measures") == OK
     text = " ".join(capsys.readouterr().out.split())
     for name, measure in measure_table().items():
         assert f"{name} " in text
@@ -418,7 +418,7 @@ def test_measures_are_listed_with_their_meaning(capsys):
 
 
 def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
-    assert command("measures", case) == OK
+    assert command("list", "measures", case) == OK
     listed = capsys.readouterr().out
     assert "largest_angle " in listed
     assert not any(name in listed for name in ("belt_work", "largest_bristle"))
@@ -427,13 +427,13 @@ def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
 
 def test_measures_of_a_case_in_si_have_their_units_and_mean_something(capsys):
     """The biharmonic drive breaks the symmetry that `symmetric` asks for, and a block on a belt does not travel."""
-    assert command("measures", EXAMPLES / "bench-in-si.toml") == OK
+    assert command("list", "measures", EXAMPLES / "bench-in-si.toml") == OK
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     units = {row[0]: row[1] for row in rows if len(row) > 2}
     wanted = {"mean_velocity": "m/s", "cost_of_transport": "J/m", "least_reaction": "N", "largest_angle": "rad"}
     assert {name: units.get(name) for name in wanted} == wanted
     assert not {"symmetric", "impacts"} & set(units)
-    assert command("measures", EXAMPLES / "slides-or-sticks-by-its-start.toml") == OK
+    assert command("list", "measures", EXAMPLES / "slides-or-sticks-by-its-start.toml") == OK
     listed = capsys.readouterr().out
     assert "largest_position" in listed
     assert not any(f" {name} " in listed for name in ("drift", "mean_velocity", "cost_of_transport"))

@@ -51,13 +51,12 @@ def offered(capsys, *words: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     "words",
     [
-        ("friction", "show"),
-        ("friction", "test"),
+        ("friction",),
         ("fit", "data.csv", "--law"),
         ("fit", "data.csv", "--compare"),
         ("new", "--law"),
         ("lab", "--laws"),
-        ("check",),
+        ("list",),
     ],
 )
 def test_laws_are_offered_with_what_they_are(words, capsys):
@@ -70,9 +69,9 @@ def test_machines_drives_and_examples_are_offered(capsys):
     assert set(offered(capsys, "new", "")) == set(machines())
     assert set(offered(capsys, "lab", "--machines", "")) == set(machines())
     assert set(offered(capsys, "new", "--drive", "")) == set(drives())
-    assert {*machines(), *drives()} < set(offered(capsys, "check", ""))
+    assert {*machines(), *drives()} < set(offered(capsys, "list", ""))
     assert set(offered(capsys, "examples", "")) == {path.stem for path in EXAMPLES.glob("*.toml")}
-    assert "emps" in offered(capsys, "datasets", "fetch", "")
+    assert "emps" in offered(capsys, "list", "datasets", "--fetch", "")
 
 
 @pytest.mark.parametrize(
@@ -197,7 +196,7 @@ def _read(terminal: int, until: str) -> str:
         (f"vibrocap sweep {CASE} --over machine.ma", "machine.mass_ratio="),
         (f"vibrocap sweep {IN_SI} --over drive.frequency_H", "drive.frequency_Hz="),
         (f"vibrocap sweep {CASE} --measure mean_v", "mean_velocity"),
-        ("vibrocap friction show lug", "lugre"),
+        ("vibrocap friction lug", "lugre"),
         ("vibrocap lab --machines rotor-c", "rotor-capsule"),
         ("vibrocap examples mirror", "mirror-twin"),
     ],
@@ -211,7 +210,7 @@ def test_a_shell_completes(shell, line, expected):
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 def test_the_script_knows_commands_and_options(shell, capsys):
-    assert main(["completion", shell]) == OK
+    assert main(["--completion", shell]) == OK
     text = capsys.readouterr().out
     for word in (*COMMANDS, "tolerance", "response-period"):
         assert word in text
@@ -222,12 +221,12 @@ def test_the_script_knows_commands_and_options(shell, capsys):
 
 def test_what_is_installed_is_the_script_that_is_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert main(["completion", "bash", "--install"]) == OK
+    assert main(["--completion", "bash", "--install"]) == OK
     path = tmp_path / ".local/share/bash-completion/completions/vibrocap"
     assert str(path) in capsys.readouterr().out.replace("\n", "")
     assert path.read_text() == script(app, "bash")
 
 
 def test_an_unknown_shell_is_refused(capsys):
-    assert main(["completion", "tcsh"]) == WRONG_INPUT
+    assert main(["--completion", "tcsh"]) == WRONG_INPUT
     assert "zsh" in capsys.readouterr().err

@@ -17,8 +17,6 @@ import pytest
 from scipy.io import savemat
 
 from published_data import published_folder
-from vibrocap.cli import main as cli
-from vibrocap.cli.commands.records import datasets
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.records import fetching
@@ -76,7 +74,7 @@ def test_without_a_home_folder_data_sets_are_looked_for_here(monkeypatch, capsys
     monkeypatch.delenv("VIBROCAP_DATA", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr("pathlib.Path.home", homeless)
-    assert main(["datasets", "list"]) == OK
+    assert main(["list", "datasets"]) == OK
     assert "emps" in capsys.readouterr().out
 
 
@@ -157,13 +155,6 @@ def test_addresses():
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(autouse=True)
-def _registered():
-    """The command is there, also before the command line knows it."""
-    if "datasets" not in set(cli.app):
-        cli.app.command(datasets)
-
-
 @pytest.fixture
 def one_set(basalt, monkeypatch, tmp_path):
     monkeypatch.setattr(fetching, "DATA_SETS", {"basalt-velocity-step": basalt})
@@ -172,23 +163,23 @@ def one_set(basalt, monkeypatch, tmp_path):
 
 
 def test_list_says_what_there_is_and_where(one_set, capsys):
-    assert main(["datasets", "list"]) == OK
+    assert main(["list", "datasets"]) == OK
     assert "not here; 1 file" in capsys.readouterr().out
     (one_set / "basalt-velocity-step").mkdir(parents=True)
-    assert main(["datasets", "list"]) == OK
+    assert main(["list", "datasets"]) == OK
     said = capsys.readouterr().out
     assert f"here, in {one_set / 'basalt-velocity-step'}" in said
     assert "10.1130/GES02739.1; MIT" in said
 
 
 def test_fetch_says_what_came(one_set, capsys, tmp_path):
-    assert main(["datasets", "fetch", "basalt-velocity-step"]) == OK
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == OK
     said = capsys.readouterr().out
     assert f"basalt-velocity-step: 1 records, 2,000 samples, in {one_set / 'basalt-velocity-step'}" in said
     assert "trusted    1 on first use" in said
-    assert main(["datasets", "fetch", "basalt-velocity-step"]) == OK
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == OK
     assert "checked    1 against the checksum of the first fetch" in capsys.readouterr().out
-    assert main(["datasets", "fetch", "basalt-velocity-step", "--to", str(tmp_path / "else")]) == OK
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step", "--to", str(tmp_path / "else")]) == OK
     assert f"To use it: VIBROCAP_DATA={tmp_path / 'else'}" in capsys.readouterr().out
 
 
@@ -198,10 +189,10 @@ def test_a_fetch_that_stopped_between_two_files_continues(one_set, basalt, serve
     second = Original(f"{address}/more.txt", "more.txt")
     both = dataclasses.replace(basalt, originals=(*basalt.originals, second))
     monkeypatch.setitem(fetching.DATA_SETS, basalt.name, both)
-    assert main(["datasets", "fetch", basalt.name]) == INCOMPLETE
+    assert main(["list", "datasets", "--fetch", basalt.name]) == INCOMPLETE
     assert "more.txt" in capsys.readouterr().err
     (folder / "more.txt").write_text(TEXT)
-    assert main(["datasets", "fetch", basalt.name]) == OK
+    assert main(["list", "datasets", "--fetch", basalt.name]) == OK
     sums = (one_set / basalt.name / SUMS).read_text().splitlines()
     assert [line.split()[1] for line in sums] == ["basalt.txt", "more.txt"]
 
@@ -211,7 +202,7 @@ def test_no_network_ends_with_code_3_and_a_sentence(one_set, basalt, monkeypatch
         free.bind(("127.0.0.1", 0))
         nowhere = dataclasses.replace(basalt.originals[0], url=f"http://127.0.0.1:{free.getsockname()[1]}/basalt.txt")
         monkeypatch.setitem(fetching.DATA_SETS, basalt.name, dataclasses.replace(basalt, originals=(nowhere,)))
-        assert main(["datasets", "fetch", "basalt-velocity-step"]) == INCOMPLETE
+        assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == INCOMPLETE
     said = capsys.readouterr()
     assert said.out == ""
     assert "no answer; there may be no network" in said.err
@@ -221,24 +212,24 @@ def test_no_network_ends_with_code_3_and_a_sentence(one_set, basalt, monkeypatch
 
 def test_a_file_that_is_gone_ends_with_code_3(one_set, server, capsys):
     (server[0] / "basalt.txt").unlink()
-    assert main(["datasets", "fetch", "basalt-velocity-step"]) == INCOMPLETE
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == INCOMPLETE
     assert "404" in capsys.readouterr().err
 
 
 def test_wrong_input_ends_with_code_2(one_set, monkeypatch, capsys, tmp_path):
-    assert main(["datasets", "fetch", "basalt"]) == WRONG_INPUT
+    assert main(["list", "datasets", "--fetch", "basalt"]) == WRONG_INPUT
     assert "did you mean 'basalt-velocity-step'?" in capsys.readouterr().err
-    assert main(["datasets", "fetch", "rubber"]) == WRONG_INPUT
+    assert main(["list", "datasets", "--fetch", "rubber"]) == WRONG_INPUT
     assert "there is basalt-velocity-step" in capsys.readouterr().err
     (tmp_path / "file").write_text("")
-    assert main(["datasets", "fetch", "basalt-velocity-step", "--to", str(tmp_path / "file")]) == WRONG_INPUT
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step", "--to", str(tmp_path / "file")]) == WRONG_INPUT
     assert "--to:" in capsys.readouterr().err
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert main(["datasets", "fetch", "basalt-velocity-step"]) == WRONG_INPUT
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == WRONG_INPUT
     assert "needs pooch; install with: " in capsys.readouterr().err
 
 
 def test_pooch_keeps_its_log_to_itself(one_set, caplog):
     caplog.set_level(logging.INFO)
-    assert main(["datasets", "fetch", "basalt-velocity-step"]) == OK
+    assert main(["list", "datasets", "--fetch", "basalt-velocity-step"]) == OK
     assert caplog.records == []

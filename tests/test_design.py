@@ -501,7 +501,7 @@ def test_command_says_how_near_a_case_comes(tmp_path, capsys):
     case = tmp_path / "case.toml"
     assert main(["new", "--out", str(case)]) == 0
     capsys.readouterr()
-    assert main(["bound", str(case), "--json"]) == 0
+    assert main(["orbit", str(case), "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["bounds"]
     read = vc.read_case(case)
     motion = vc.orbit(read.system, initial=read.initial).motion()
@@ -965,7 +965,7 @@ def test_robustness_bounds_and_fronts_in_si_are_in_si_once(capsys):
     orbit, other = vc.orbit(system, initial=start), vc.orbit(plain, initial=start)
     assert bound.value == pytest.approx(bare.value * cost, rel=1e-12)
     assert bound.of(orbit) == pytest.approx(bare.of(other) * cost, rel=1e-9)
-    assert main(["bound", case, "--json"]) == 0
+    assert main(["orbit", case, "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)["bounds"]
     assert (record["value"]["value"], record["value"]["unit"]) == (bound.value, "J/m")
     assert record["reached"]["value"] == pytest.approx(bound.of(orbit), rel=1e-9)

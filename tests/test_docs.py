@@ -19,7 +19,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import types
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +28,8 @@ import vibrocap as vc
 from thinned import exhaustive_but
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
-from vibrocap.cli.command_examples import EXAMPLES
-from vibrocap.cli.commands.start import BENCH
+from vibrocap.cli.command import COMMANDS
+from vibrocap.cli.new_case import BENCH
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics import catalogue
 from vibrocap.physics.parameters import parameter_table
@@ -91,7 +90,7 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
-OPTIONAL = ("fmpy",)  # packages that blocks on their own need
+OPTIONAL = ("gymnasium", "fmpy")  # packages that blocks on their own need
 FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
 OWN = ROOT / "examples" / "own_parts"  # the worked parts of CONTRIBUTING.md, in folders as those of `physics/`
 FOLDERS = ("friction", "machines", "drives", "controllers")
@@ -292,14 +291,12 @@ def test_commands_run_word_for_word(fence, workplace, capsys):
 
 def test_every_command_has_examples_of_its_own(capsys):
     """Under its help, word for word, and of nothing else."""
-    for command, lines in EXAMPLES.items():
-        assert cli.main([*command.split(), "--help"]) == OK
+    for name, each in COMMANDS.items():
+        assert cli.main([name, "--help"]) == OK
         text = " ".join(capsys.readouterr().out.split())
-        shown = text.rpartition("Examples:")[2].strip()
-        assert shown == " ".join(lines)
-        assert all(line.startswith(f"vibrocap {command}") for line in lines if command not in ("friction", "datasets"))
-    commands = {name for name in cli.app if not name.startswith("-")}
-    assert {command.split()[0] for command in EXAMPLES} == commands
+        assert text.rpartition("Examples:")[2].strip() == " ".join(each.examples)
+        assert all(line.startswith(f"vibrocap {name}") for line in each.examples)
+        assert each.examples
 
 
 SLOW_COMMANDS = sorted(
@@ -310,8 +307,9 @@ SLOW_COMMANDS = sorted(
         if command.startswith(SLOW)
     }
 )
-HELP = [line for lines in EXAMPLES.values() for line in lines]
-ELSEWHERE = ("vibrocap datasets fetch", "vibrocap completion zsh --install")  # they need a network, or the user's home
+cli.app_of()
+HELP = [line for each in COMMANDS.values() for line in each.examples]
+ELSEWHERE = ("vibrocap list datasets --fetch",)  # they need a network
 
 
 @pytest.mark.slow
@@ -326,6 +324,7 @@ def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
 def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
     run_command("vibrocap new --out case.toml")
     write_damper("damper.csv")
+    write_axis("axis")
     write_pull("pull.csv")
     for command in set(HELP) - set(SLOW_COMMANDS):  # those are run below
         if command.startswith(SLOW) and not command.startswith(("vibrocap reproduce --out", *ELSEWHERE)):
@@ -333,7 +332,7 @@ def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
 
 
 # Where an example of the help gives a number, in SI it carries a unit; there is an example in SI beside it.
-WITH_UNIT = ("vibrocap convert",)
+WITH_UNIT = ("vibrocap new --from",)
 LACKING = ("vibrocap sweep case.toml --over friction.law",)  # whose bristles have no default in SI
 
 
@@ -352,7 +351,7 @@ def test_examples_of_the_help_run_in_si(workplace, capsys, quick):
         path.write_text(case_text(dataclasses.replace(case, scales=known), "SI"), encoding="utf-8")
         assert read_case(path).system.units is not None
     written = ("vibrocap new", "vibrocap examples", *ELSEWHERE, *WITH_UNIT, *LACKING)
-    made = ("vibrocap limits", "vibrocap plot", "vibrocap verify")  # of what other examples wrote
+    made = ("vibrocap plot", "vibrocap sweep map --verify")  # of what other examples wrote
     for command in HELP:
         of_case = ".toml" in command or command.startswith(made)
         if of_case and not command.startswith(written) and command.startswith(SLOW) != quick:
@@ -370,6 +369,17 @@ def write_damper(path: str) -> None:
     Path(path).write_text("time_s,force [N],velocity [m/s]\n" + "\n".join(rows) + "\n")
 
 
+def write_axis(name: str) -> None:
+    """A mass on friction under a force, as a case in SI and as its record."""
+    system = vc.Oscillator.in_si(mass_kg=80.0, stiffness_N_per_m=0.0, normal_load_N=1.0), vc.Coulomb(20.0, 20.0)
+    case = vc.System(*system, vc.Harmonic.in_si(amplitude_N=60.0, frequency_Hz=0.5))
+    vc.save_case(case, f"{name}.toml")
+    motion = vc.simulate(case, periods=2)
+    columns = (motion.time, motion["drive"], motion["position"])
+    rows = (",".join(map(repr, row)) for row in zip(*map(np.ndarray.tolist, columns), strict=True))
+    Path(f"{name}.csv").write_text("time_s,force [N],displacement [m]\n" + "\n".join(rows) + "\n")
+
+
 def write_pull(path: str) -> None:
     """The force on a slider that sticks and slips: a saw of ten teeth."""
     time = np.linspace(0.0, 100.0, 20_001)
@@ -383,7 +393,7 @@ SHOWN_ELSEWHERE = (
     "vibrocap reproduce",
     "vibrocap lab",
     "vibrocap basins",
-    "vibrocap friction test lugre",
+    "vibrocap friction lugre --tests",
     "vibrocap orbit",
 )
 
@@ -458,7 +468,7 @@ def test_a_worked_script_runs_and_holds_what_it_asserts(path):
     assert done.returncode == 0, done.stderr
     assert done.stdout
     if path.stem == "breaking_capsule":
-        run_command(f"vibrocap check breaking-capsule --parts {path}")
+        run_command(f"vibrocap list breaking-capsule --parts {path} --check")
 
 
 def copy_new_files(folder: Path) -> None:
@@ -515,10 +525,10 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     for part in (case.system.machine, case.system.friction, case.system.drive):
-        run_command(f"vibrocap check {part.name}")
-    run_command("vibrocap check cubic")
+        run_command(f"vibrocap list {part.name} --check")
+    run_command("vibrocap list cubic --check")
     capsys.readouterr()
-    assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
+    assert cli.main(["friction", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
     Path("case.toml").write_text(text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
     assert cli.main(["simulate", "case.toml"]) == WRONG_INPUT
@@ -549,7 +559,7 @@ def test_the_new_machine_with_two_contacts_is_found_compiled_and_certified(new_p
     Path("case.toml").write_text(text, encoding="utf-8")
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
-    run_command("vibrocap check tandem")
+    run_command("vibrocap list tandem --check")
 
 
 @pytest.mark.slow
@@ -585,16 +595,16 @@ def test_new_parts_keep_their_contracts(tmp_path):
 
 @pytest.fixture
 def new_command(monkeypatch):
-    """The command line with the new command, which stands in the tables that the page names."""
+    """The command line as if the new file stood among the commands."""
     path = OWN / "commands" / "passes.py"
-    module = types.ModuleType(f"vibrocap.cli.commands.{path.stem}")
-    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(cli.COMMANDS, path.stem, f"commands.{path.stem}")
-    monkeypatch.setitem(EXAMPLES, path.stem, (f"vibrocap {path.stem} examples/travels-by-stick-slip.toml",))
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 40
+    monkeypatch.setattr(cli.commands, "__path__", [*cli.commands.__path__, str(path.parent)])
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     cli.app_of.cache_clear()
     yield path.stem
     cli.app_of.cache_clear()
+    COMMANDS.pop(path.stem)
+    sys.modules.pop(f"{cli.commands.__name__}.{path.stem}")
 
 
 def test_a_new_command_is_found_explained_and_refuses(new_command, workplace, capsys):

@@ -181,6 +181,8 @@ class TestAgainstArrays:
             assert dt < 1e-3
             assert 0.0 <= found[f"largest_{state}"] - values.max() + 1e-14 <= short, state
             assert 0.0 <= values.min() - found[f"least_{state}"] + 1e-14 <= short, state
+            assert 0.0 <= found[f"peak_{state}"] - np.abs(values).max() + 1e-14 <= short, state
+            assert 0.0 <= found[f"{state}_range"] - np.ptp(values) + 2e-14 <= 2.0 * short, state
 
     def test_response(self, name):
         motion = motion_of(name)

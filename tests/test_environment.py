@@ -653,7 +653,7 @@ def test_system_refuses_what_its_machine_cannot_have():
 def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
     law = vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
     gentle = vc.save_case(capsule("weight", law, inclination=0.1, linear_drag=0.2), tmp_path / "gentle.toml")
-    assert main(["limits", str(gentle), "--json"]) == OK
+    assert main(["friction", str(gentle), "--json"]) == OK
     record = json.loads(capsys.readouterr().out)
     weight = 3.5 * math.cos(0.1)
     assert record["load"] == pytest.approx(weight, rel=1e-15)
@@ -662,12 +662,12 @@ def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
     assert f"breaks away with {forward:.10g} forward and {back:.10g} back" in record["notes"][0]
     assert "without drag" in record["notes"][1]
     steep = vc.save_case(capsule("dynamic", law, inclination=-0.3), tmp_path / "steep.toml")
-    assert main(["limits", str(steep)]) == OK
+    assert main(["friction", str(steep)]) == OK
     text = " ".join(capsys.readouterr().out.split())
     assert "the limits at its mean" in text
     assert "slides forward by itself" in text
     plain = vc.save_case(capsule("weight", law), tmp_path / "plain.toml")
-    assert main(["limits", str(plain), "--json"]) == OK
+    assert main(["friction", str(plain), "--json"]) == OK
     assert "notes" not in json.loads(capsys.readouterr().out)
 
 

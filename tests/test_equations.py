@@ -65,7 +65,7 @@ def test_what_is_written_holds_along_motions(kind):
         frictions = [draw.uniform(-0.5, 0.5) for _ in kind.contact_states]
         numbers = [v for v in (getattr(machine, i.name) for i in parameter_table(kind)) if isinstance(v, (int, float))]
         values = [t, force, 1.0, 0.0, *numbers, *y, *frictions]
-        for wave in machine._signals():
+        for wave in [machine.imposed] if kind.imposes_motion else [each.default for each in kind.signals.values()]:
             values += [wave.value(t), wave.slope(t), wave.curvature(t)]
         known = {printed(symbol): values[at] for at, symbol in symbols.items()}
         rates = dict(zip(kind.states, machine.rates(t, tuple(y), force, tuple(frictions)), strict=True))
@@ -93,13 +93,13 @@ def test_what_is_written_holds_along_motions(kind):
 
 
 def test_the_command_lists_and_shows_machines(capsys):
-    assert main(["machines"]) == 0
+    assert main(["list", "machines"]) == 0
     assert all(name in capsys.readouterr().out for name in ("pendulum-capsule",))
-    assert main(["machines", "clutch"]) == 0
+    assert main(["list", "clutch"]) == 0
     shown = capsys.readouterr().out
     assert "N = a drive + N₀" in shown
     assert "engine_inertia" in shown
-    assert main(["machines", "examples/weight-as-load.toml", "--latex"]) == 0
+    assert main(["list", "machines", "examples/weight-as-load.toml", "--latex"]) == 0
     assert r"\theta'' - X''\,\cos\left(\theta\right) = " in capsys.readouterr().out
-    assert main(["machines", "pendulum", "--json"]) == 2
-    assert "there is no machine 'pendulum'; did you mean 'pendulum-crawler'" in capsys.readouterr().err
+    assert main(["list", "pendulum", "--json"]) == 2
+    assert "is called 'pendulum'; did you mean 'pendulum-crawler'" in capsys.readouterr().err

@@ -13,8 +13,8 @@ import pytest
 import case_matrix
 from covering_array import covering_array
 from thinned import exhaustive_but, slow_but
-from vibrocap.cli.commands.simulate import in_words
 from vibrocap.cli.main import main
+from vibrocap.cli.motion_tables import in_words
 from vibrocap.plotting.look.labels import parts_in_si, parts_title
 
 FEW, ROWS, KINDS = 27, 91, 26
@@ -30,7 +30,7 @@ def shown(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("vibrocap.lab.bundle.browser_module", lambda forms: b"")  # test_lab.py compiles them
 
     def run(command, *options, refused=None):
-        code = main([command, "case.toml", *options])
+        code = main([*command.split(), "case.toml", *options])
         told = capsys.readouterr()
         assert code in (0, 3) or (code == 2 and refused and refused.search(told.err)), (command, options, told.err)
         return told.out
@@ -46,7 +46,7 @@ def written(row, folder):
 def exported(shown, row, *kinds):
     """The exports of a case, and the case in the other form."""
     scales = ",".join(f"{name}={value}" for name, value in scales_of(row).items())
-    shown("convert", *(["--scales", scales] if scales and row["units"] == case_matrix.PLAIN else []))
+    shown("new --from", *(["--scales", scales] if scales and row["units"] == case_matrix.PLAIN else []))
     for kind in kinds:
         none = ["--platforms", "none"] if kind == "fmu" else []
         place = {"fmu": "case.fmu", "mjcf": "case.xml"}.get(kind, kind)
@@ -94,7 +94,7 @@ def test_a_case_is_exported(shown, tmp_path, number):
     row = case_matrix.every_kind()[number]
     written(row, tmp_path)
     exported(shown, row, "c", "fmu", "mjcf")
-    for command in ("measures", "limits", "cite"):
+    for command in ("list measures", "friction", "simulate --cite text"):
         shown(command, refused=re.compile("law"))
 
 

@@ -140,7 +140,7 @@ def test_a_command_does_not_write_over_what_it_reads(tmp_path, capsys):
     case.write_text(CASE)
     os.link(case, same)
     for name in (case, same):
-        assert main(["convert", str(case), "--to", "dimensionless", "--out", str(name)]) == 2
+        assert main(["new", "--from", str(case), "--to", "dimensionless", "--out", str(name)]) == 2
         assert "it is read by this command" in capsys.readouterr().err
     assert case.read_text() == CASE
     assert write_text(case, CASE)  # a user of the package may
@@ -244,7 +244,7 @@ def test_a_full_disk_ends_with_code_3_and_leaves_the_old_file(tmp_path, monkeypa
 @pytest.mark.slow
 def test_a_full_standard_output_ends_with_code_3():
     """And not with a traceback when Python ends."""
-    code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['measures']))"
+    code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['list', 'measures']))"
     with open("/dev/full", "w") as full:
         found = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert found.returncode == 3

@@ -19,9 +19,9 @@ from scipy.io import savemat
 
 from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
-from vibrocap.cli.commands.sweep import picture_path
-from vibrocap.cli.commands.sweep_request import read_cases
+from vibrocap.cli.commands.plot import picture_path
 from vibrocap.cli.main import main
+from vibrocap.cli.sweep_request import read_cases
 from vibrocap.cli.terminal import Page, table, visible
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading import arrays, matlab, text

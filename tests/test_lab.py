@@ -730,6 +730,18 @@ def test_the_forms_of_a_page(tmp_path):
     assert len(keys) == len(set(keys)) > 5  # a case of the gallery stands there once
 
 
+def test_the_page_opens_where_it_is_asked_to(tmp_path, monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("vibrocap.lab.bundle.bundle", lambda *given: None)
+    monkeypatch.setattr("vibrocap.lab.page.page", lambda bundled: "a page")
+    out = tmp_path / "lab.html"
+    assert main(["lab", "--out", str(out)]) == 0
+    assert opened == []
+    assert main(["lab", "--out", str(out), "--open"]) == 0
+    assert opened == [out.as_uri()]
+
+
 def test_wrong_input_of_the_command_is_refused_by_name(tmp_path, capsys):
     assert main(["lab", "--out", str(tmp_path / "page.txt"), "--laws", "lugra"]) == 2
     said = capsys.readouterr().err

@@ -248,6 +248,21 @@ def test_cost_of_transport_is_infinite_without_travel_and_logarithmic_over_decad
     assert any(text.startswith("infinite: no travel: 12") for text in legend_of(fig))
 
 
+def test_ten_cells_far_out_leave_the_colours_to_the_others():
+    """Of 400 costs between 1 and 3 ten are 300: the scale ends near 3, its arrow stands for ten, as the bar says."""
+    dataset = study(x=np.linspace(0.5, 8.0, 34))
+    costs = np.random.default_rng(0).uniform(1.0, 3.0, dataset["cost_of_transport"].shape)
+    costs.ravel()[::40] = 300.0
+    dataset = dataset.assign(cost_of_transport=dataset["cost_of_transport"].copy(data=costs))
+    view = study_view(dataset, "cost_of_transport", dead_band=0.0)
+    low, high, below, above, logarithmic = limits(view)
+    assert (below, above, logarithmic) == (False, True, False)
+    assert 1.0 <= low < high <= 3.0
+    out = int(sum((panel.values[cells(view, panel) == Cell.VALUE] > high).sum() for panel in view.panels))
+    assert 0 < out <= 11
+    assert study_figure(view).axes[-1].get_ylabel().splitlines()[-1].startswith(f"{out} (")
+
+
 def test_scale_of_costs_ends_five_decades_above_the_least():
     low, high, _, above, logarithmic = limits(study_view(study(), "cost_of_transport", dead_band=0.0))
     assert logarithmic

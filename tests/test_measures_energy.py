@@ -135,6 +135,21 @@ def test_words(by_hand):
     assert vc.mode_sequence(by_hand, 3) == "SFBF"
 
 
+def test_share_of_time_below_a_stated_speed():
+    """For a law that creeps and one that sticks: the share of a dense grid that is slower."""
+    for law in (vc.LuGre(), vc.Coulomb(0.3, 0.4)):
+        motion = vc.simulate(
+            vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), law, vc.Constant(duration=60.0)), periods=1
+        )
+        grid = np.linspace(0.0, motion.end, 400_001)
+        slow = np.abs(motion.at(grid, "contact_velocity")) < 0.02
+        assert 0.0 < np.mean(slow) < 1.0
+        assert vc.stick_fraction(motion, below=0.02) == pytest.approx(np.mean(slow), abs=1e-4)
+    assert vc.stick_fraction(motion, below=1e-9) == pytest.approx(vc.stick_fraction(motion), abs=1e-6)
+    with pytest.raises(ValueError, match="below should be a sliding speed greater than 0, got 0"):
+        vc.stick_fraction(motion, below=0)
+
+
 def test_reference_stick_fraction(steady):
     first40 = (0.0, 40 * PERIOD)
     if steady.system.friction.kind == "set-valued":

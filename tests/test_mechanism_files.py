@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, faulty
-from mechanisms import BeltRow, BowedString, Clutch, Feeder, RodRobot, StackedPlates, TubeCapsule
+from mechanism_files import BOW, BRISTLE, CRAWLER, EXAMPLES, NAMES, TABLES, TUBE, WASHBOARD, faulty
+from mechanisms import BeltRow, BowedString, Clutch, Feeder, RodRobot, StackedPlates, TubeCapsule, Washboard
 from vibrocap.case import expressions, mechanism_reading, mechanism_tables
 from vibrocap.case import mechanism as described
 from vibrocap.case.case import CaseError, case_from_dict, case_from_text, case_text, read_case
@@ -107,7 +107,13 @@ def test_rates_and_loads_are_those_of_a_class(name, other, changes):
 
 @pytest.mark.parametrize(
     ("text", "other"),
-    [(BRISTLE, RodRobot()), (TUBE, TubeCapsule()), (BOW, BowedString()), (CRAWLER, vc.TwoMassCrawler())],
+    [
+        (BRISTLE, RodRobot()),
+        (TUBE, TubeCapsule()),
+        (BOW, BowedString()),
+        (CRAWLER, vc.TwoMassCrawler()),
+        (WASHBOARD, Washboard(drag=0.7)),
+    ],
     ids=lambda each: getattr(each, "name", ""),
 )
 def test_other_parts_are_those_of_a_class(text, other):
@@ -124,6 +130,8 @@ def test_other_parts_are_those_of_a_class(text, other):
         at = draw.uniform(0.0, 6.0), y, draw.uniform(-1.0, 1.0), frictions
         assert machine.rates(*at) == pytest.approx(other.rates(*at), rel=1e-13, abs=1e-13)
         assert machine.switches(*at) == pytest.approx(other.switches(*at), rel=1e-13)
+        for own, others in zip(machine.contacts(*at[:3]), other.contacts(*at[:3]), strict=True):
+            assert own.factor == pytest.approx(others.factor, rel=1e-13)
         assert machine.energy(*at[:2]) == pytest.approx(other.energy(*at[:2]), rel=1e-13, abs=1e-13)
         own, others = (each.actuator(at[0], y, frictions) for each in (machine, other))
         assert dict(own) == pytest.approx(dict(others), rel=1e-13)
@@ -302,6 +310,7 @@ def test_dimensions():
         ),
         ("feeder-conveys", "mechanism.contact.0.load", "mass", "'mass' is in kg, should be in N"),
         ("feeder-conveys", "mechanism.support.0.x", "stroke + 1", "adds 'stroke' (in m) and '1.0' (a number)"),
+        ("clutch-slips-twice", "mechanism.contact.0.factor", "preload", "is in N m, should be in rad or 1"),
         ("clutch-slips-twice", "mechanism.signals.clamp.unit", "m", "adds 'preload' (in N m) and 'clamp' (in m)"),
     ],
 )
@@ -350,6 +359,16 @@ def test_bad_expressions_are_refused_by_key(text):
         ([("mechanism.version", 2)], "mechanism.version", "should be 1"),
         ([("mechanism.name", "oscillator")], "mechanism.name", "no name of another machine"),
         ([("mechanism.coordinates.energy", {"unit": "m"})], "mechanism.coordinates.energy", "has a meaning already"),
+        (
+            [("mechanism.parameters.gravity", {"default": 1, "unit": "N"})],
+            "mechanism.parameters.gravity",
+            "has a meaning already",
+        ),
+        (
+            [("mechanism.parameters.states", {"default": 1, "unit": "N"})],
+            "mechanism.parameters.states",
+            "has a meaning already",
+        ),
         ([("mechanism.coordinates.angle.unit", "deg")], "mechanism.coordinates.angle.unit", "one of m, rad"),
         ([("mechanism.parameters.damping.role", "dampin")], "mechanism.parameters.damping.role", "there is no role"),
         ([("mechanism.parameters.damping.default", -1)], "mechanism.parameters.damping.default", "a number >= 0"),

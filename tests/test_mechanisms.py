@@ -1,8 +1,10 @@
 """Machines of the package and of one's own, described, against Lagrange's equations written for SymPy."""
 
+import dataclasses
 import functools
 import math
 import random
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -11,8 +13,10 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from mechanisms import MECHANISMS as OWN
+from mechanisms import Washboard
 from thinned import exhaustive_but, slow_but
 from vibrocap.arguments import ArgumentError
+from vibrocap.mechanics import Contact, Drive, Machine, Mass, coordinate, cos, parameters, sin
 
 ROUNDING = 1e-12
 LAW = vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.12)
@@ -455,3 +459,102 @@ def test_they_close_in_orbits_and_run_in_lanes(name):
     for amplitude, work in zip(amplitudes, lanes, strict=True):
         alone = vc.simulate(system.with_parameters({"drive.amplitude": amplitude}), periods=5)
         assert work == pytest.approx(vc.energy_balance(alone).drive / 5, rel=1e-7, abs=1e-9)
+
+
+@parameters
+class Weighed(Washboard):
+    name: ClassVar[str] = "weighed-washboard"
+
+    def contact(self, block, factor):
+        return Contact(block, load=factor)
+
+
+def pushed(machine, law=None, force=0.34):
+    return vc.System(
+        machine, law or vc.Coulomb(0.2, 0.2), vc.Harmonic(0.5, 1.0), environment=vc.Environment(force=force)
+    )
+
+
+def test_friction_by_place_is_that_of_a_load_by_place_and_leaves_the_load():
+    motions = [vc.simulate(pushed(kind(), force=0.1), periods=8) for kind in (Washboard, Weighed)]
+    one, other = motions
+    assert one.certificate.ok
+    assert np.array_equal(one.event_times, other.event_times)
+    assert np.array_equal(one["position"], other["position"])
+    assert np.array_equal(one["friction"], other["friction"])
+    assert {*one["reaction"]} == {1.0}
+    assert np.ptp(other["reaction"]) > 1.0
+
+
+@pytest.mark.parametrize("load", ["dynamic", 1.0])
+def test_a_constant_factor_is_in_the_coefficients(load):
+    """Also where the load follows the motion, and so the friction that the factor changes."""
+
+    @parameters
+    class Smooth(vc.PendulumCapsule):
+        name: ClassVar[str] = "smooth-capsule"
+
+        def parts(self, q):
+            return [dataclasses.replace(x, factor=0.5) if isinstance(x, Contact) else x for x in super().parts(q)]
+
+    systems = (
+        vc.System(Smooth(normal_load=load), vc.Exponential(0.2, 0.4), vc.Harmonic(1.2, 1.0)),
+        vc.System(vc.PendulumCapsule(normal_load=load), vc.Exponential(0.1, 0.2), vc.Harmonic(1.2, 1.0)),
+    )
+    one, other = (vc.simulate(each, periods=6, initial={"angle": 0.3}) for each in systems)
+    assert one.certificate.ok
+    assert one.event_times == pytest.approx(other.event_times, abs=1e-12)
+    assert one["velocity"] == pytest.approx(other["velocity"], abs=1e-12)
+    assert one["reaction"] == pytest.approx(other["reaction"] if load == "dynamic" else 1.0, rel=1e-12)
+
+
+def test_orbits_close_modulo_the_period_of_friction_along_the_ground():
+    found = vc.orbit(pushed(Washboard()))
+    assert found.winding == {"position": 2}  # two periods of the ground in one of the drive
+    assert found.stable
+
+
+def test_drag_is_quadratic_above_its_speed():
+    """Against SciPy, with friction where it slides one way only; its power is the damper's."""
+    machine = Washboard(depth=0.0, drag=0.7)
+    motion = vc.simulate(pushed(machine, force=1.5), periods=3, initial={"velocity": 0.5})
+
+    def rates(t, y):
+        v = y[1]
+        return [v, 0.5 * math.cos(t) + 1.5 - 0.5 * v - 0.7 * v * math.hypot(v, 0.1) - 0.2]
+
+    end = 6.0 * math.pi
+    other = solve_ivp(rates, (0.0, end), [0.0, 0.5], method="DOP853", rtol=1e-12, atol=1e-13)
+    assert motion.certificate.ok
+    assert other.y[1].min() > 0.0
+    assert [motion["position"][-1], motion["velocity"][-1]] == pytest.approx(other.y[:, -1], abs=1e-8)
+    assert machine.powers(0.0, (0.0, 2.0), 0.0)[1] == pytest.approx(-0.5 * 4.0 - 0.7 * 4.0 * math.hypot(2.0, 0.1))
+
+
+@parameters
+class Guided(Machine):
+    """A slider on a circle whose friction counts its way along the line, which ends at a quarter turn."""
+
+    angle = coordinate("phi", "angle of the slider", "rad")
+    name: ClassVar[str] = "guided-slider"
+
+    def parts(self, q):
+        slider = Mass("slider", 1.0, x=sin(q.angle), z=-cos(q.angle))
+        return slider, Drive(q.angle), Contact(slider, load=1.0)
+
+
+def test_a_run_ends_where_the_path_of_a_contact_is_singular():
+    """The slope cos(phi) of the path vanishes there; short of that the motion is that of its equation."""
+    system = vc.System(Guided(), vc.Coulomb(0.1, 0.1), vc.Harmonic(2.5, 0.5))
+    motion = vc.simulate(system, periods=5, initial={"angle": 0.3})
+    assert motion.status is vc.Status.SINGULAR_PATH
+    assert motion.state["angle"] == pytest.approx(0.5 * math.pi - 1e-4, abs=1e-8)
+
+    def rates(t, y):
+        a, w = y
+        return [w, 2.5 * math.cos(0.5 * t) - math.sin(a) - 0.1 * math.cos(a)]
+
+    end = 0.9 * motion.end
+    other = solve_ivp(rates, (0.0, end), [0.3, 0.0], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    angle, velocity = (float(x[0]) for x in motion.states([end]))
+    assert [angle, velocity / math.cos(angle)] == pytest.approx(other, abs=1e-7)

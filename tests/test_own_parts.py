@@ -93,7 +93,7 @@ def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
     assert json.loads(capsys.readouterr().out)["state"] == first["state"]
     assert main(["friction", "list", *own]) == OK
     assert "long-tail" in capsys.readouterr().out
-    assert main(["measures", "case.toml", *own]) == OK
+    assert main(["list", "measures", "case.toml", *own]) == OK
 
 
 MAGNET = """
@@ -127,7 +127,7 @@ periods = 10
 def test_a_machine_has_channels_of_its_own_and_no_damper(folder, capsys):
     Path("magnet.py").write_text(MAGNET, encoding="utf-8")
     Path("case.toml").write_text(HARVESTER, encoding="utf-8")
-    assert main(["check", "harvester", "--parts", "magnet.py"]) == OK
+    assert main(["list", "harvester", "--check", "--parts", "magnet.py"]) == OK
     capsys.readouterr()
     plot = ["--plot", "run.png"]
     assert main(["simulate", "case.toml", "--parts", "magnet.py", "--json", *plot]) == OK

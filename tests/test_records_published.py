@@ -159,7 +159,7 @@ def test_emps_from_its_folder(emps_file):
 def test_data_that_is_not_here(tmp_path, monkeypatch):
     monkeypatch.setenv("VIBROCAP_DATA", str(tmp_path))
     with pytest.raises(
-        FileNotFoundError, match=r"no such folder.*'rotary-damper'.*vibrocap datasets fetch rotary-damper"
+        FileNotFoundError, match=r"no such folder.*'rotary-damper'.*vibrocap list datasets --fetch rotary-damper"
     ):
         rotary_damper()
     assert data_folder("emps", tmp_path) == tmp_path

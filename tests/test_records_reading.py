@@ -236,7 +236,7 @@ def test_time_from_a_rate(written):
     for setting in ({"dt": 0.1}, {"sampling_rate": 10.0}):
         (made,) = written(csv(columns), **setting)
         np.testing.assert_allclose(made.time, TIME, rtol=1e-14, atol=1e-15)
-    assert "time: no column has a usual name; say columns={'time': ...}, or dt=; there is 'F', 'v'" in refused(
+    assert "columns: time: no column has a usual name; name it, or give dt; there is 'F', 'v'" in refused(
         written, csv(columns)
     )
     assert "give one of them, got both" in refused(written, csv(columns), dt=0.1, sampling_rate=10.0)

@@ -14,7 +14,8 @@ from xml.etree import ElementTree
 import pytest
 
 import vibrocap as vc
-from vibrocap.cli.command_examples import EXAMPLES
+from vibrocap.cli.command import COMMANDS
+from vibrocap.cli.main import app_of
 from vibrocap.physics.catalogue import machines
 from website.docstrings import as_rst, members
 from website.embeds import stage_report, with_lab
@@ -119,9 +120,10 @@ def test_every_command_is_described_with_its_examples(tmp_path):
     assert set(re.findall(r"^```console\n(\w+) ", text, re.MULTILINE)) == {"vibrocap"}
     assert " -m " not in text
     assert "--empty" not in text
-    for command, lines in EXAMPLES.items():
+    app_of()
+    for command, each in COMMANDS.items():
         (part,) = re.findall(rf"^##+ vibrocap {command}\n(.*?)(?=^#|\Z)", text, re.MULTILINE | re.DOTALL)
-        assert all(line in part for line in lines), command
+        assert all(line in part for line in each.examples), command
 
 
 def test_docstrings_become_paragraphs_equations_and_fields():

@@ -13,8 +13,9 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from thinned import slow_but
-from vibrocap.cli.commands.records import stick_slip as command
-from vibrocap.cli.options import Refusal
+from vibrocap.cli.command import COMMANDS, perform
+from vibrocap.cli.commands.stick_slip import StickSlipRequest
+from vibrocap.cli.refusal import Refusal
 from vibrocap.records.checks import RecordError
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.slips.periods import recurrence
@@ -26,6 +27,11 @@ from vibrocap.records.stick_slip import slider_velocity, stick_slip, stick_slip_
 SHARED = Path(os.environ.get("VIBROCAP_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
 PAPER = SHARED / "paper-stick-slip"
 shared = pytest.mark.skipif(not PAPER.is_dir(), reason="needs ../shared/data/paper-stick-slip")
+
+
+def command(source, **options):
+    """The exit code of the command; Refusal for wrong input."""
+    return perform(COMMANDS["stick-slip"], StickSlipRequest(source=source, **options))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -376,7 +382,7 @@ def test_command_prints_draws_and_writes_json(csv, tmp_path, capsys):
     assert command(csv, **known, plot=picture) == 0
     text = capsys.readouterr().out
     assert "pull: stick-slip" in text
-    assert f"Picture: {picture}" in " ".join(text.split("\n"))
+    assert f"picture    {picture}" in " ".join(text.split("\n"))
     assert picture.stat().st_size > 30_000
 
 

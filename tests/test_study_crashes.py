@@ -1,7 +1,5 @@
 """Killed at any instant and resumed: the same bytes, file by file, as a study that was never interrupted."""
 
-import importlib
-import inspect
 import json
 import os
 import signal
@@ -12,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from vibrocap.cli.main import COMMANDS, main
+from vibrocap.cli.command import COMMANDS
+from vibrocap.cli.main import app_of, main
 from vibrocap.files import PART
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
@@ -65,11 +64,8 @@ def vibrocap(*arguments):
 
 def test_every_command_that_resumes_is_killed_here():
     """So that a new --resume is tested from the command line too."""
-    found = set()
-    for name, module in COMMANDS.items():
-        command = getattr(importlib.import_module(f"vibrocap.cli.{module}"), name.replace("-", "_"))
-        if callable(command) and "resume" in inspect.signature(command).parameters:
-            found.add(name)
+    app_of()
+    found = {name for name, each in COMMANDS.items() if "resume" in each.request.options()}
     assert found == {command[0] for command, _ in RESUMED.values()}
 
 

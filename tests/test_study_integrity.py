@@ -116,7 +116,7 @@ def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap
     found = verify_study(whole)
     assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES - ("removed" in what and "mark" in what))
     assert [".".join(map(str, index)) for index in found.damaged] == tiles
-    assert main(["verify", str(whole)]) == 3
+    assert main(["sweep", str(whole), "--verify"]) == 3
     assert all(f"damaged    tile {name}: " in capsys.readouterr().out for name in tiles[:1])
     with pytest.raises(StoreError, match=r"is damaged: tile .*--resume"):
         open_study(whole).load()
@@ -133,7 +133,7 @@ def test_damage_that_belongs_to_no_tile_is_found_and_mended(whole, what, capsys)
     before = files(whole)
     ELSEWHERE[what](whole)
     assert not verify_study(whole).ok
-    assert main(["verify", str(whole)]) == 3
+    assert main(["sweep", str(whole), "--verify"]) == 3
     assert "damaged" in capsys.readouterr().out
     with pytest.warns(DamageWarning, match="is damaged, and mended: "):
         stored(whole, resume=True)
@@ -156,7 +156,7 @@ def test_a_lost_or_damaged_study_is_found_and_nothing_is_wiped(whole, damage, sa
     before = files(whole)
     assert not verify_study(whole).ok
     assert said in verify_study(whole).lines()[0]
-    assert main(["verify", str(whole)]) == 3
+    assert main(["sweep", str(whole), "--verify"]) == 3
     for resume in (True, False):
         with pytest.raises(CaseError, match=r"study\.json"):
             stored(whole, resume=resume)
@@ -168,15 +168,15 @@ def test_a_lost_or_damaged_study_is_found_and_nothing_is_wiped(whole, damage, sa
 def test_a_whole_store_and_none(tmp_path, whole, capsys):
     found = verify_study(whole)
     assert (found.ok, found.finished, found.stored, found.damaged, found.others) == (True, True, TILES, {}, ())
-    assert main(["verify", str(whole)]) == 0
+    assert main(["sweep", str(whole), "--verify"]) == 0
     assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
     (whole / "finished").unlink()  # as if the study had been stopped before
     (whole / "done" / "0.1").unlink()
     found = verify_study(whole)
     assert (found.ok, found.finished, found.stored) == (True, False, TILES - 1)
-    assert main(["verify", str(whole)]) == 0
+    assert main(["sweep", str(whole), "--verify"]) == 0
     for none in (tmp_path, tmp_path / "none"):
-        assert main(["verify", str(none)]) == 2
+        assert main(["sweep", str(none), "--verify"]) == 2
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -294,7 +294,7 @@ def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monk
     assert "computed with something else" in found.attrs["mixed"]
     assert verify_study(whole).mixed == ((1, 0), (1, 2))
     assert verify_study(whole).finished
-    assert main(["verify", str(whole)]) == 0
+    assert main(["sweep", str(whole), "--verify"]) == 0
     assert "mixed      2 tiles" in capsys.readouterr().out
     made_by = json.loads((whole / "done" / "1.0").read_text())["made_by"]
     assert {name: made_by[name] for name in OTHER} == OTHER
@@ -353,7 +353,7 @@ def test_a_link_in_a_study_is_refused_and_what_it_leads_to_is_as_before(tmp_path
         stored(whole, resume=True)
     with pytest.raises(CaseError):
         stored(whole)
-    assert main(["verify", str(whole)]) in (2, 3)
+    assert main(["sweep", str(whole), "--verify"]) in (2, 3)
     assert place.split("/")[-1] in "".join(capsys.readouterr())
     assert files(users) == before
     assert files(whole) == there
@@ -420,6 +420,6 @@ def test_a_finished_study_that_lost_its_marks_is_damaged(whole, capsys):
     for mark in (whole / "done").iterdir():
         mark.unlink()
     assert list(verify_study(whole).damaged.values()) == ["its mark is missing"] * TILES
-    assert main(["verify", str(whole)]) == 3
+    assert main(["sweep", str(whole), "--verify"]) == 3
     with pytest.raises(StoreError, match="its mark is missing"):
         open_study(whole).load()

@@ -101,7 +101,7 @@ def refused_everywhere(study, capsys, said):
     with pytest.raises(CaseError, match=said):
         stored(study, resume=True)
     assert main(["plot", str(study)]) == 2
-    assert main(["verify", str(study)]) == 2
+    assert main(["sweep", str(study), "--verify"]) == 2
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -360,7 +360,7 @@ def test_stores_of_the_first_format_are_read_and_not_gone_on_with(study, capsys)
     as_first_format(study)
     xr.testing.assert_identical(open_study(study).load(), before)
     assert (verify_study(study).ok, verify_study(study).checked) == (True, False)
-    assert main(["verify", str(study)]) == 0
+    assert main(["sweep", str(study), "--verify"]) == 0
     assert "has no checksums" in capsys.readouterr().out
     with pytest.raises(CaseError, match=r"an earlier format .* begin anew"):
         stored(study, resume=True)

@@ -12,7 +12,9 @@ from plain_kernels import kernel_of
 from test_contact_decisions import contacts_of, kernel_decision
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion import evidence
+from vibrocap.motion.recording.equations import equations
 from vibrocap.motion.simulate import Start, begun
+from vibrocap.numerics.api import Stroboscope
 from vibrocap.numerics.linker.link import kernel_source
 
 EPSILON = 2.0**-52
@@ -73,6 +75,34 @@ def test_an_event_may_be_off_by_the_tolerance_of_a_velocity(motion, share, fails
     assert any("an event was not located" in each for each in found) == fails
 
 
+@pytest.mark.parametrize(("passed", "fails"), [(5e-15, False), (5e-14, True)])
+def test_a_velocity_may_pass_rest_by_rounding(motion, passed, fails):
+    """64 roundings of the largest velocity, or of 1."""
+    seen = evidence.ContactEvidence(share=1.0, least=-passed, fastest=0.5)
+    with mock.patch.object(evidence, "_contact_evidence", return_value=seen):
+        assert any("passes rest" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("off", "fails"), [(2e-8, False), (4e-6, True)])
+def test_a_balance_may_be_off_by_a_hundred_tolerances(motion, off, fails):
+    """Of the natural size of energy, some 3 here, and by a tenth of a tolerance more for each step."""
+    at_marks = evidence._at_marks
+
+    def shifted(values):
+        return at_marks(values) + off * (np.arange(len(at_marks(values))) == len(at_marks(values)) - 1)
+
+    with mock.patch.object(evidence, "_at_marks", shifted):
+        assert any("the balance of" in each for each in motion.certify(motion).failures) == fails
+
+
+@pytest.mark.parametrize(("off", "told"), [(3e-10, False), (1e-7, True)])
+def test_powers_may_contradict_rates_by_rounding(motion, off, told):
+    """A billionth of all that flows."""
+    recorded = equations(motion.system)
+    stored, inflow = recorded.observables["momentum"] * (1.0 + off), -recorded.observables["friction"]
+    assert bool(evidence._contradiction(motion, recorded, stored, [inflow])) == told
+
+
 # --- decisions of contacts --------------------------------------------------------------------------------------------
 
 
@@ -128,6 +158,38 @@ def test_a_contact_that_stops_is_left_to_its_series_within_a_thousandth_of_its_l
     assert found == [0.0, "asked", "asked", "asked", -1.0, "asked"]
 
 
+@pytest.mark.parametrize(("above", "vanish"), [(1e-14, True), (1e-13, False)])
+def test_a_guard_of_a_hold_below_64_roundings_of_both_forces_is_none(block, above, vanish):
+    for row, values in (("HOLD_OF", [1.0, 0.0]), ("LIMIT_OF", [1.0 + above, 1.0])):
+        place = block[row][0]
+        block.floats[place : place + 13] = 0.0
+        block.floats[place : place + 2] = values
+    assert (block["guard_series"](block.floats, 0, 0, 1, 1.0) > 0) == vanish
+
+
+@pytest.mark.parametrize(("slope", "leaves"), [(3e-7, True), (3e-6, False)])
+def test_a_contact_leaves_with_an_acceleration_from_a_millionth_of_its_growth(block, slope, leaves):
+    """A smaller one is rounding, as behind a hold that gave way at its limit: then the next term tells the side."""
+    velocity = block["VELOCITY_OF"][0]
+    block.floats[velocity : velocity + 13] = 0.0
+    block.floats[velocity + 1 : velocity + 3] = -slope, 1.0
+    block.floats[block["LIMIT_OF"][0]] = 1.0
+    block.fill("SIDE", 1.0)
+    block.fill("ZEROS", 2)
+    with mock.patch.dict(block.names, taylor_step=lambda floats, ints, lane: 1.0):
+        assert block["leaves"](block.floats, block.ints, 0, 0) == leaves
+
+
+@pytest.mark.parametrize(
+    ("error", "end", "doubtful"), [(0.01, 1.0, False), (0.1, 1.0, True), (3e-15, 0.0, False), (3e-14, 0.0, True)]
+)
+def test_a_sign_is_in_doubt_from_three_hundredths_of_a_velocity_or_from_rounding(error, end, doubtful):
+    kernel = kernel_of(vc.System(vc.Oscillator(), vc.LuGre(), vc.Harmonic()))
+    state = kernel["STATE_OF"][0]
+    kernel.floats[kernel["STAGE"] + (kernel["STAGES"] - 1) * kernel["ROWS"] + state] = error
+    assert (kernel["doubt_of_sign"](kernel.floats, state, 0, end, end) > 1.0) == doubtful
+
+
 def test_contacts_give_way_together_within_rounding_of_their_limits():
     """64 rounding errors: what is at its limit at one instant, to the last digits of the series that say so."""
     kernel = contacts_of(2)
@@ -177,3 +239,25 @@ def test_of_two_dips_of_a_guard_close_together_the_one_that_is_below_zero_is_fou
     row[:5] = dips
     root, _ = block["first_root"](block.floats, block["SERIES"], 4, 1.0, 0, 1.0)
     assert root == pytest.approx(middle - side * half - np.sqrt(deep) / (2.0 * half), abs=5e-5)
+
+
+# --- what settles -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("apart", "rank"), [(3e-10, 1), (3e-9, 2)])
+def test_changes_of_steps_that_differ_by_a_billionth_are_two(apart, rank):
+    steps = np.array([[-2.0, -apart], [-1.0, -apart], [0.0, 0.0], [1.0, 0.0]])
+    assert Stroboscope(np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))._asked("weights_of", 1) == rank
+
+
+def test_what_multipliers_leave_of_the_last_step_counts_tenfold():
+    """Six states that shrink twentyfold, five of them by chance besides: three multipliers do not explain the steps."""
+    directions = np.ones((14, 6))
+    directions[:, 1:] = 0.3 * np.random.default_rng(1).standard_normal((14, 5))
+    marks = 500.0 * 0.05 ** np.arange(14.0)[:, None] * directions
+    steps = np.diff(marks[-5:], axis=0)
+    changes = np.diff(steps, axis=0)[::-1].T
+    left = steps[-1] - changes @ np.linalg.lstsq(changes, steps[-1], rcond=None)[0]
+    _, remaining = Stroboscope(marks).distance_to_go(1, 1e-30)
+    assert remaining is not None
+    assert 9.0 < remaining / np.max(np.abs(left)) < 20.0

@@ -18,7 +18,7 @@ from test_units import CASE, PRESSED
 from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.commands.simulate import in_words
+from vibrocap.cli.motion_tables import in_words
 from vibrocap.quantities.dimensional import computed
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
@@ -52,7 +52,7 @@ def plain_system(text=BENCH):
 # --- limits -----------------------------------------------------------------------------------------------------------
 def test_limits_in_si(place, capsys):
     """Amontons' law on the bench: (0.5 + 0.2) kg g, and its shares; the curve falls as e^(-6.5 s/m v)."""
-    found = answer(capsys, "limits", "si.toml")
+    found = answer(capsys, "friction", "si.toml")
     load = 0.7 * 9.80665
     assert found["load"]["value"] == pytest.approx(load, rel=1e-14)
     assert found["breakaway_force"]["value"] == pytest.approx(0.15 * load, rel=1e-14)
@@ -63,7 +63,7 @@ def test_limits_in_si(place, capsys):
         assert point["slope"]["value"] == pytest.approx(-6.5 * droop, rel=1e-13)
     assert found["breakaway_force"]["unit"] == "N"
     assert found["load"]["dimensionless"] == pytest.approx(3.5, rel=1e-14)
-    out = printed(capsys, "limits", "si.toml")
+    out = printed(capsys, "friction", "si.toml")
     assert "N = 6.864655 N" in out
     assert " m/s " in out
     assert "N s/m" in out
@@ -78,7 +78,7 @@ stribeck_velocity_m_per_s = 0.15
 """
     text = BENCH[: BENCH.index("law =")] + law + "\n" + BENCH[BENCH.index("[drive]") :]
     Path("lugre.toml").write_text(text, encoding="utf-8")
-    found = answer(capsys, "limits", "lugre.toml")
+    found = answer(capsys, "friction", "lugre.toml")
     levels = vc.LuGre()
     load = 0.7 * 9.80665
     assert found["deflection_limit"]["value"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
@@ -211,7 +211,7 @@ def test_basins_in_si(place, capsys):
 
 
 def test_the_plane_of_basins_is_given_in_si():
-    from vibrocap.cli.commands.branch import _axis
+    from vibrocap.cli.commands.basins import _axis
 
     system = case_from_text(BENCH).system
     asked, ends = _axis("velocity_m_per_s=-1:2", system)

@@ -23,6 +23,11 @@ HANGS = 120.0  # s, after which a child says where it is, and ends
 HUNG = 124  # what `ended` gives for a process that had to be stopped
 
 
+def patience(seconds: float) -> float:
+    """So many seconds of an idle machine: as many times more as processes wait for each of its processors."""
+    return seconds * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
 def child(work: Callable[[], Any], said: Path | None = None, hangs: float | None = HANGS) -> int:
     """Do some work in a process of its own; its process id. said: a file for what it writes to stderr."""
     process = os.fork()
@@ -34,7 +39,7 @@ def child(work: Callable[[], Any], said: Path | None = None, hangs: float | None
             handle = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
             os.dup2(handle, 2)
         if hangs is not None:
-            faulthandler.dump_traceback_later(hangs, exit=True)
+            faulthandler.dump_traceback_later(patience(hangs), exit=True)
         code = work() or 0
     except BaseException:
         traceback.print_exc()
@@ -44,13 +49,13 @@ def child(work: Callable[[], Any], said: Path | None = None, hangs: float | None
 
 def ended(process: int, seconds: float = 150.0) -> int:
     """How a process ended: its exit code, minus the signal that ended it, or HUNG where it took longer."""
-    deadline = time.monotonic() + seconds
+    begun = time.monotonic()
     pause = 0.0005
     while True:
         done, status = os.waitpid(process, os.WNOHANG)
         if done:
             return os.waitstatus_to_exitcode(status)
-        if time.monotonic() > deadline:
+        if time.monotonic() - begun > patience(seconds):
             os.kill(process, signal.SIGKILL)
             os.waitpid(process, 0)
             return HUNG

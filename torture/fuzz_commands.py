@@ -38,10 +38,11 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
             "--out": (("a.csv", "a.nc"), ("a.xls", "", "case.toml/a.nc", "/proc/a.nc")),
             "--json": (("",), ()),
             "--animate": ((), ("a.avi", "a")),
+            "--cite": (("text", "bibtex"), ("json",)),
+            "--analyses": ((), ("orbits",)),
             "--nothing": ((), ("1",)),
         },
     ),
-    "limits": (("case.toml",), {"--json": (("",), ()), "--out": ((), ("a.nc",))}),
     "sweep": (
         ("case.toml", "--periods", "2"),
         {
@@ -108,7 +109,6 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
         "--json": (("",), ()),
     }),
     "reproduce": (("--only", "fig99"), {"--out": ((), ("case.toml",))}),
-    "bound": (("case.toml",), {"--json": (("",), ())}),
     "lab": (("case.toml",), {
         "--out": (("a.html",), ("a.txt", "/proc/a.html")),
         "--laws": (("coulomb",), ("coulom",)),
@@ -126,21 +126,14 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
         "--drive": (("square", "table"), ("squar",)),
         "--out": (("fresh.toml",), ("fresh.txt", "/proc/a.toml")),
         "--si": (("",), ()),
-    }),
-    "examples": ((), {"--to": (("copies",), ("case.toml", "/proc/a"))}),
-    "convert": (("case.toml",), {
+        "--from": (("case.toml",), ("nowhere.toml", "bytes.toml")),
         "--scales": (
             ("pendulum_mass_kg=0.2,pendulum_length_m=0.25",),
             ("pendulum_mass_kg=0.2", "pendulum_mass_kg=1e300,pendulum_length_m=1e300", "mass=1", "pendulum_mass_kg=x"),
         ),
         "--to": ((), ("si-units",)),
-        "--out": (("b.toml",), ("b.txt", "/proc/b.toml")),
     }),
-    "check": (("coulomb", "--quick"), {"--json": (("",), ()), "--parts": ((), ("nowhere.py", "case.toml"))}),
-    "cite": (("case.toml",), {"--analyses": (("orbit",), ("orbits",)), "--bibtex": (("",), ())}),
-    "completion": (("bash",), {"--nothing": ((), ("1",))}),
-    "verify": (("map",), {"--json": ((), ("1",))}),
-    "measures": ((), {}),
+    "examples": ((), {"--to": (("copies",), ("case.toml", "/proc/a"))}),
     "stick-slip": (("records.csv",), {
         "--stiffness": (("168",), ("-1", "0", "x", "nan")),
         "--speed": (("1e-3",), ("x", "nan")),
@@ -160,9 +153,17 @@ COMMANDS: dict[str, tuple[tuple[str, ...], Values]] = {
         "--load": (("1",), ("0", "-1", "x", "nan")),
         "--cutoff": ((), ("-1", "x", "1e9")),
     }),
-    "friction": (("list",), {"--json": ((), ("1",))}),
-    "datasets": (("list",), {}),
-    "machines": (("clutch",), {"--latex": ((), ("1",)), "--json": ((), ("1",))}),
+    "friction": (("coulomb",), {
+        "--json": (("",), ()),
+        "--set": (("coulomb_coefficient=0.2",), ("mu=1", "coulomb_coefficient=x", "coulomb_coefficient")),
+        "--mass": ((), ("1",)),
+    }),
+    "list": (("measures",), {
+        "--json": (("",), ()),
+        "--fetch": ((), ("nowhere",)),
+        "--parts": ((), ("nowhere.py", "case.toml")),
+        "--quick": ((), ("1",)),
+    }),
     "sweeep": ((), {"--over": (("a",), ())}),
 }  # fmt: skip
 FILES = ("case.toml", "nowhere.toml", "records.csv", "map", "map.nc", "cut.nc", "cut.csv", "cut.npz", ".", "",
@@ -174,7 +175,6 @@ NEEDS = dict.fromkeys(("branch", "crossing", "optimise", "calibrate"), ("--over"
     "basins": ("--plane",),
     "robust": ("--uncertain",),
     "export": ("--out",),
-    "convert": ("--scales",),
 }
 SEVERAL = (
     "plot",

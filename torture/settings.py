@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from torture.children import tree
+from torture.children import patience, tree
 from torture.full_disk import CASE
 from torture.outcome import Outcome
 
@@ -120,7 +120,9 @@ def done(folder: Path, way: str, words: tuple[str, ...]) -> tuple[int, str]:
     """(exit code, what was said) of a command in a folder, whose dots in the search path lead there."""
     environment = os.environ | {"PATH": f".{os.pathsep}{os.environ['PATH']}"}
     try:
-        ended = subprocess.run([*WAYS[way], *words], cwd=folder, env=environment, capture_output=True, timeout=150)
+        ended = subprocess.run(
+            [*WAYS[way], *words], cwd=folder, env=environment, capture_output=True, timeout=patience(150.0)
+        )
     except subprocess.TimeoutExpired:
         return 124, "hung"
     return ended.returncode, (ended.stdout + ended.stderr).decode(errors="replace")

@@ -7,7 +7,7 @@ import textwrap
 from pathlib import Path
 
 import vibrocap as vc
-from vibrocap.cli.command_examples import EXAMPLES
+from vibrocap.cli.command import COMMANDS
 from vibrocap.cli.main import app
 from vibrocap.physics.catalogue import machines
 from vibrocap.physics.equations import equations_of
@@ -49,7 +49,8 @@ def stage_commands(folder: Path) -> None:
         pieces = re.split(r"^### (?=vibrocap )", command, flags=re.MULTILINE)
         for level, piece in zip(["##", *["###"] * len(pieces)], pieces, strict=False):
             title, _, body = piece.partition("\n")
-            examples = "\n".join(EXAMPLES.get(title.removeprefix("vibrocap "), ()))
+            chosen = COMMANDS.get(title.removeprefix("vibrocap "))
+            examples = "\n".join(chosen.examples if chosen else ())
             fence = f"\n**Examples**:\n\n```sh\n{examples}\n```\n" if examples else ""
             parts.append(f"{level} {title}\n{body.rstrip()}\n{fence}")
     text = re.sub(r"(?m)^( *)\* ", r"\1- ", "\n".join(parts))
@@ -61,7 +62,7 @@ def stage_equations(folder: Path) -> None:
     text = (
         "# Equations of motion\n\nEach machine says what it is made of; the equations beside follow from that, derived "
         "when this page is made. A prime is a rate, R friction, N a load, H the energy, d a motion that the drive "
-        "imposes, s a stop that is touched. `vibrocap machines NAME` prints them, see [machines](machines.md).\n"
+        "imposes, s a stop that is touched. `vibrocap list NAME` prints them, see [machines](machines.md).\n"
     )
     described = {name: kind for name, kind in machines().items() if issubclass(kind, Machine)}
     for name, kind in described.items():

@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_lazy`
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.design.bounds import PerformanceBound, performance_bounds
     from vibrocap.design.calibration.calibration import CalibratedParameter, Calibration, calibrate
+    from vibrocap.design.calibration.motion_fit import MotionFit, fit_motion
     from vibrocap.design.front import ParetoFront, pareto_front
     from vibrocap.design.optimise import Optimum, OptimumStatus, optimise
     from vibrocap.design.robustness import Robustness, robustness
@@ -281,7 +282,7 @@ __all__ += ["SpecialKind", "ModeChange"]
 # design
 __all__ += ["optimise", "Optimum", "OptimumStatus", "pareto_front", "ParetoFront"]
 __all__ += ["performance_bounds", "PerformanceBound", "robustness", "Robustness", "drive_shape"]
-__all__ += ["calibrate", "Calibration", "CalibratedParameter"]
+__all__ += ["calibrate", "Calibration", "CalibratedParameter", "fit_motion", "MotionFit"]
 # a motion that is moved on from outside
 __all__ += ["stepper", "Stepper", "InputStepper", "StepperArray", "StepperEvent", "Instant", "MotionEnded"]
 # identification

@@ -29,6 +29,13 @@ class Complaint(str):
     def __reduce__(self):
         return type(self), (self.field, self.text)
 
+    @staticmethod
+    def read(text: str) -> str:
+        """The complaint of a text "field: ...", whose field is a name or names; any other text as it is."""
+        field, colon, rest = text.partition(": ")
+        names = [each.strip() for each in field.split(",")]
+        return Complaint(field, rest) if colon and all(map(str.isidentifier, names)) else text
+
     def about(self, field: str) -> "Complaint":
         """The same under another name of the field."""
         return Complaint(field, self.text)

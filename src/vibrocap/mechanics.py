@@ -8,6 +8,7 @@ from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Posi
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
+    Drag,
     Drive,
     Inertia,
     Mass,
@@ -27,6 +28,7 @@ from vibrocap.physics.mechanics.parts import (
 __all__ = [
     "Contact",
     "Damper",
+    "Drag",
     "Drive",
     "Inertia",
     "Machine",

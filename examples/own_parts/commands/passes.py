@@ -1,44 +1,37 @@
 """`vibrocap passes`: when a state of a motion passes a value."""
 
-from pathlib import Path
+import dataclasses
+from typing import Annotated
 
-from vibrocap.arguments import suggestion
-from vibrocap.cli.options import Refusal, refusing
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.json_text import json_text
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.command import Answer, OfCase, Report, command
+from vibrocap.cli.completers import states_of_case
+from vibrocap.cli.options import Json, Option
+from vibrocap.cli.terminal import said
 
 
-def passes(case: Path, /, *, state: str, value: float = 0.0, json: bool = False) -> int:
-    """The times at which a state of a motion passes a value, as exact as the motion is.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class PassesRequest(OfCase):
+    """The options of `vibrocap passes`."""
 
-    Exit code 3: the run ended early; the times until then are printed.
+    state: Annotated[str, Option("a state of the system, such as angle", offers=states_of_case)]
+    value: Annotated[float, Option("the value to pass, of a case in SI in the unit of the state")] = 0.0
+    json: Json = False
 
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    state
-        a state of the system, such as angle
-    value
-        the value that is passed, of a case in SI in the unit of the state
-    json
-        print one JSON object in full precision instead of lines
+    def plan(self, refused: Complaints) -> None:
+        """A state of the case."""
+        if self.state not in (names := self.setup.system.state_names):
+            refused.add("--state", f"no state is called {self.state!r}; {suggestion(self.state, names)}")
+
+
+@command("run", "vibrocap passes examples/travels-by-stick-slip.toml --state angle", doing="Simulating")
+def passes(request: PassesRequest, report: Report) -> Answer:
+    """When a state of a motion passes a value.
+
+    The times are as exact as the motion. Exit code 3: the run ended early; the times until then are printed.
     """
-    given = read_source(case)
-    if state not in given.system.state_names:
-        raise Refusal(f"--state: no state is called {state!r}; {suggestion(state, given.system.state_names)}")
-    with progress("Simulating") as report:
-        motion = given.simulate(report)
-    with refusing("value"):
-        times = motion.crossings(state, value).tolist()
-    if json:
-        print(json_text({"state": state, "value": value, "times": times}))
-    else:
-        page = Page()
-        for time in times:
-            page.say(said(time, motion.unit_of("end")))
-    if not motion.run_status.ok:
-        complain(motion.status.text)
-        return INCOMPLETE
-    return OK
+    motion = request.setup.simulate(report)
+    times = motion.crossings(request.state, request.value).tolist()
+    record = {"state": request.state, "value": request.value, "times": times}
+    text = "\n".join(said(time, motion.unit_of("end")) for time in times)
+    return Answer(record, text, incomplete="" if motion.run_status.ok else motion.status.text)

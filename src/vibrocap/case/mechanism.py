@@ -17,6 +17,7 @@ from vibrocap.physics.machines.machine import Derived, Machine
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
+    Drag,
     Drive,
     Inertia,
     Mass,
@@ -47,6 +48,11 @@ PARTS: dict[str, tuple[Callable, dict[str, str], tuple[str, ...]]] = {
     "point": (Point, {"name": NAME, "on": BODY, "x": "m", "z": "m"}, ("name", "on")),
     "spring": (Spring, {"stiffness": "J/stretch^2", "stretch": STRETCH, "rest": "stretch"}, ("stiffness", "stretch")),
     "damper": (Damper, {"damping": "J s/stretch^2", "stretch": STRETCH}, ("damping", "stretch")),
+    "drag": (
+        Drag,
+        {"drag": "J s^2/stretch^3", "stretch": STRETCH, "speed": "stretch/s"},
+        ("drag", "stretch", "speed"),
+    ),
     "potential": (Potential, {"energy": "J"}, ("energy",)),
     "drive": (Drive, {"path": "J/drive", "share": "1"}, ("path",)),
     "motor": (Motor, {"path": "J/drive", "drop": "J s/stretch^2", "share": "1"}, ("path", "drop")),
@@ -67,7 +73,7 @@ PARTS: dict[str, tuple[Callable, dict[str, str], tuple[str, ...]]] = {
     ),
     "contact": (
         Contact,
-        {"body": BODY, "on": BODY, "path": STRETCH, "load": "J/stretch", "speed": NAME},
+        {"body": BODY, "on": BODY, "path": STRETCH, "load": "J/stretch", "factor": "1", "speed": NAME},
         ("body",),
     ),
 }

@@ -148,7 +148,7 @@ class Reading:
         """Whether a name is free; then it is taken."""
         if not WORD.fullmatch(name) or keyword.iskeyword(name):
             self.complaints.add(where, f"should be named by letters, digits and _, got {shown(name)}")
-        elif name in RESERVED or hasattr(Mechanism, name):
+        elif name in RESERVED or name in dir(Mechanism):
             self.complaints.add(where, f"{name!r} has a meaning already; choose another name")
         elif name in self.sizes or name in self.space:
             self.complaints.add(where, f"{name!r} is there already")
@@ -337,12 +337,18 @@ class Reading:
             return dimension_of_unit("m"), NUMBER
         if unit == "J/drive":
             return (TORQUE / EFFORTS[self.effort],)
-        if not unit.endswith(("stretch", "stretch^2")):
+        if "stretch" not in unit:
             return (dimension_of_unit(unit),)
         if along is None:
             return ()
-        powers = {"stretch": along, "J/stretch": TORQUE / along, "J/stretch^2": TORQUE / along**2}
-        found = powers.get(unit, TORQUE * TIME / along**2)
+        found = {
+            "stretch": along,
+            "stretch/s": along / TIME,
+            "J/stretch": TORQUE / along,
+            "J/stretch^2": TORQUE / along**2,
+            "J s/stretch^2": TORQUE * TIME / along**2,
+            "J s^2/stretch^3": TORQUE * TIME**2 / along**3,
+        }[unit]
         return (found, MASS) if unit == "J/stretch" and self.scaled and found == FORCE else (found,)
 
     def _check_size(self, where: str, text: Any, own: Dimension | None, wanted: tuple[Dimension, ...]) -> None:

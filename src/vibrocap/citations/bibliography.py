@@ -140,8 +140,8 @@ def references_page() -> str:
     lines = [
         "# References",
         "",
-        "What the laws, machines, drives and methods rest on, by the keys that `vibrocap cite --bibtex` prints. A DOI",
-        "stands where it was looked up.",
+        "The sources of laws, machines, drives and methods, by the keys that `vibrocap simulate --cite bibtex` prints.",
+        "A DOI stands where it was looked up.",
         "",
     ]
     ordered = sorted(bibliography().values(), key=lambda each: (each.key != SOFTWARE, each.key))

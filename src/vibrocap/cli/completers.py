@@ -4,43 +4,18 @@ A shell asks the command line itself, by a hidden command of cyclopts, each time
 (--parts) are not offered: their file would be run at each press.
 """
 
-import functools
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from vibrocap.physics.names import split_path
 from vibrocap.physics.system import System
 
+LISTED = ("machines", "laws", "drives", "controllers", "measures", "datasets")
 Offered = Iterable[tuple[str, str]]  # each with what it means
-
-
-def completing(**own: Callable[[Any], Offered]) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """A decorator: the command, the options of which a shell completes as `OFFERS` says.
-
-    own: by option, where the command has one of that name that means something else
-    """
-
-    def completed(command: Callable[..., int]) -> Callable[..., int]:
-        @functools.wraps(command)
-        def run(*given: Any, **options: Any) -> int:
-            return command(*given, **options)
-
-        signature = inspect.signature(command)
-        known = OFFERS | own
-        parameters = {
-            name: each.replace(annotation=Annotated[each.annotation, Parameter(completer=known[name])])
-            for name, each in signature.parameters.items()
-            if name in known
-        }
-        run.__signature__ = signature.replace(parameters=({**signature.parameters, **parameters}).values())  # type: ignore[attr-defined]
-        run.__annotations__ = command.__annotations__ | {name: each.annotation for name, each in parameters.items()}
-        return run
-
-    return completed
 
 
 def script(app: App, shell: Any) -> str:
@@ -96,6 +71,11 @@ def part_names(asked: Any) -> Offered:
     return [*law_names(asked), *machine_names(asked), *drive_names(asked)]
 
 
+def listed_names(asked: Any) -> Offered:
+    """The kinds that `vibrocap list` lists, and the names of parts."""
+    return [*((kind, "") for kind in LISTED), *part_names(asked)]
+
+
 def law_parameters(asked: Any) -> Offered:
     """The parameters of the law that is named on the line."""
     from vibrocap.physics.catalogue import laws
@@ -108,7 +88,7 @@ def law_parameters(asked: Any) -> Offered:
 
 def example_names(asked: Any) -> Offered:
     """The examples that come with vibrocap."""
-    from vibrocap.cli.command_examples import examples_folder, shows
+    from vibrocap.cli.examples import examples_folder, shows
 
     return [(path.stem, shows(path)) for path in sorted(examples_folder().glob("*.toml"))]
 
@@ -151,29 +131,6 @@ def states_of_case(asked: Any) -> Offered:
     """The states of the case on the line, in SI with their units."""
     start = "initial."
     return [(path.removeprefix(start), said) for path, said in paths_of_case(asked) if path.startswith(start)]
-
-
-# What is offered, by the name of an option in Python; of a list with commas between, for the last one.
-OFFERS: dict[str, Callable[[Any], Offered]] = {
-    "over": paths_of_case,
-    "uncertain": paths_of_case,
-    "set_": paths_of_case,
-    "against": paths_of_case,
-    "initial": states_of_case,
-    "plane": states_of_case,
-    "measure": measure_names,
-    "for_": measure_names,
-    "subject_to": measure_names,
-    "law": law_names,
-    "compare": law_names,
-    "laws": law_names,
-    "machines": machine_names,
-    "kind": machine_names,
-    "drive": drive_names,
-    "drives": drive_names,
-    "fixed": law_parameters,
-    "free": law_parameters,
-}
 
 
 def _system(asked: Any) -> System | None:

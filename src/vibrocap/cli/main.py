@@ -1,20 +1,18 @@
-"""The command line: its commands from their modules, their exit codes, and `main`, which runs one.
+"""The command line: its commands from their modules, its help, its exit codes, and `main`, which runs one.
 
 Exit codes: 0 done; 2 wrong input, each bad field named on stderr before any work; 3 a run that could not be completed,
 with its status and what was computed until then; 130 interrupted.
 """
 
-import collections
 import contextlib
 import difflib
 import functools
 import importlib
-import inspect
 import io
 import os
+import pkgutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
@@ -22,94 +20,77 @@ from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 from vibrocap import files, inputs
 from vibrocap.arguments import SettingError
 from vibrocap.case.case import CaseError
-from vibrocap.cli.command_examples import examples_of
-from vibrocap.cli.completers import completing, example_names, machine_names, measure_names, part_names, script
-from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
-from vibrocap.cli.parts import taking_parts
-from vibrocap.cli.pictures import taking_page
-from vibrocap.cli.terminal import (
-    BROKEN_PIPE,
-    INCOMPLETE,
-    INTERRUPTED,
-    OK,
-    WRONG_INPUT,
-    Page,
-    complain,
-    progress,
-    table,
-)
+from vibrocap.cli import commands
+from vibrocap.cli.command import COMMANDS, GROUPS
+from vibrocap.cli.completers import script
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, Page, complain
 from vibrocap.files import WriteError, write_text
 
-OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))  # what `reproduce` writes
-WIDE = 120  # columns of a terminal
-BEGIN = """To begin with:
-
+ABOUT = "Vibro-driven capsules: they travel by shaking an inner mass against friction."
+BEGIN = """\
+To begin with:
   vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
-
-`vibrocap COMMAND --help` explains a command, with examples. \
+vibrocap COMMAND --help explains a command; --completion SHELL is for TAB.
 Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
+# commands of earlier versions, by their first words: what they are now
+MOVED = {
+    "bound": "lines of `vibrocap orbit CASE`, and of `vibrocap optimise`",
+    "check": "`vibrocap list PART --check`",
+    "cite": "`vibrocap simulate CASE --cite text`",
+    "completion": "`vibrocap --completion SHELL`",
+    "convert": "`vibrocap new --from CASE`",
+    "datasets fetch": "`vibrocap list datasets --fetch NAME`",
+    "datasets": "`vibrocap list datasets`",
+    "friction list": "`vibrocap list laws`",
+    "friction show": "`vibrocap friction LAW`",
+    "friction test": "`vibrocap friction LAW --tests`",
+    "limits": "`vibrocap friction CASE`",
+    "machines": "`vibrocap list machines`",
+    "measures": "`vibrocap list measures`",
+    "verify": "`vibrocap sweep FOLDER --verify`",
+}
 
 
-def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
-    """The paper: its figures from our own runs, its claims with their verdicts, one HTML report.
-
-    Parameters
-    ----------
-    out
-        folder for report.html, the figures and their data; made where it is missing
-    only
-        one figure and its claims, such as fig09; the report is report-fig09.html then
-    """
-    from vibrocap.paper.figures.catalogue import KEYS
-
-    if only is not None and only not in KEYS:
-        raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
-    needs("reproduce", "matplotlib")
-    writable_folder("--out", out)
-    ending = "" if only is None else f"-{only}"
-    own_names("--out", out, *(f"{name}{ending}.{kind}" for name, kind in OF_REPORT))
-    from vibrocap.report.reproduce import reproduce as reproduced
-
-    with progress("The paper") as report:
-        result = reproduced(out, only, lambda what, share: report(share, what))
-    print_claims(result)
-    return OK
+def names() -> list[str]:
+    """The commands: a module each in `commands`."""
+    return [each.name.replace("_", "-") for each in pkgutil.iter_modules(commands.__path__)]
 
 
-def print_claims(result: Any) -> None:
-    """The summary of `vibrocap reproduce`: every claim with its verdict, and where the report lies.
-
-    The numbers found stand beside it where the terminal is wide enough; the report has them all.
-    """
-    page = Page()
-    wide = page.width >= WIDE
-    made = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
-    made.columns[1].no_wrap = False
-    for verdict in result.claims:
-        found = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
-        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([found] if wide else []))
-    page.print(made)
-    counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
-    tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
-    page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")
-    page.say(f"Report: {result.report}")
+@functools.cache
+def app_of(*wanted: str) -> App:
+    """The command line with these commands, whose modules are imported; by default with all."""
+    made = App(
+        name="vibrocap",
+        help=ABOUT,
+        help_format="plaintext",
+        version=_version,
+        result_action="return_value",
+        default_parameter=Parameter(negative=()),
+        suppress_keyboard_interrupt=False,  # `main` says what was interrupted
+    )
+    for name in wanted or names():
+        importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
+        chosen = COMMANDS[name]
+        examples = "Examples:\n\n" + "".join(f"  {line}\n" for line in chosen.examples)
+        made.command(chosen.entry(), name=name, help=chosen.words, help_epilogue=examples)
+    made.command(completion, name="--completion", show=False)
+    return made
 
 
 def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
-    """The script that lets a shell complete what stands behind vibrocap.
+    """Print a shell completion script.
 
-    That is its commands and options, the names of laws, machines, drives, measures
-    and examples, and the paths and states of the case on the line.
+    It completes commands and options, the names of parts, measures and examples, and the paths of the case on the line.
 
     Parameters
     ----------
     shell
         bash, zsh, fish or powershell
     install
-        write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
-        .bashrc or .zshrc
+        write it to the folder of such scripts instead; for bash and zsh with a line in .bashrc or .zshrc
     """
     app = app_of()
     text = script(app, shell)
@@ -122,78 +103,23 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
     return OK
 
 
-def paragraphs(command: Callable) -> str:
-    """What a command does, a line for each paragraph, so that the terminal wraps it."""
-    said, _, _ = (inspect.getdoc(command) or "").partition("\n\nParameters\n")
-    return "\n\n".join(" ".join(paragraph.split()) for paragraph in said.split("\n\n"))
+def overview() -> str:
+    """The help of the command line: its commands in groups, on one screen."""
+    app_of()
+    lines = ["Usage: vibrocap COMMAND", "", ABOUT, ""]
+    for group in GROUPS:
+        own = [each for each in COMMANDS.values() if each.group == group]
+        heads = [group, *[""] * len(own)]
+        lines += [f"{head:<8}{each.name:<13}{each.summary}" for head, each in zip(heads, own, strict=False)]
+    return "\n".join([*lines, "", BEGIN])
 
 
-# name of a command: the module in `cli/` that holds its function, in the order in which they are listed
-COMMANDS = {
-    "new": "commands.start",
-    "examples": "commands.start",
-    "reproduce": "main",
-    "simulate": "commands.simulate",
-    "convert": "commands.start",
-    "limits": "commands.friction",
-    "sweep": "commands.sweep",
-    "measures": "commands.sweep",
-    "verify": "commands.sweep",
-    "plot": "commands.sweep",
-    "orbit": "commands.orbit",
-    "branch": "commands.branch",
-    "basins": "commands.branch",
-    "crossing": "commands.crossing",
-    "equilibria": "commands.equilibria",
-    "optimise": "commands.optimise",
-    "robust": "commands.robust",
-    "bound": "commands.bound",
-    "calibrate": "commands.calibrate",
-    "lab": "commands.lab",
-    "export": "commands.export",
-    "friction": "commands.friction",
-    "machines": "commands.machines",
-    "fit": "commands.fit",
-    "check": "parts",
-    "stick-slip": "commands.records",
-    "datasets": "commands.records",
-    "cite": "commands.cite",
-    "completion": "main",
-}
-WITH_PICTURES = ("simulate", "plot", "branch", "basins", "equilibria", "optimise", "fit", "stick-slip")
-# They know no part, or see to it themselves.
-WITHOUT_PARTS = ("examples", "completion", "reproduce", "verify", "plot", "friction", "stick-slip", "datasets")
-OWN_OFFERS = {
-    "examples": {"names": example_names},
-    "check": {"names": part_names},
-    "machines": {"name": machine_names},
-    "optimise": {"against": measure_names},
-}
-
-
-@functools.cache
-def app_of(*names: str) -> App:
-    """The command line with these commands, whose modules are imported; by default with all."""
-    made = App(
-        name="vibrocap",
-        help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
-        help_epilogue=BEGIN,
-        help_format="plaintext",
-        version=_version,
-        result_action="return_value",
-        default_parameter=Parameter(negative=()),
-        suppress_keyboard_interrupt=False,  # `main` says what was interrupted
-    )
-    for name in names or COMMANDS:
-        command = getattr(importlib.import_module(f"vibrocap.cli.{COMMANDS[name]}"), name.replace("-", "_"))
-        if isinstance(command, App):  # it has its own examples
-            made.command(command)
-            continue
-        run = completing(**OWN_OFFERS.get(name, {}))(command)
-        run = taking_page(run) if name in WITH_PICTURES else run
-        run = run if name in WITHOUT_PARTS else taking_parts(run)
-        made.command(run, help=paragraphs(command), help_epilogue=examples_of(name))
-    return made
+def moved(words: Sequence[str]) -> str:
+    """The new name of a command that was renamed; empty for any other."""
+    for old, new in MOVED.items():
+        if list(words[: len(old.split())]) == old.split():
+            return f"`vibrocap {old}` is now {new}."
+    return ""
 
 
 def _version() -> str:
@@ -244,11 +170,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - open to the end
         if isinstance(stream := getattr(sys, name), io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters still gets the numbers
-    given = sys.argv[1:] if arguments is None else list(arguments)
-    app = app_of(*(name for name in given[:1] if name in COMMANDS))  # one that is named needs no other
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    if words in ([], ["--help"], ["-h"]):
+        print(overview(), end="")
+        return OK
+    if now := moved(words):
+        complain(now)
+        return WRONG_INPUT
+    app = app_of(*(name for name in words[:1] if name in names()))  # one that is named needs no other
     try:
         with _nothing_read_is_replaced():
-            code = int(app(given, exit_on_error=False, print_error=False) or OK)
+            code = int(app(words, exit_on_error=False, print_error=False) or OK)
         sys.stdout.flush()
         return code
     except (CaseError, Refusal, SettingError) as error:

@@ -3,6 +3,7 @@
 import functools
 import re
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -86,7 +87,7 @@ def _standard_measures(
         _cost_of_transport(source),
         *FRICTION,
         *_drive_peaks(None if system is None else system.machine.effort, source),
-        *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
+        *(measure for state in states for measure in _extremes(state, units[state])),
         *(STOPS if any(IMPACT in kind.switch_events for kind in kinds) else ()),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if system is None or "reaction" in equations(system).observables else ()),
@@ -112,7 +113,7 @@ def _of_further_contact(number: int, contacts: tuple[type[Law], ...]) -> Mapping
     for law in contacts:
         for name in (name for name in law.internal if name not in law.switched):
             unit = quantity_unit(name, law.state_units) or "1"
-            found += [_extreme(bound, numbered(name, number), unit) for bound in ("largest", "least")]
+            found += _extremes(numbered(name, number), unit)
     return {measure.name: measure for measure in found}
 
 
@@ -338,17 +339,11 @@ def _actuation(effort: str) -> tuple[Measure, ...]:
     if not effort:
         return ()
     name, unit = f"actuator_{effort}", {"force": "N", "torque": "N m"}[effort]
-    extremes = f"largest_{name}", f"least_{name}"
+    how: dict[str, Any] = {"function": lambda now: getattr(now, name), "si_unit": unit}
     return (
-        Measure.largest(extremes[0], f"largest {effort} of an imposed motion", lambda at: getattr(at, name), "1", unit),
-        Measure.least(extremes[1], f"least {effort} of an imposed motion", lambda now: getattr(now, name), "1", unit),
-        Measure.derived(
-            f"peak_{name}",
-            f"largest |{effort}| that an imposed motion takes, impulses aside",
-            lambda largest, least: np.maximum(np.abs(largest), np.abs(least)),
-            of=extremes,
-            si_unit=unit,
-        ),
+        Measure.largest(f"largest_{name}", f"largest {effort} of an imposed motion", **how),
+        Measure.least(f"least_{name}", f"least {effort} of an imposed motion", **how),
+        Measure.peak(f"peak_{name}", f"largest |{effort}| that an imposed motion takes, impulses aside", **how),
         *ACTUATOR_POWER,
     )
 
@@ -382,14 +377,21 @@ REACTION = (
 )
 
 
-@functools.cache
-def _extreme(bound: str, state: str, unit: str) -> Measure:
-    def extreme(runs: Gathered) -> np.ndarray:
-        return runs.state_entry(bound.upper(), state)
+def _larger_size(largest: np.ndarray, least: np.ndarray) -> np.ndarray:
+    return np.maximum(np.abs(largest), np.abs(least))
 
-    return Measure(
-        f"{bound}_{state}",
-        f"{bound} {state.replace('_', ' ')} in the window",
-        Standard(extreme, codes.ASK_EXTREMES),
-        si_unit=unit,
+
+@functools.cache
+def _extremes(state: str, unit: str) -> tuple[Measure, ...]:
+    words, bounds = state.replace("_", " "), (f"largest_{state}", f"least_{state}")
+
+    def extreme(bound: str) -> Measure:
+        value = Standard(lambda runs: runs.state_entry(bound.upper(), state), codes.ASK_EXTREMES)
+        return Measure(f"{bound}_{state}", f"{bound} {words} in the window, with its sign", value, si_unit=unit)
+
+    return (
+        extreme("largest"),
+        extreme("least"),
+        Measure.derived(f"peak_{state}", f"largest |{words}| in the window", _larger_size, of=bounds, si_unit=unit),
+        Measure.derived(f"{state}_range", f"{words} from peak to peak", np.subtract, of=bounds, si_unit=unit),
     )

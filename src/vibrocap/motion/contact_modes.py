@@ -100,9 +100,8 @@ def _problem(
         push = np.array([pushes[int(abs(v) <= still)] for pushes, v in zip(outside.pushes, velocities, strict=True)])
         free, loads = free + response @ push, loads + raised @ push
     least, most = np.zeros(count), np.zeros(count)
-    places, first = list(system.state_names), y[len(y) - len(system.friction.internal) :]
     for i, (law, v) in enumerate(zip(system.laws, velocities, strict=True)):
-        internal = first if i == 0 else tuple(y[places.index(numbered(name, i + 1))] for name in law.internal)
+        internal = tuple(y[system.state_names.index(numbered(name, i + 1))] for name in law.internal)
         # A law is asked per load where loads follow the motion, and with the load where it is constant.
         load = 1.0 if machine.follows_load else loads[i]
         if law.kind == "set-valued" and abs(v) <= still:

@@ -92,23 +92,28 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
     """
     y = tuple(state.values())
     contacts = system.placed.contacts(time, y[: len(system.placed.states)], system.drive.value(time))
-    choices = [
-        ((each.velocity > 0.0) - (each.velocity < 0.0),)
-        if each.velocity
-        else (0, 1, -1)
-        if law.kind == "set-valued"
-        else (1,)
-        for each, law in zip(contacts, system.laws, strict=True)
-    ]
+    reactions = [each.reaction for each in contacts]
+    if any(slope for _, _, *slopes in reactions for slope in slopes):
+        pairs = zip(contacts, system.laws, strict=True)
+        modes = itertools.product(*(_ways(each.velocity, law.kind) for each, law in pairs))
+        loads = (_least_load(system, time, y, sides) for sides in modes)
+    else:  # no friction raises or lowers any of them
+        loads = iter([min((own / over, i) for i, (over, own, *_) in enumerate(reactions, start=1))])
     least, number = -math.inf, 0
-    for sides in itertools.product(*choices):
-        least, number = max((least, number), _least_load(system, time, y, sides))
+    for each in loads:
+        least, number = max((least, number), each)
         if least >= 0.0:
             return
     states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
     where = f" on contact {number}" if len(contacts) > 1 else ""
     said = f"the normal load{where} is negative at the start, {least:.4g}: the machine would lift off at once"
     raise ArgumentError("initial", f"{said} ({states})")
+
+
+def _ways(velocity: float, kind: str) -> tuple[int, ...]:
+    """The sides to which a contact may slide, or 0 where it may rest."""
+    side = (velocity > 0.0) - (velocity < 0.0)
+    return (side,) if side else (0, 1, -1) if kind == "set-valued" else (1,)
 
 
 def _least_load(system: System, time: float, y: tuple, sides: tuple) -> tuple[float, int]:

@@ -67,6 +67,12 @@ class Status(Advised):
         "reference stay within the reach of the machine, or start nearer to it.",
     )
 
+    SINGULAR_PATH = (
+        "singular path",
+        "The path of a contact turns back here: its sliding velocity no longer tells how the coordinates of the "
+        "machine move (see the last state). Drive it less, or end its way by a stop.",
+    )
+
     @property
     def ok(self) -> bool:
         """Whether the run went to its end."""

@@ -50,7 +50,9 @@ class Flow:
         if given is None:
             return None
         over, own, *slopes = given
-        return (own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))) / over
+        rubs = (own + sum(slope * taken for slope, taken in zip(slopes, self.tangential, strict=True))) / over
+        factor = self.contacts[contact].contact.given.factor
+        return rubs if isinstance(factor, float) and factor == 1.0 else rubs / factor
 
 
 def _internal(system: Any, y) -> list[tuple]:

@@ -3,7 +3,7 @@
 import base64
 import dataclasses
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +135,7 @@ class Picture:
 
     sheet: Callable[..., Figure]
     panel: Callable[..., Axes] | None = None
-    names: Callable[[Any], Sequence[str]] | None = None
+    names: Callable[[Any], Iterable[str]] | None = None
     panels: Mapping[str, Callable[..., Axes]] = dataclasses.field(default_factory=dict)
     first: str | None = None
     content: Callable[[Any], Sequence[Any]] = lambda result: (result,)
@@ -198,7 +198,7 @@ STUDY = Picture(
 
 def _picture_of(result: Any) -> tuple[Any, Picture | None]:
     """(what is drawn of a result, how); None where it cannot be drawn. An orbit is drawn as its motion."""
-    drawn = result.motion() if isinstance(result, Orbit) else result
+    drawn: Any = result.motion() if isinstance(result, Orbit) else result
     known = next((PICTURES[kind] for kind in type(drawn).__mro__ if kind in PICTURES), None)
     # a dataset of a study, without importing xarray, which whoever has one has imported
     is_study = known is None and hasattr(drawn, "data_vars") and "status" in drawn.data_vars

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint
+
 FEWEST_SAMPLES = 8
 ROUNDING = 1e-12  # relative; a column that varies less is constant
 MOTIONS = ("velocity", "displacement")
@@ -25,7 +27,7 @@ class RecordError(ValueError):
     """A record that cannot be used: `complaints` holds every one, each naming the field and what would be right."""
 
     def __init__(self, complaints: Iterable[str], source: str = "the record"):
-        self.complaints = tuple(complaints)
+        self.complaints = tuple(Complaint.read(each) for each in complaints)
         self.source = source
         super().__init__(f"{source} cannot be used:\n" + "\n".join(f"  {complaint}" for complaint in self.complaints))
 

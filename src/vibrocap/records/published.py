@@ -1,7 +1,7 @@
 """The published data sets: measurements by others, as their authors published them or as re-packed arrays.
 
-Each function takes a folder, else looks for the set's own folder in VIBROCAP_DATA and where `vibrocap datasets fetch`
-puts it. What a set is, its licence and its authors: `vibrocap.records.fetching`.
+Each function takes a folder, else looks for the set's own folder in VIBROCAP_DATA and where `vibrocap list datasets
+--fetch` puts it. What a set is, its licence and its authors: `vibrocap.records.fetching`.
 """
 
 import os
@@ -56,7 +56,7 @@ def data_folder(name: str, folder: str | Path | None = None) -> Path:
         return place
     raise FileNotFoundError(
         f"{place}: no such folder, where the data set {name!r} should be; give the folder, set VIBROCAP_DATA to the "
-        f"folder that holds {FOLDERS[name]!r}, or get the originals: vibrocap datasets fetch {name}"
+        f"folder that holds {FOLDERS[name]!r}, or get the originals: vibrocap list datasets --fetch {name}"
     )
 
 

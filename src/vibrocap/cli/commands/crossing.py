@@ -1,100 +1,92 @@
 """`vibrocap crossing`: where a measure of the steady motion of a case takes a value."""
 
-from pathlib import Path
-from typing import Any
+import dataclasses
+from typing import Annotated, Any
 
 from vibrocap.arguments import Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError
 from vibrocap.case.sections import is_kind, kinds_of
-from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
-from vibrocap.io.motion_file import read_source
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, OfCase, Report, command
+from vibrocap.cli.options import Json, Option, Over
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import said
+from vibrocap.cli.texts import pairs, quantity_range, split, value_of
 from vibrocap.physics.names import split_path
 from vibrocap.quantities.dimensional import in_si
-from vibrocap.quantities.json_text import json_text
 
 
-def crossing(
-    case: Path,
-    /,
-    *,
-    over: str,
-    measure: str = "drift",
-    value: float = 0.0,
-    against: str | None = None,
-    points: int = 200,
-    periods: int = 2000,
-    json: bool = False,
-) -> int:
-    """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class CrossingRequest(OfCase):
+    """The options of `vibrocap crossing`."""
 
-    Each place is given with a bracket and an error. Where the measure has the
-    value over a whole range (symmetric motions have zero drift) or jumps across it
-    (from a motion to its mirror twin), this is said instead.
+    over: Over
+    measure: Annotated[
+        str,
+        Option(
+            "a measure that is a number; `vibrocap list measures`",
+            sets=("measures",),
+            offers=completers.measure_names,
+        ),
+    ] = "drift"
+    value: Annotated[float, Option("the value to find, of a case in SI in the unit of the measure")] = 0.0
+    against: Annotated[
+        str | None,
+        Option(
+            "PATH=VALUE or friction.law=NAME, or several with commas between: find the value in the difference from "
+            "the case so changed; another law keeps the parameters that both laws have",
+            offers=completers.paths_of_case,
+        ),
+    ] = None
+    json: Json = False
+    points: Annotated[int, Option("values of the parameter at which the motion is run first", advanced=True)] = 200
+    periods: Annotated[int, Option("drive periods in which a motion has to settle", advanced=True)] = 2000
+
+
+@command(
+    "steady",
+    "vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",
+    doing="Looking for {measure} = {value:g}",
+)
+def crossing(request: CrossingRequest, report: Report) -> Answer:
+    """Where a steady measure takes a value, or two laws agree.
+
+    Each place is given with a bracket and an error. Ranges in which the measure keeps the value (symmetric motions have
+    zero drift) and jumps across it (from a motion to its mirror-image solution) are reported as such.
 
     Exit code 3: some motions did not settle, so places may be missing.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    over
-        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1, or drive.frequency_Hz=0.5:2 of a case in SI
-    measure
-        a measure that is a number; `vibrocap measures` lists them
-    value
-        the value to look for, of a case in SI in the unit of the measure
-    against
-        PATH=VALUE or friction.law=NAME, or several with commas between: compare with the case so changed, where a law
-        keeps the parameters that both laws have, and look for the difference instead
-    points
-        values of the parameter at which the motion is run first
-    periods
-        drive periods that a motion has to settle
-    json
-        print one JSON object in full precision instead of a table
     """
     from vibrocap.measures.of_measure import measure_unit
     from vibrocap.orbits.crossings.crossing import crossing as crossings
     from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
-    given = read_source(case)
-    along, low, high = quantity_range(over, given.system)
-    unit, scale = measure_unit(measure, given.system)
-    other = None if against is None else _other(given.system, against)
-    names = ("measure", "value", "against", "points", "periods", "over")
-    options = {"between": "--over", "measures": "--measure"}
-    with progress(f"Looking for {measure} = {said(value, unit)}") as report, refusing(*names, **options):
-        found = crossings(
-            given.system,
-            measure,
-            along.plain,
-            (low, high),
-            value=value if scale is None else value / scale,
-            against=other,
-            initial=given.initial,
-            points=points,
-            periods=periods,
-            progress=report,
-        )
+    given = request.setup
+    along, low, high = quantity_range(request.over, given.system)
+    unit, scale = measure_unit(request.measure, given.system)
+    found = crossings(
+        given.system,
+        request.measure,
+        along.plain,
+        (low, high),
+        value=request.value if scale is None else request.value / scale,
+        against=None if request.against is None else _other(given.system, request.against),
+        initial=given.initial,
+        points=request.points,
+        periods=request.periods,
+        progress=report,
+    )
     shown = in_si(found, given.system, over=along.path)
-    if json:
-        print(json_text(shown))
-    else:
-        page = Page()
-        wanted = f"{found.measure} = {said(value, unit, 6)}"
-        if against is not None:
-            wanted = f"{found.measure} less that with {against} = {said(value, unit, 6)}"
-        page.say(f"{wanted} over {along.path}", style="bold")
-        for line in str(shown).splitlines():
-            page.say(f"  {line}")
-    lost = [each for each in found.found if each.kind is CrossingKind.LOST]
-    if found.unsettled or lost:
+    other = "" if request.against is None else f" less that with {request.against}"
+    head = f"{found.measure}{other} = {said(request.value, unit, 6)} over {along.path}"
+    incomplete = ""
+    if found.unsettled or any(each.kind is CrossingKind.LOST for each in found.found):
         many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
         what = many if found.unsettled else "in a bracket of the scan a motion did not settle"
-        complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
-        return INCOMPLETE
-    return OK
+        incomplete = (
+            f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic."
+        )
+    text = "\n".join([head, *(f"  {line}" for line in str(shown).splitlines())])
+    return Answer(shown, text, incomplete=incomplete)
 
 
 def _other(system: Any, text: str) -> Any:

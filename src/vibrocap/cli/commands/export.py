@@ -1,12 +1,15 @@
 """`vibrocap export`: a case as what other programs run."""
 
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from vibrocap.arguments import ArgumentError
-from vibrocap.cli.options import Refusal, needs, own_names, split, writable_file, writable_folder
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.motion_file import read_source
+from vibrocap.arguments import Complaints
+from vibrocap.cli.command import Answer, OfCase, command
+from vibrocap.cli.destinations import needs, own_names, writable_file, writable_folder
+from vibrocap.cli.options import Option
+from vibrocap.cli.terminal import Page, progress, said, table
+from vibrocap.cli.texts import split
 
 if TYPE_CHECKING:
     from vibrocap.case.case import Case
@@ -14,73 +17,76 @@ if TYPE_CHECKING:
     from vibrocap.exchange.mujoco_motion import Ending
 
 
-def export(
-    case: Path,
-    /,
-    *,
-    to: Literal["c", "fmu", "mjcf"] = "c",
-    input: Literal["drive"] | None = None,
-    out: Path,
-    name: str = "capsule",
-    fmi: Literal["3.0", "2.0"] | None = None,
-    platforms: list[str] | None = None,
-    judge: bool = False,
-) -> int:
-    """Write a case for other programs: with its exact contact as C99 or as an FMU, or as the nearest MuJoCo model.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ExportRequest(OfCase):
+    """The options of `vibrocap export`."""
 
-    --to c writes a stepper in C, which needs no other library and gives the same bits with every compiler.
-    --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI.
-    --to mjcf writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
+    to: Annotated[
+        Literal["c", "fmu", "mjcf"], Option("C sources (c), an FMU for co-simulation (fmu), a MuJoCo model (mjcf)")
+    ] = "c"
+    out: Annotated[Path, Option("folder of the C sources, FILE.fmu of an FMU, FILE.xml of a MuJoCo model")]
+    input: Annotated[
+        Literal["drive"] | None, Option("the caller sets the drive from step to step [default: the case's drive]")
+    ] = None
+    judge: Annotated[
+        bool, Option("run the MuJoCo model too (needs mujoco), and compare its end with that of the exact motion")
+    ] = False
+    name: Annotated[str, Option("of the library or of the model, with which all its names begin", advanced=True)] = (
+        "capsule"
+    )
+    fmi: Annotated[Literal["3.0", "2.0"] | None, Option("version of an FMU [default: 3.0]", advanced=True)] = None
+    platforms: Annotated[
+        list[str] | None,
+        Option(
+            "of an FMU's machine code, such as x86_64-windows, all or none [default: this computer's if it has a "
+            "compiler]",
+            advanced=True,
+        ),
+    ] = None
 
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    to
-        what to write: C sources (c), an FMU for co-simulation (fmu), a MuJoCo model (mjcf)
-    input
-        what the caller sets from step to step: drive; by default nothing, and the case's own drive continues
-    out
-        folder of the C sources, made where it is missing; of an FMU FILE.fmu, of a MuJoCo model FILE.xml
-    name
-        of the library or of the model, with which all its names begin
-    fmi
-        version of an FMU: 3.0 by default
-    platforms
-        of an FMU's machine code, such as x86_64-windows, all or none; by default this computer's if it has a compiler
-    judge
-        run the MuJoCo model, too (needs mujoco), and print where it ends beside the exact motion
+    def plan(self, refused: Complaints) -> None:
+        """Some options are of one form only."""
+        if self.judge and self.to != "mjcf":
+            refused.add("--judge", "should be left out without --to mjcf: other exports are the exact motion")
+        for name in self.given("fmi", "platforms") if self.to != "fmu" else ():
+            refused.add(f"--{name}", "should be left out without --to fmu")
+        if self.to == "mjcf" and self.input is not None:
+            refused.add("--input", "should be left out with --to mjcf, whose controls are always set from outside")
+
+
+@command(
+    "out",
+    "vibrocap export examples/travels-by-stick-slip.toml --to c --out capsule",
+    "vibrocap export examples/travels-by-stick-slip.toml --to c --input drive --out capsule",
+    "vibrocap export examples/travels-by-stick-slip.toml --to mjcf --out capsule.xml",
+    "vibrocap export examples/bench-in-si.toml --to fmu --input drive --out capsule.fmu",
+)
+def export(request: ExportRequest) -> Answer:
+    """A case for other programs: C99, FMU or MuJoCo.
+
+    --to c writes a stepper in C with the exact contact, which needs no other library and gives the same bits with every
+    compiler. --to fmu writes a file for Simulink, Dymola, OpenModelica, FMPy and other importers of FMI. --to mjcf
+    writes a MuJoCo model and says what it loses: its friction has one level and creeps at rest.
     """
-    setup = read_source(case)
-    of_fmu = {"fmi": fmi, "platforms": platforms}
-    if judge and to != "mjcf":
-        raise Refusal("--judge: should be left out without --to mjcf: other exports are the exact motion")
-    if to == "fmu":
-        return _fmu(setup, out, input=input, name=name, **{each: value for each, value in of_fmu.items() if value})
-    if given := [each for each, value in of_fmu.items() if value]:
-        raise Refusal(*(f"--{each}: should be left out without --to fmu" for each in given))
-    if to == "mjcf":
-        if input is not None:
-            raise Refusal("--input: should be left out with --to mjcf, whose controls are always set from outside")
-        return _mjcf(setup, out, judge)
-    return _c(setup, out, name, input)
+    if request.to == "fmu":
+        options = request.given("fmi", "platforms")
+        return _fmu(request.setup, request.out, input=request.input, name=request.name, **options)
+    if request.to == "mjcf":
+        return _mjcf(request.setup, request.out, request.judge)
+    return _c(request.setup, request.out, request.name, request.input)
 
 
-def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> int:
+def _c(case: "Case", out: Path, name: str, input: Literal["drive"] | None) -> Answer:
     """The C library."""
     from vibrocap.exchange.c_library import export_c
 
     writable_folder("--out", out)
     own_names("--out", out, f"{name}.c", f"{name}.h", "main.c", "README.txt")
-    try:
-        written = export_c(case, out, name, input)
-    except ArgumentError as error:
-        raise Refusal(f"--{error}") from None
-    Page().say(f"Written to {out}: {', '.join(path.name for path in written)}")
-    return OK
+    written = export_c(case, out, name, input)
+    return Answer(text=f"Written to {out}: {', '.join(path.name for path in written)}")
 
 
-def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> int:
+def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options) -> Answer:
     """The FMU."""
     from vibrocap.exchange.fmu.binaries import BuildError
     from vibrocap.exchange.fmu.fmu import export_fmu
@@ -88,37 +94,27 @@ def _fmu(case: "Case", out: Path, platforms: list[str] | None = None, **options)
     writable_file("--out", out, (".fmu",))
     try:
         compiled = export_fmu(case, out, platforms=split(platforms) or None, **options)
-    except ArgumentError as error:
-        raise Refusal(f"--{error}") from None
     except BuildError as error:
-        complain(str(error))
-        return INCOMPLETE
+        return Answer(incomplete=str(error))
     holds = f"machine code for {', '.join(compiled)}, and its sources" if compiled else "its sources"
-    Page().say(f"Written to {out}: an FMU with {holds}.")
-    if not compiled and platforms is None:
-        Page().say("No C compiler was found: its importer has to compile it.")
-    return OK
+    missing = "\nNo C compiler was found: its importer has to compile it."
+    return Answer(text=f"Written to {out}: an FMU with {holds}.{missing * (not compiled and platforms is None)}")
 
 
-def _mjcf(case: "Case", out: Path, judge: bool) -> int:
+def _mjcf(case: "Case", out: Path, judge: bool) -> Answer:
     """The MuJoCo model, what it loses, and how far it ends from the exact motion."""
     from vibrocap.exchange.mjcf import export_mjcf
 
     writable_file("--out", out, (".xml",))
     if judge:
         needs("--judge", "mujoco")
-    try:
-        model = export_mjcf(case, out)
-    except ArgumentError as error:
-        raise Refusal(f"CASE: {error}") from None
-    page = Page()
-    page.say(f"Written to {out}; what MuJoCo cannot say of this case:")
-    for sentence in model.lost:
-        page.say(f"  {sentence}")
-    return _judged(page, case, model) if judge else OK
+    model = export_mjcf(case, out)
+    lines = [f"Written to {out}; what MuJoCo cannot say of this case:", *(f"  {each}" for each in model.lost)]
+    return _judged(lines, case, model) if judge else Answer(text="\n".join(lines))
 
 
-def _judged(page: Page, case: "Case", model: "MujocoModel") -> int:
+def _judged(lines: list[str], case: "Case", model: "MujocoModel") -> Answer:
+    """The same, with a table of where MuJoCo ends."""
     from vibrocap.exchange.mujoco_motion import judgement
 
     with progress("Running MuJoCo"):
@@ -129,11 +125,13 @@ def _judged(page: Page, case: "Case", model: "MujocoModel") -> int:
     rows.add_row("exact", *_said(found.exact_ending, found.exact_ending, length, unit))
     rows.add_row("MuJoCo, the file as it is", *_said(found.as_written, found.exact_ending, length, unit))
     rows.add_row("MuJoCo, friction rewritten at each step", *_said(found.rewritten, found.exact_ending, length, unit))
-    page.print(rows)
-    if found.exact.status.ok:
-        return OK
-    complain(f"The exact motion ended early ({found.exact.status.value}). {found.exact.status.advice}")
-    return INCOMPLETE
+    incomplete = f"The exact motion ended early ({found.exact.status.value}). {found.exact.status.advice}"
+
+    def text(page: Page) -> None:
+        page.say("\n".join(lines))
+        page.print(rows)
+
+    return Answer(text=text, incomplete="" if found.exact.status.ok else incomplete)
 
 
 def _said(ending: "Ending", exact: "Ending", length: float, unit: str) -> tuple[str, str, str]:

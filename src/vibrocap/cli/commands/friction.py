@@ -1,169 +1,147 @@
-"""`vibrocap friction`: which laws there are, what each is, what it does and asks of a solver; `vibrocap limits`."""
+"""`vibrocap friction`: what a friction law is and does, its canonical tests, and the limits of a case's friction."""
 
+import dataclasses
 import inspect
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, Parameter
-from rich.table import Table
-
 from vibrocap.arguments import suggestion
-from vibrocap.case.case import CaseError
 from vibrocap.citations.bibliography import references
-from vibrocap.cli.command_examples import examples_of
-from vibrocap.cli.completers import completing, law_names, law_parameters
-from vibrocap.cli.options import Refusal, refusing, writable_picture
-from vibrocap.cli.parts import taking_parts
-from vibrocap.cli.pictures import taking_page
-from vibrocap.cli.terminal import OK, Page, parameters_in_words, progress, said, table
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, Drawn, Report, WithParts, command
+from vibrocap.cli.friction_limits import limits_of, print_limits
+from vibrocap.cli.options import Json, Option, picture
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import Page, parameters_in_words
 from vibrocap.io.motion_file import read_source
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import given_parameters
-from vibrocap.physics.system import System
-from vibrocap.quantities.dimensional import in_si, view
-from vibrocap.quantities.json_text import json_text
 
-friction = App(
-    name="friction",
-    help="Friction laws: which there are, their equations, canonical tests and reports.",
-    help_epilogue=examples_of("friction"),
-    default_parameter=Parameter(negative=()),
-)
 KINDS = {
     "set-valued": "sticks: at rest it holds any force up to its limit",
     "kinked": "dynamic: it remembers through internal states",
     "smooth": "smooth: a function of velocity that never sticks",
 }
-Settings = Annotated[list[str], Parameter(name="--set")]
+OF_CASE = (".toml", ".nc", ".csv")
 
 
-@friction.command(name="list", help_epilogue=examples_of("friction list"))
-@taking_parts
-def list_laws() -> int:
-    """The friction laws, a line each, and what can be put around them."""
-    from vibrocap.physics.catalogue import laws, wrappers
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class FrictionRequest(WithParts, Drawn):
+    """The options of `vibrocap friction`."""
 
-    page = Page()
-    width = max(map(len, laws())) + 2
-    for name, law in laws().items():
-        creeps = "creeps" if law.creeps else "does not creep"
-        page.say(f"{name:<{width}}{inspect.cleandoc(law.__doc__ or '').splitlines()[0]}")
-        page.say(f"{'':<{width}}{law.kind}; {creeps} under an oscillating force below break-away", style="dim")
-    words = " and ".join(f"{word}-" for word in wrappers())
-    page.say(f"\nBefore a name may stand {words}, as in backlash-anisotropic-lugre.")
-    page.say("Next: vibrocap friction show lugre")
-    return OK
+    name: Annotated[
+        str,
+        Option("a law, see `vibrocap list laws`, or a case file (.toml, .nc, .csv)", True, offers=completers.law_names),
+    ]
+    tests: Annotated[bool, Option("run the canonical tests of the law")] = False
+    set_: Annotated[
+        list[str] | None,
+        Option("NAME=VALUE in place of a default of the law; may be repeated", offers=completers.law_parameters),
+    ] = None
+    plot: Annotated[Path | None, picture("steady curve and presliding loops of a law, or all its tests")] = None
+    json: Json = False
+    load: Annotated[float, Option("normal force on the contact", advanced=True)] = 1.0
+    mass: Annotated[
+        float | None, Option("of the block in the tests [default: from the law]", needs="tests", advanced=True)
+    ] = None
+    stiffness: Annotated[
+        float | None,
+        Option("of the spring that pulls it [default: 0.01 of the contact's]", needs="tests", advanced=True),
+    ] = None
+    speed: Annotated[
+        float | None,
+        Option("of the spring [default: 0.3 of the speed at which friction changes]", needs="tests", advanced=True),
+    ] = None
 
 
-@friction.command(help_epilogue=examples_of("friction show"))
-@taking_parts
-@taking_page
-@completing(name=law_names, set_=law_parameters)
-def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
-    """One friction law: equations, parameters, source, passivity and time scales, and its picture.
+@command(
+    "data",
+    "vibrocap friction lugre --plot lugre.png",
+    "vibrocap friction dahl --set bristle_stiffness=1e3",
+    "vibrocap friction coulomb --tests --plot tests.png",
+    "vibrocap friction examples/bristles-lugre.toml",
+    "vibrocap friction examples/bristles-with-offset-points.toml --json",
+    doing="{name}",
+)
+def friction(request: FrictionRequest, report: Report) -> Answer:
+    """A friction law, its tests, or the limits in a case.
 
-    Parameters
-    ----------
-    name
-        a law, as `vibrocap friction list` shows them
-    set_
-        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
-    plot
-        draw steady curve and presliding loops: FILE.png, .svg or .pdf
+    Of a law: its equations, parameters, source, passivity and time scales. With --tests: presliding, lag, break-away,
+    stick-slip and creep, in any consistent units; where the coefficients are forces, with --load 1. Of a case: the
+    limits of its friction (the paper's eqs 10-15), exact and as the paper prints them, or why there are none.
     """
+    if request.name.endswith(OF_CASE):
+        for option, value in (("--set", request.set_), ("--tests", request.tests), ("--plot", request.plot)):
+            if value:
+                raise Refusal(f"{option}: should be left out with a case; name a law")
+        return _limits(Path(request.name))
+    law = _law(request.name, request.set_)
+    return _tests(request, law, report) if request.tests else _sheet(request, law)
+
+
+def _limits(case: Path) -> Answer:
+    """The limits of the friction of a case."""
+    system = read_source(case).system
+    found, record, notes = limits_of(system)
+
+    def text(page: Page) -> None:
+        print_limits(page, found, *(("N", "m/s", "m") if system.units is not None else ()))
+        for note in notes:
+            page.say(f"Note: {note}")
+
+    return Answer(record, text)
+
+
+def _sheet(request: FrictionRequest, law: Law) -> Answer:
+    """What a law is, whether it is passive, and what it asks of a solver."""
     from vibrocap.laboratory.passivity import passivity
     from vibrocap.laboratory.stiffness import stiffness_report
 
-    law = _law(name, set_)
-    writable_picture("--plot", plot)
-    page = Page()
-    page.say(f"{name}: {KINDS[law.kind]}", style="bold")
-    page.say("\n" + inspect.cleandoc(type(law).__doc__ or ""))
-    page.print()
-    page.print(parameters_in_words(law))
-    with progress(f"Looking for cycles of {name} that create energy"):
-        passive = passivity(law)
-        scales = stiffness_report(law)
-    said = [each.text for each in references(type(law).source, law.name)] or ["not recorded"]
-    page.say("\nsource     " + "\n           ".join(said))
-    page.say(f"passivity  {passive.verdict}. {passive.condition}")
-    page.say(f"stiffness  {scales.method}")
-    creeps = "yes" if law.creeps else "no"
-    page.say(f"creeps     {creeps}, under an oscillating force below break-away")
-    if plot is not None:
+    passive, scales = passivity(law), stiffness_report(law)
+    source = [each.text for each in references(type(law).source, law.name)] or ["not recorded"]
+    rows = [
+        ("source", "\n           ".join(source)),
+        ("passivity", f"{passive.verdict}. {passive.condition}"),
+        ("stiffness", scales.method),
+        ("creeps", f"{'yes' if law.creeps else 'no'}, under an oscillating force below break-away"),
+    ]
+
+    def text(page: Page) -> None:
+        page.say(f"{request.name}: {KINDS[law.kind]}", style="bold")
+        page.say("\n" + inspect.cleandoc(type(law).__doc__ or "") + "\n")
+        page.print(parameters_in_words(law))
+        page.say("\n" + "\n".join(f"{name:<11}{words}" for name, words in rows))
+
+    def figure() -> Any:
         from vibrocap.plotting.laboratory import law_figure
-        from vibrocap.plotting.look.finishing import save
 
-        with progress(f"Drawing {name}"):
-            page.say(f"picture    {save(law_figure(law), plot)}")
-    return OK
+        return law_figure(law)
+
+    record = {"law": request.name, "kind": law.kind, "parameters": given_parameters(law), "creeps": law.creeps}
+    return Answer(
+        record | {"source": source, "passive": str(passive.verdict), "stiffness": scales.method}, text, figure
+    )
 
 
-@friction.command(name="test", help_epilogue=examples_of("friction test"))
-@taking_parts
-@taking_page
-@completing(name=law_names, set_=law_parameters)
-def canonical_tests(
-    name: str,
-    /,
-    *,
-    set_: Settings = [],  # noqa: B006 (never changed)
-    load: float = 1.0,
-    mass: float | None = None,
-    stiffness: float | None = None,
-    speed: float | None = None,
-    plot: Path | None = None,
-    json: bool = False,
-) -> int:
-    """The canonical tests of a friction law: presliding, lag, break-away, stick-slip, creep.
-
-    Any consistent units will do; where the coefficients are forces, take --load 1.
-
-    Parameters
-    ----------
-    name
-        a law, as `vibrocap friction list` shows them
-    set_
-        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
-    load
-        normal force on the contact
-    mass
-        mass of the block in the tests of break-away and stick-slip [default: from the law]
-    stiffness
-        stiffness of the spring that pulls the block [default: a hundredth of the contact's]
-    speed
-        speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
-    plot
-        draw all tests on one sheet: FILE.png, .svg or .pdf
-    json
-        print the numbers as JSON, in full precision
-    """
+def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
+    """The canonical tests of a law."""
     from vibrocap.laboratory.test_sheet import test_sheet
 
-    law = _law(name, set_)
-    writable_picture("--plot", plot)
-    with progress(f"Testing {name}") as report, refusing("load", "mass", "stiffness", "speed"):
-        sheet = test_sheet(
-            law,
-            load=load,
-            mass=mass,
-            stiffness=stiffness,
-            speed=speed,
-            progress=lambda now: report(0.0, f"Testing {name}: {now}"),
-        )
-    page = Page()
-    if json:
-        page.say(json_text(sheet))
-    else:
-        print_sheet(page, name, sheet)
-    if plot is not None:
-        from vibrocap.plotting.laboratory import sheet_figure
-        from vibrocap.plotting.look.finishing import save
+    sheet = test_sheet(
+        law,
+        load=request.load,
+        mass=request.mass,
+        stiffness=request.stiffness,
+        speed=request.speed,
+        progress=lambda now: report(0.0, f"Testing {request.name}: {now}"),
+    )
 
-        save(sheet_figure(sheet), plot)
-        if not json:
-            page.say(f"  picture      {plot}")
-    return OK
+    def figure() -> Any:
+        from vibrocap.plotting.laboratory import sheet_figure
+
+        return sheet_figure(sheet)
+
+    return Answer(sheet, lambda page: print_sheet(page, request.name, sheet), figure)
 
 
 def print_sheet(page: Page, name: str, sheet: Any) -> None:
@@ -185,7 +163,7 @@ def print_sheet(page: Page, name: str, sheet: Any) -> None:
     page.say(f"  creep        {drift}, under {creep.bias:.4g} +- {creep.amplitude:.4g}")
 
 
-def _law(name: str, settings: list[str]) -> Law:
+def _law(name: str, settings: "list[str] | None") -> Law:
     """The law of that name with the parameters set; refused with the nearest name and every bad value."""
     from vibrocap.physics.catalogue import law, laws, wrappers
     from vibrocap.physics.parameters import ParameterError, parameter_table
@@ -198,10 +176,10 @@ def _law(name: str, settings: list[str]) -> Law:
             plain = plain.replace(f"{word}-", "")
         raise Refusal(f"no friction law is called {name!r}; {suggestion(plain, laws(), cutoff=0.0)}") from None
     except ValueError as error:
-        raise Refusal(str(error)) from None
+        raise Refusal(f"NAME: {error}") from None
     known = [info.name for info in parameter_table(kind)]
     values: dict[str, float] = {}
-    for setting in settings:
+    for setting in settings or ():
         path, equals, text = setting.partition("=")
         if not equals:
             raise Refusal(f"--set should be NAME=VALUE, such as {known[0]}=1.0, got {setting!r}")
@@ -216,101 +194,3 @@ def _law(name: str, settings: list[str]) -> Law:
         return kind(**values)
     except ParameterError as error:
         raise Refusal(*(f"--set {each}" for each in error.complaints)) from None
-
-
-def limits(case: Path, /, *, json: bool = False) -> int:
-    """Limits of the friction of a case (the paper's eqs 10-15): exact, as the paper prints them, or why there are none.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    json
-        print one JSON object in full precision instead of tables
-    """
-    from vibrocap.measures.recorded.limits import frictional_limits
-
-    system = read_source(case).system
-    try:
-        plain = frictional_limits(system.friction, float(system.placed.loads()[0]))
-    except (TypeError, ValueError) as error:
-        raise CaseError([f"friction: {error}"], str(case)) from None
-    found = in_si(plain, system)
-    notes = beyond_friction(system, found.breakaway_force)
-    if json:
-        print(json_text(view(found) | ({"notes": notes} if notes else {})))
-    else:
-        print_limits(found, "N", "m/s", "m") if found is not plain else print_limits(found)
-        for note in notes:
-            Page().say(f"Note: {note}")
-    return OK
-
-
-def beyond_friction(system: System, breakaway: float) -> list[str]:
-    """What the limits of friction alone leave out: a load that follows the motion, and what acts from outside.
-
-    breakaway: the force at which the contact breaks away, in the units of the results
-    """
-    notes = []
-    if system.machine.follows_load:
-        notes.append("The load follows the motion; these are the limits at its mean.")
-    if (environment := system.environment) is None:
-        return notes
-    at_rest = environment.push_at_rest(system.placed)
-    push, unit = at_rest * system.result_units.factor("friction"), system.result_units.unit("friction")
-    if push:
-        words = (
-            f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "
-        )
-        if abs(push) > breakaway:
-            words += f"more than it can, so the contact slides {'forward' if push > 0.0 else 'back'} by itself."
-        else:
-            ways = said(breakaway - push, unit), said(breakaway + push, unit)
-            words += f"the machine itself breaks away with {ways[0]} forward and {ways[1]} back."
-        notes.append(words)
-    if any(value for name, value in given_parameters(environment).items() if "drag" in name):
-        notes.append("The steady curve and its offset points are those of friction, without drag.")
-    return notes
-
-
-def print_limits(limits: Any, force: str = "", speed: str = "", length: str = "") -> None:
-    """The summary of `vibrocap limits`, with the units of its numbers."""
-    page = Page()
-    page.say(f"{limits.law} friction at normal load N = {said(limits.load, force)}", style="bold")
-    made = table("Limits", "limit", "value", "meaning")
-    breakaway = said(limits.breakaway_force, force, 12)
-    made.add_row("breakaway force", breakaway, "N eta_s: approached, not reached, by bristles")
-    made.add_row("Coulomb force", said(limits.coulomb_force, force, 12), "N eta_c")
-    if limits.deflection_limit is not None:
-        deflection = said(limits.deflection_limit, length, 12)
-        made.add_row("deflection limit", deflection, "g(0), eq. 10: |xi| never exceeds it")
-    if limits.boundary_velocity is not None:
-        words = "v*: below it friction is larger while accelerating, above it while decelerating (erratum 7)"
-        made.add_row("boundary velocity", said(limits.boundary_velocity, speed, 12), words)
-    page.print(made)
-    damper = f"{force} s/m" if force else ""
-    curve = table("Steady sliding (eqs 11, 12)", "velocity", "friction", "slope")
-    for point in limits.curve:
-        curve.add_row(said(point.velocity, speed, 6), said(point.friction, force), said(point.slope, damper))
-    page.print(curve)
-    if limits.offset is not None:
-        page.print(_offset_table(limits.offset, speed, damper))
-
-
-def _offset_table(offset: Any, speed: str, damper: str) -> Table:
-    made = table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
-    if offset.exist:
-        made.add_row("lower, exact", said(offset.lower, speed, 15), "of eq. 13; for exponent 2 Lambert's W")
-        made.add_row("upper, exact", said(offset.upper, speed, 15), "likewise")
-    else:
-        made.add_row("exact", "none", offset.reason)
-    printed = {"lower, as printed": offset.printed_lower, "upper, as printed": offset.printed_upper.value}
-    for (name, value), equation in zip(printed.items(), ("eq. 14", "eq. 15"), strict=True):
-        made.add_row(name, "none" if value is None else said(value, speed, 15), equation)
-    upper = offset.corrected_upper.value
-    corrected = "none" if upper is None else said(upper, speed, 15)
-    made.add_row("upper, eq. 15 corrected", corrected, "any exponent (erratum 4)")
-    if offset.greatest_viscous_damping is not None:
-        greatest = said(offset.greatest_viscous_damping, damper)
-        made.add_row("largest delta2", greatest, "above it there are no offset points")
-    return made

@@ -1,80 +1,76 @@
 """`vibrocap lab`: the exact capsule in one HTML page."""
 
 import contextlib
+import dataclasses
 import tempfile
 import webbrowser
 from pathlib import Path
+from typing import Annotated
 
-from vibrocap.arguments import ArgumentError, Complaints, suggestion
-from vibrocap.case.case import CaseError
-from vibrocap.cli.command_examples import examples_folder
-from vibrocap.cli.options import Refusal, split, writable_file
-from vibrocap.cli.terminal import OK, Page, progress
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, Report, WithParts, command
+from vibrocap.cli.examples import examples_folder
+from vibrocap.cli.options import Option, file
+from vibrocap.cli.texts import split
 from vibrocap.files import write_text
 from vibrocap.physics import catalogue
 
+KINDS = {"machines": catalogue.machines, "laws": catalogue.laws, "drives": catalogue.drives}
 
-def lab(
-    case: Path | None = None,
-    /,
-    *,
-    out: Path | None = None,
-    machines: list[str] | None = None,
-    laws: list[str] | None = None,
-    drives: list[str] | None = None,
-) -> int:
-    """The exact capsule in a browser page: drag a slider and the motion follows.
 
-    The page is one file that works from disk, without a network: give it to a colleague, or use it in a lecture.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class LabRequest(WithParts):
+    """The options of `vibrocap lab`."""
 
-    Parameters
-    ----------
-    case
-        a case file to begin with; its parts are in the page, with your own law, machine or drive (--parts) too
-    out
-        FILE.html to write; without it the page is written to a temporary folder and opened
-    machines
-        kinds of machine in the page, by name with commas between [default: the case's, or pendulum-capsule]
-    laws
-        friction laws in the page [default: exponential and lugre, and the case's]
-    drives
-        waveforms in the page [default: harmonic and biharmonic, and the case's]
+    case: Annotated[Path | None, Option("a case file to begin with", place=True, sets=("system",))] = None
+    out: Annotated[
+        Path | None,
+        file("FILE.html to write; without it the page is written to a temporary folder and opened", ".html"),
+    ] = None
+    open: Annotated[bool, Option("open the page that --out writes in the browser", needs="out")] = False
+    machines: Annotated[
+        list[str] | None,
+        Option("machines by name [default: the case's, or pendulum-capsule]", offers=completers.machine_names),
+    ] = None
+    laws: Annotated[
+        list[str] | None,
+        Option("friction laws [default: exponential and lugre, and the case's]", offers=completers.law_names),
+    ] = None
+    drives: Annotated[
+        list[str] | None,
+        Option("waveforms [default: harmonic and biharmonic, and the case's]", offers=completers.drive_names),
+    ] = None
+
+    def plan(self, refused: Complaints) -> None:
+        """Known machines, laws and drives."""
+        for kind, known in KINDS.items():
+            for name in split(getattr(self, kind)):
+                if name not in known():
+                    refused.add(f"--{kind}", f"there is no {name!r}; {suggestion(name, known())}")
+
+
+@command(
+    "start",
+    "vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",
+    doing="The lab",
+)
+def lab(request: LabRequest, report: Report) -> Answer:
+    """The exact capsule in a browser page.
+
+    Drag a slider and the motion follows. The page is one file that works from disk, without a network: give it to a
+    colleague, or use it in a lecture. Your own law, machine or drive (--parts) is in the page too.
     """
     from vibrocap.lab.bundle import bundle, contents
     from vibrocap.lab.page import page
     from vibrocap.lab.presets import file_preset
 
-    complaints = Complaints()
-    asked = {
-        "--machines": (split(machines), catalogue.machines()),
-        "--laws": (split(laws), catalogue.laws()),
-        "--drives": (split(drives), catalogue.drives()),
-    }
-    for option, (names, known) in asked.items():
-        for name in names:
-            if name not in known:
-                complaints.add(option, f"there is no {name!r}; {suggestion(name, known)}")
-    with complaints.collected():
-        writable_file("--out", out, (".html",))
-    opened = None
-    if case is not None:
-        try:
-            opened = file_preset(case)
-        except CaseError as error:
-            raise CaseError([*error.complaints, *complaints], error.source) from None
-    if complaints:
-        raise Refusal(*complaints)
-    names = {f"{option[2:-1]}_names": given for option, (given, _) in asked.items()}
-    try:
-        chosen = contents(opened, examples=examples_folder(), **names)
-        with progress("The lab") as report:
-            text = page(bundle(chosen, report))
-    except ArgumentError as error:
-        raise Refusal(f"{case}: {error}" if case is not None else str(error)) from None
-    target = out or Path(tempfile.mkdtemp(prefix="vibrocap-")) / "lab.html"
+    names = {f"{kind[:-1]}_names": split(getattr(request, kind)) for kind in KINDS}
+    opened = None if request.case is None else file_preset(request.case)
+    text = page(bundle(contents(opened, examples=examples_folder(), **names), report))
+    target = request.out or Path(tempfile.mkdtemp(prefix="vibrocap-")) / "lab.html"
     write_text(target, text)
-    Page().say(f"Written: {target} ({len(text) / 1000:.0f} kB)")
-    if out is None:
+    if request.out is None or request.open:
         with contextlib.suppress(webbrowser.Error):
             webbrowser.open(target.resolve().as_uri())
-    return OK
+    return Answer(text=f"Written: {target} ({len(text) / 1000:.0f} kB)")

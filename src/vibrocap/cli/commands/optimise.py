@@ -1,246 +1,210 @@
 """`vibrocap optimise`: the best settled, stable design of a case, with its orbit and a case file that runs."""
 
+import dataclasses
 import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Parameter
-
 from vibrocap.arguments import Complaints
-from vibrocap.cli.options import Refusal, needs, pairs, refusing, writable_folder, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
+from vibrocap.cli.commands.orbit import bound_rows, bounds_record
+from vibrocap.cli.destinations import needs, writable_folder
+from vibrocap.cli.options import For, Json, Option, Seed, Uncertain, flag, folder, picture
+from vibrocap.cli.terminal import Page, said
+from vibrocap.cli.texts import checked_pairs
 from vibrocap.files import made_folder, write_table, write_text
-from vibrocap.io.motion_file import read_source
-from vibrocap.quantities.dimensional import in_si
+from vibrocap.quantities.dimensional import in_si, view
 from vibrocap.quantities.json_text import json_text
 
 CASES = "cases"  # in the folder of a front
 
 
-def optimise(
-    case: Path,
-    /,
-    *,
-    over: list[str],
-    for_: Annotated[str, Parameter(name="--for")] = "mean_velocity",
-    against: str | None = None,
-    subject_to: list[str] | None = None,
-    uncertain: list[str] | None = None,
-    robust: str | None = None,
-    samples: int | None = None,
-    evaluations: int = 10_000,
-    points: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    resume: bool = False,
-    plot: Path | None = None,
-    report: bool = False,
-    json: bool = False,
-) -> int:
-    """The design whose settled and stable motion has the best measure.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OptimiseRequest(OfCase, Drawn):
+    """The options of `vibrocap optimise`."""
 
-    Designs run in whole populations until they settle; the best are closed to
-    periodic orbits, checked for stability and refined. What limits the best one is
-    named: a bound, a constraint, stability, or a change of the mode sequence.
-    With --against, the result is a Pareto front: the designs of which none is better
-    than another in both measures.
+    over: Annotated[
+        list[str],
+        Option(
+            "PATH=LEAST:LARGEST, PATH=log:LEAST:LARGEST or PATH=CHOICE,CHOICE; once for each design variable",
+            offers=completers.paths_of_case,
+        ),
+    ]
+    for_: For = "mean_velocity"
+    against: Annotated[
+        str | None,
+        Option(
+            "a second measure, for a Pareto front (needs pymoo)",
+            sets=("objectives[1]",),
+            offers=completers.measure_names,
+        ),
+    ] = None
+    subject_to: Annotated[
+        list[str] | None,
+        Option(
+            'a constraint such as "least_reaction > 0.1", in the unit of the measure; may be repeated',
+            offers=completers.measure_names,
+        ),
+    ] = None
+    uncertain: Annotated[list[str] | None, Uncertain] = None
+    robust: Annotated[
+        str | None,
+        Option("of the samples: worst (the default), mean, or cvar, the mean of the worst tenth", needs="uncertain"),
+    ] = None
+    evaluations: Annotated[int, Option("designs to evaluate, about")] = 10_000
+    out: Annotated[
+        Path | None,
+        folder(
+            "a folder for design.json, best.toml (a case that starts on the orbit) and all evaluated designs; "
+            "of a front front.csv, front.json and a case for each point in cases/",
+            *("design.json", "best.toml"),
+            sets=("store",),
+        ),
+    ] = None
+    resume: Annotated[bool, Option("continue an interrupted search from its folder", needs="out")] = False
+    report: Annotated[
+        bool,
+        Option(
+            "write report.html into the folder: the design, its motion as picture and film, its limits, how to run it",
+            needs="out",
+        ),
+    ] = False
+    plot: Annotated[Path | None, picture("the Pareto front", needs="against")] = None
+    json: Json = False
+    samples: Annotated[
+        int | None, Option("of the uncertain quantities for each design (default 16)", needs="uncertain", advanced=True)
+    ] = None
+    points: Annotated[
+        int | None, Option("of a Pareto front, at most (default 100)", needs="against", advanced=True)
+    ] = None
+    seed: Seed = 0
+
+    def plan(self, refused: Complaints) -> None:
+        """A front is of the case itself; its cases are written anew."""
+        if self.report:
+            needs("--report", "matplotlib")
+        if self.against is not None:
+            if self.uncertain:
+                refused.add("--uncertain", "should be left out with --against: fronts are of the case itself")
+            needs("--against", "pymoo")
+            if self.out is not None:
+                writable_folder("--out", self.out, *(f"{CASES}/{i:03d}.toml" for i in range(self.points or 100)))
+
+    def again(self) -> str:
+        """The command that searches again."""
+        words = ["vibrocap", "optimise", str(self.case)]
+        for name in ("over", "subject_to", "uncertain"):
+            words += [word for value in getattr(self, name) or () for word in (flag(name), value)]
+        words += ["--for", self.for_, *(["--against", self.against] if self.against else [])]
+        return shlex.join([*words, "--evaluations", str(self.evaluations), "--seed", str(self.seed), "--out", "design"])
+
+
+@command(
+    "design",
+    "vibrocap optimise case.toml --over drive.frequency=0.5:3 --evaluations 200 --out design",
+    "vibrocap optimise case.toml --over drive.frequency=0.5:3 --over machine.damping=0.3:3 "
+    "--against cost_of_transport --evaluations 400 --out front",
+    doing="Searching",
+)
+def optimise(request: OptimiseRequest, report: Report) -> Answer:
+    """The settled, stable design with the best measure.
+
+    Designs run in whole populations until they settle; the best are closed to periodic orbits, checked for stability
+    and refined. The limit of the best one is named: a bound, a constraint, stability, or a change of the mode sequence.
+    The measure becomes large, or small if it is a cost. With --against, the result is a Pareto front: the designs of
+    which none is better than another in both measures.
 
     Exit code 3: no design settles to a stable motion that fulfils the constraints.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    over
-        PATH=LEAST:LARGEST or PATH=log:LEAST:LARGEST, or choices with commas between; once for each design variable
-    for_
-        the measure to make large, or small if it is a cost; `vibrocap measures` lists them
-    against
-        a second measure, for a Pareto front (needs pymoo)
-    subject_to
-        a constraint such as "least_reaction > 0.1", in the unit of the measure; may be given several times
-    uncertain
-        what is not known exactly, as in `vibrocap robust`: PATH=LOW:HIGH, PATH=factor:LOW:HIGH, friction=fit:FILE
-    robust
-        what counts of the samples of what is uncertain: worst (the default), mean, or cvar, the mean of the worst tenth
-    samples
-        of what is uncertain, with which each design runs (default 16)
-    evaluations
-        designs to evaluate, about
-    points
-        of a Pareto front, at most (default 100)
-    seed
-        of the search; the same seed gives the same design
-    out
-        a folder for design.json, best.toml (a case that starts on the orbit) and all designs that were evaluated; of
-        a front front.csv, front.json and a case for each point in cases/
-    resume
-        continue a search that was interrupted, from what `out` holds
-    plot
-        FILE.png, .svg or .pdf: the Pareto front
-    report
-        write report.html into `out`: the design, its motion as picture and film, what limits it, how to run it again
-    json
-        print one JSON object in full precision instead of a table
     """
+    unsure = checked_pairs("uncertain", request.uncertain, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1")
+    ranges: dict[str, Any] = checked_pairs("over", request.over, "PATH=LEAST:LARGEST, such as drive.frequency=0.5:3")
+    shared = {
+        "subject_to": request.subject_to or (),
+        "evaluations": request.evaluations,
+        "seed": request.seed,
+        "store": request.out,
+        "resume": request.resume,
+        "progress": report,
+    }
+    if request.against is not None:
+        return _front(request, ranges, shared)
+    return _best(request, ranges, unsure, shared)
+
+
+def _best(request: OptimiseRequest, ranges: dict[str, Any], unsure: dict[str, str], shared: dict[str, Any]) -> Answer:
+    """The best design for one measure."""
     from vibrocap.design.optimise import optimise as optimised
 
-    given = read_source(case)
-    complaints = Complaints()
-    unsure = dict(pairs("uncertain", uncertain, complaints, "PATH=LOW:HIGH, such as machine.damping=0.9:1.1"))
-    ranges: dict[str, Any] = dict(pairs("over", over, complaints, "PATH=LEAST:LARGEST, such as drive.frequency=0.5:3"))
-    if complaints:
-        raise Refusal(*complaints)
-    if resume and out is None:
-        raise Refusal("--resume: needs --out, the folder of the search")
-    if report:
-        if out is None:
-            raise Refusal("--report: needs --out, the folder that it is written to")
-        needs("--report", "matplotlib")
-    if out is not None:
-        of_front = (f"{CASES}/{i:03d}.toml" for i in range(100 if points is None else points))
-        writable_folder("--out", out, "design.json", "best.toml", *(of_front if against is not None else ()))
-    writable_picture("--plot", plot)
-    for option, value in (("--points", points), ("--plot", plot)):
-        if value is not None and against is None:
-            raise Refusal(f"{option}: should be left out without --against, which asks for a Pareto front")
-    for option, value in (("--robust", robust), ("--samples", samples)):
-        if value is not None and not unsure:
-            raise Refusal(f"{option}: should be left out without --uncertain, which says what is not known exactly")
-    if against is not None:
-        if unsure:
-            raise Refusal("--uncertain: should be left out with --against: fronts are of the case itself")
-        asked = (for_, against), subject_to or (), evaluations, 100 if points is None else points, seed
-        again = _asked(case, over, for_, subject_to, uncertain, evaluations, seed, against) if report else ""
-        return _front(given, ranges, *asked, out, resume, plot, again, json)
-    with (
-        progress("Searching for the best design") as share,
-        refusing("evaluations", "seed", "robust", "samples", "subject_to", objective="--for", store="--out"),
-    ):
-        found = optimised(
-            given,
-            ranges,
-            for_,
-            subject_to=subject_to or (),
-            uncertain=unsure or None,
-            robust=robust or "worst",
-            samples=16 if samples is None else samples,
-            evaluations=evaluations,
-            seed=seed,
-            store=out,
-            resume=resume,
-            progress=share,
-        )
-    record = in_si(found, given.system)
-    if out is not None:
-        write_text(made_folder(out) / "design.json", json_text(record) + "\n")
+    found = optimised(
+        request.setup,
+        ranges,
+        request.for_,
+        uncertain=unsure or None,
+        **{"robust": "worst", "samples": 16} | request.given("robust", "samples"),
+        **shared,
+    )
+    record = view(in_si(found, request.setup.system))
+    record["bounds"] = [] if found.orbit is None else bounds_record(found.orbit.system, found.orbit)
+    written = []
+    if request.out is not None:
+        write_text(made_folder(request.out) / "design.json", json_text(record) + "\n")
         if found.orbit is not None:
-            found.case().save(out / "best.toml")
-            if report:
+            found.case().save(request.out / "best.toml")
+            written.append(("case", request.out / "best.toml"))
+            if request.report:
                 from vibrocap.report.design import write_design_page
 
-                write_design_page(found, out, _asked(case, over, for_, subject_to, uncertain, evaluations, seed))
-    if json:
-        print(json_text(record))
-    else:
-        page = Page()
-        page.say(f"Best design of {case} for {found.measure}", style="bold")
+                write_design_page(found, request.out, request.again())
+
+    def text(page: Page) -> None:
+        page.say(f"Best design of {request.case} for {found.measure}", style="bold")
         page.rows([(name, text) for name, text in found.facts.items()], 14)
         if found.orbit is not None:
             page.rows([("orbit", ", ".join(in_si(found.orbit).facts.values()))], 14)
         page.rows([("constraint", f"{words}: {said(value, '')}") for words, value in found.constraints.items()], 14)
         page.rows([("motion", words) for words in _motions_in_words(found)], 14)
         page.rows([("rejected", words) for words in found.rejected], 14)
-        if out is not None and found.orbit is not None:
-            page.rows([("case", str(out / "best.toml"))], 14)
-    if found.orbit is None:
-        complain(f"There is {found.status.value}. {found.status.advice}")
-        return INCOMPLETE
-    return OK
+        page.rows(bound_rows(record["bounds"]), 14)
+
+    incomplete = "" if found.orbit is not None else f"There is {found.status.value}. {found.status.advice}"
+    return Answer(record, text, written=tuple(written), incomplete=incomplete)
 
 
-def _asked(
-    case: Path,
-    over: list[str],
-    for_: str,
-    subject_to: list[str] | None,
-    uncertain: list[str] | None,
-    evaluations: int,
-    seed: int,
-    against: str | None = None,
-) -> str:
-    """The command that searches again."""
-    words = ["vibrocap", "optimise", str(case)]
-    for option, values in (("--over", over), ("--subject-to", subject_to or ()), ("--uncertain", uncertain or ())):
-        words += [word for value in values for word in (option, value)]
-    words += ["--for", for_, *(["--against", against] if against else [])]
-    return shlex.join([*words, "--evaluations", str(evaluations), "--seed", str(seed), "--out", "design"])
-
-
-def _front(
-    given: Any,
-    ranges: dict[str, Any],
-    objectives: tuple[str, str],
-    subject_to: Any,
-    evaluations: int,
-    points: int,
-    seed: int,
-    out: Path | None,
-    resume: bool,
-    plot: Path | None,
-    again: str,
-    json: bool,
-) -> int:
+def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, Any]) -> Answer:
     """The Pareto front of two measures."""
     from vibrocap.design.front import pareto_front
 
-    needs("--against", "pymoo")
-    options = {"store": "--out", "objectives[0]": "--for", "objectives[1]": "--against"}
-    names = ("evaluations", "points", "seed", "subject_to")
-    with progress("Searching for the Pareto front") as share, refusing(*names, **options):
-        found = pareto_front(
-            given,
-            ranges,
-            objectives,
-            subject_to=subject_to,
-            evaluations=evaluations,
-            points=points,
-            seed=seed,
-            store=out,
-            resume=resume,
-            progress=share,
-        )
-    record = in_si(found, given.system)
-    if out is not None:
+    assert request.against is not None
+    objectives = request.for_, request.against
+    points = 100 if request.points is None else request.points
+    found = pareto_front(request.setup, ranges, objectives, points=points, **shared)
+    record = in_si(found, request.setup.system)
+    written: list[tuple[str, Any]] = []
+    if (out := request.out) is not None:
         made_folder(out / CASES)
         write_text(out / "front.json", json_text(record) + "\n")
         rows = found.table()
         write_table(out / "front.csv", rows[0] if rows else (), (row.values() for row in rows))
         for i in range(len(found)):
             found.case(i).save(out / CASES / f"{i:03d}.toml")
-        if again and len(found):
+        written = [("table", out / "front.csv"), ("cases", out / CASES)] if len(found) else []
+        if request.report and len(found):
             from vibrocap.report.design import write_front_page
 
-            write_front_page(found, out, again)
-    if plot is not None and len(found):
-        from vibrocap.plotting.fronts import front_figure
-        from vibrocap.plotting.look.finishing import save
+            write_front_page(found, out, request.again())
 
-        save(front_figure(found), plot)
-    if json:
-        print(json_text(record))
-    else:
-        page = Page()
+    def text(page: Page) -> None:
         page.say(f"Pareto front of {objectives[0]} and {objectives[1]}", style="bold")
         page.rows([(name, text) for name, text in found.facts.items()], 20)
-        if out is not None and len(found):
-            page.rows([("table", str(out / "front.csv")), ("cases", str(out / CASES))], 20)
-        if plot is not None and len(found):
-            page.rows([("picture", str(plot))], 20)
-    if not len(found):
-        complain(f"There is {found.status.value}. {found.status.advice}")
-        return INCOMPLETE
-    return OK
+
+    def figure() -> Any:
+        from vibrocap.plotting.fronts import front_figure
+
+        return front_figure(found)
+
+    incomplete = "" if len(found) else f"There is {found.status.value}. {found.status.advice}"
+    return Answer(record, text, figure if len(found) else None, tuple(written), incomplete)
 
 
 def _motions_in_words(found: Any) -> list[str]:

@@ -1,18 +1,18 @@
 """`vibrocap orbit`: the steady motion of a case."""
 
+import dataclasses
 import itertools
 import math
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.cli.options import refusing
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
-from vibrocap.io.motion_file import read_source
+from vibrocap.cli.command import Answer, OfCase, Report, command
+from vibrocap.cli.options import Json, Option, SettlePeriods, Tolerance
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import Page, said, table
 from vibrocap.physics.system import System
-from vibrocap.quantities.declared import scaled
+from vibrocap.quantities.declared import scaled, without_unit
 from vibrocap.quantities.dimensional import in_si, view
-from vibrocap.quantities.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.orbits.closing.gradients import Gradients
@@ -28,100 +28,124 @@ STABLE = {
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
 
-def orbit(
-    case: Path,
-    /,
-    *,
-    response_period: int | None = None,
-    half: bool = False,
-    settle_periods: int = 2000,
-    section: str | None = None,
-    returns: int = 64,
-    tolerance: float = 1e-12,
-    gradients: bool = False,
-    json: bool = False,
-) -> int:
-    """The steady motion of a case: period, drift, stability, symmetry, mirror twin and mode sequence.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OrbitRequest(OfCase):
+    """The options of `vibrocap orbit`."""
 
-    The case is simulated until it settles; then the periodic motion is computed
-    by shooting, to rounding. A motion that settles near an unstable orbit is
-    followed on to the orbit that it ends on. With --response-period or --half an
-    unstable orbit can be asked for; the motions that replace it are printed too.
-    Without a drive that changes in time the motion is a cycle: it returns to a
-    section, once or several times, before it repeats. --section chooses another.
+    response_period: Annotated[
+        int | None, Option("find an orbit of this many drive periods near the start, stable or not")
+    ] = None
+    half: Annotated[bool, Option("find a symmetric orbit near the start, stable or not")] = False
+    gradients: Annotated[
+        bool, Option("slopes and elasticities of mean velocity and cost of transport in each parameter")
+    ] = False
+    json: Json = False
+    settle_periods: SettlePeriods = 2000
+    section: Annotated[
+        str | None,
+        Option("without a periodic drive: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down", advanced=True),
+    ] = None
+    returns: Annotated[int, Option("most returns to the section in one cycle", advanced=True)] = 64
+    tolerance: Annotated[float, Tolerance] = 1e-12
+
+
+@command(
+    "steady",
+    "vibrocap orbit examples/travels-by-stick-slip.toml",
+    "vibrocap orbit examples/travels-by-stick-slip.toml --half --json",
+    "vibrocap orbit examples/bench-in-si.toml --gradients",
+    doing="Closing the steady motion",
+)
+def orbit(request: OrbitRequest, report: Report) -> Answer:
+    """The steady motion of a case and its stability.
+
+    The case is simulated until it settles; then the periodic motion is computed by shooting, to rounding: period,
+    drift, stability, symmetry, mirror-image solution and mode sequence. A motion that settles near an unstable orbit is
+    followed on to the orbit that it ends on. --response-period and --half find unstable orbits, with the motions that
+    replace them. Without a drive that changes in time the motion is a cycle, which returns to a section. The known
+    bounds of speed and cost of transport are compared with the motion.
 
     Exit code 3: the motion did not settle, or no periodic motion was found.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    response_period
-        find an orbit that repeats after so many drive periods, stable or not, near the start
-    half
-        find an orbit that is its own mirror image, stable or not, near the start
-    settle_periods
-        drive periods simulated, at most
-    section
-        of a system that nothing drives in time: an event such as stick_2, or NAME=VALUE, NAME=VALUE:down
-    returns
-        most returns to the section in one cycle
-    tolerance
-        error per step, relative to the states' natural size
-    gradients
-        how mean velocity and cost of transport change with each parameter, exactly, and their elasticities
-    json
-        print one JSON object in full precision instead of a table
     """
     from vibrocap.orbits.attractors.classification import classify
     from vibrocap.orbits.closing.gradients import check_gradients
     from vibrocap.orbits.closing.orbit import orbit as steady_motion
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
-    given = read_source(case)
-    if gradients:
-        with refusing(system="--gradients"):
+    given = request.setup
+    if request.gradients:
+        try:
             check_gradients(given.system)
-    with (
-        progress("Closing the steady motion"),
-        refusing("response_period", "half", "settle_periods", "section", "returns", "tolerance"),
-    ):
-        found = steady_motion(
-            given.system,
-            initial=given.initial,
-            response_period=response_period,
-            half=half,
-            settle_periods=settle_periods,
-            section=_section(given.system, section),
-            returns=returns,
-            tolerance=tolerance,
-        )
+        except ArgumentError as error:
+            raise Refusal(f"--gradients: {error.complaint.text}") from None
+    found = steady_motion(
+        given.system,
+        initial=given.initial,
+        response_period=request.response_period,
+        half=request.half,
+        settle_periods=request.settle_periods,
+        section=_section(given.system, request.section),
+        returns=request.returns,
+        tolerance=request.tolerance,
+    )
     left = found.passed or (found if found.closes and found.unstable else None)
-    ways = left.pushed_off(settle_periods=settle_periods) if left is not None and left.response_period else None
+    ways = left.pushed_off(settle_periods=request.settle_periods) if left and left.response_period else None
     what = None
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
-        what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
-    record = orbit_view(found, left, ways, what)
-    slopes, lacking = (None, "") if not gradients or found.failed else gradients_of(found)
+        what = classify(given.system, found.state, settle_periods=max(request.settle_periods, LEAST_SETTLING))
+    record = orbit_view(found, left, ways, what) | {"bounds": bounds_record(given.system, found)}
+    slopes, lacking = (None, "") if not request.gradients or found.failed else gradients_of(found)
     if slopes is not None:
         record["gradients"] = view(slopes)["slopes"]
-    if json:
-        print(json_text(record))
-    else:
-        _print_orbit(record, str(case))
+
+    def text(page: Page) -> None:
+        _print_orbit(page, record, str(request.case))
         if slopes is not None:
-            print_gradients(slopes)
+            print_gradients(page, slopes)
+
+    incomplete = ""
     if lacking:
-        complain(f"No gradients: {lacking}.")
-        return INCOMPLETE
-    if found.status is OrbitStatus.CONVERGED:
-        return OK
-    what = {
-        OrbitStatus.NOT_CERTIFIED: "The steady motion is not certified.",
-        OrbitStatus.CONTRADICTED: "The stability of the steady motion is not known.",
-    }
-    complain(f"{what.get(found.status, f'No closed steady motion ({found.status.value}).')} {found.status.advice}")
-    return INCOMPLETE
+        incomplete = f"No gradients: {lacking}."
+    elif found.status is not OrbitStatus.CONVERGED:
+        why = {
+            OrbitStatus.NOT_CERTIFIED: "The steady motion is not certified.",
+            OrbitStatus.CONTRADICTED: "The stability of the steady motion is not known.",
+        }.get(found.status, f"No closed steady motion ({found.status.value}).")
+        incomplete = f"{why} {found.status.advice}"
+    return Answer(record, text, incomplete=incomplete)
+
+
+def bounds_record(system: System, steady: Any) -> list[dict[str, Any]]:
+    """The known bounds of a system, whatever drives it, and what a steady motion reaches of them."""
+    from vibrocap.design.bounds import performance_bounds
+
+    try:
+        bounds = performance_bounds(system)
+    except ArgumentError:  # none is known of it
+        return []
+    return [_reached(each, steady, system) for each in bounds]
+
+
+def _reached(bound: Any, steady: Any, system: System) -> dict[str, Any]:
+    """A bound, what the steady motion reaches, and whether it is one for which the bound holds."""
+    known = {"reached": None, "holds": None}
+    if steady.closes:
+        same = dataclasses.replace(bound, value=bound.of(steady))
+        known = {"reached": view(in_si(same, system))["value"], "holds": bound.holds(steady)}
+    return view(in_si(bound, system)) | known
+
+
+def bound_rows(bounds: list[dict[str, Any]]) -> list[tuple[str, str]]:
+    """A line for each bound: its value, and how near the motion comes to it."""
+    rows = []
+    for row in bounds:
+        words = f"{row['kind']} {row['measure'].replace('_', ' ')} of {row['holds_for']}: {row['value']:.10g}"
+        if (reached := row["reached"]) is not None:
+            ratio = without_unit(reached) / without_unit(row["value"])
+            words += f"; this motion {reached:.10g}, "
+            words += f"{ratio:.6g} times it" if row["holds"] else "to which it does not apply"
+        rows.append(("bound", f"{words} ({row['source']})"))
+    return rows
 
 
 def orbit_view(found: "Orbit", left: "Orbit | None", ways: Any, what: Any) -> dict[str, Any]:
@@ -144,9 +168,9 @@ def _section(system: System, text: str | None) -> "Section | None":
     return found if context is None else OfSection().converted(found, context, back=True)
 
 
-def _print_orbit(record: dict[str, Any], title: str) -> None:
+def _print_orbit(page: Page, record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
-    page, closed = Page(), not record["failed"]
+    closed = not record["failed"]
     page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
     state = _state(record["state"])
     if not closed:
@@ -180,6 +204,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         rows.append(("mirror twin", f"{opposite}state {_state(twin)}"))
     if "unstable_orbit" in record:
         rows += _unstable_rows(record["unstable_orbit"], record["stable"])
+    rows += bound_rows(record["bounds"])
     page.rows(rows, 14)
 
 
@@ -231,9 +256,8 @@ def gradients_of(found: "Orbit") -> "tuple[Gradients | None, str]":
         return None, str(error)
 
 
-def print_gradients(slopes: "Gradients") -> None:
+def print_gradients(page: Page, slopes: "Gradients") -> None:
     """Slope and elasticity by parameter, a table for each measure."""
-    page = Page()
     for measure, rows in itertools.groupby(slopes.slopes, lambda each: each.measure):
         made = table(f"Gradient of {measure.replace('_', ' ')}", "parameter", "slope", "elasticity")
         made.columns[-1].justify = "right"

@@ -1,301 +1,138 @@
-"""`vibrocap simulate` and `vibrocap limits`: one motion of a case, and the limits of its friction."""
+"""`vibrocap simulate`: one motion of a case."""
 
+import dataclasses
+import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
 
-from rich.table import Table
-
-from vibrocap.arguments import ArgumentError, Complaints
-from vibrocap.case.case import CaseError
-from vibrocap.cli.options import (
-    Refusal,
-    Settings,
-    by_option,
-    changes,
-    with_headings,
-    writable_film,
-    writable_picture,
-    writable_table,
-)
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
+from vibrocap.arguments import Complaints
+from vibrocap.case.case import Case, CaseError
+from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
+from vibrocap.cli.completers import states_of_case
+from vibrocap.cli.destinations import with_headings, writable_film, writable_table
+from vibrocap.cli.motion_tables import print_motion
+from vibrocap.cli.options import Json, Option, Settings, Tolerance, picture
+from vibrocap.cli.refusal import Refusal, by_option
+from vibrocap.cli.terminal import progress, said
+from vibrocap.cli.texts import changes, split
 from vibrocap.io.motion_file import read_source, write_motion
-from vibrocap.physics import events
-from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.names import name_and_number
-from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
-from vibrocap.physics.system import System
-from vibrocap.quantities.declared import without_unit
 from vibrocap.quantities.dimensional import computed, in_si, view
-from vibrocap.quantities.json_text import json_text
-
-if TYPE_CHECKING:
-    from vibrocap.motion.trajectory import Trajectory
-
-# channel of energy: what it is
-CHANNELS = {
-    "drive": "work of the drive",
-    "controller": "work of the controller",
-    "damper": "work of the damper",
-    "belt": "work of the belt under the block",
-    "impact": "loss in impacts",
-    "drag": "work of the drag of the surroundings",
-    "outer_force": "work of the force from outside",
-    "gravity": "work of gravity along the slope",
-    "contact_sliding": "work of sliding friction",
-    "bristle_loss": "loss in the bristles",
-    "contact_storage": "bristles under a changing load",
-    "stored": "gained by machine and contact",
-    "residual": "stored less all works: should vanish",
-}
 
 
-def simulate(
-    case: Path,
-    /,
-    *,
-    json: bool = False,
-    out: Path | None = None,
-    plot: Path | None = None,
-    animate: Path | None = None,
-    unit_headings: bool = False,
-    set_: Settings = None,
-    initial: list[str] | None = None,
-    periods: float | None = None,
-    tolerance: float | None = None,
-) -> int:
-    """One motion: how it ends, how far it travels, its events, energy and certificate.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SimulateRequest(OfCase, Drawn):
+    """The options of `vibrocap simulate`."""
 
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv), which is run again
-    json
-        print one JSON object in full precision instead of tables
-    out
-        export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)
-    plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
-    animate
-        make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
-    unit_headings
-        of the columns of --out FILE.csv or .xlsx: name and unit, as in "position [m]"
-    set_
-        PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
-    initial
-        NAME=VALUE in place of the case's start, such as angle=0.5; may be repeated
-    periods
-        drive periods to run [default: the case's]
-    tolerance
-        error per step, relative to the states' natural size [default: the case's]
+    out: Annotated[
+        Path | None,
+        Option(
+            "export the motion, with its case, to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB)",
+            check=lambda name, path: writable_table(name, path, "xarray"),
+        ),
+    ] = None
+    plot: Annotated[Path | None, picture("time histories, phase planes and the friction loop")] = None
+    animate: Annotated[
+        Path | None, Option("a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif", check=writable_film)
+    ] = None
+    set_: Settings = None
+    initial: Annotated[
+        list[str] | None,
+        Option(
+            "NAME=VALUE in place of the case's initial condition, such as angle=0.5; may be repeated",
+            offers=states_of_case,
+        ),
+    ] = None
+    periods: Annotated[float | None, Option("drive periods to run [default: the case's]")] = None
+    json: Json = False
+    cite: Annotated[
+        Literal["text", "bibtex"] | None, Option("print the works to cite for the case, instead of a motion")
+    ] = None
+    tolerance: Annotated[float | None, Tolerance] = None
+    unit_headings: Annotated[
+        bool, Option('name and unit in the headings of .csv and .xlsx, as in "position [m]"', advanced=True)
+    ] = False
+    analyses: Annotated[
+        list[str] | None,
+        Option("with --cite, commands that were used too, such as orbit,fit", needs="cite", advanced=True),
+    ] = None
+
+    @functools.cached_property
+    def changes(self) -> tuple[dict[str, tuple[str, Any]], Complaints]:
+        """The values that the options replace in the case, by path with the option, and complaints about them."""
+        refused = Complaints()
+        changed = changes(self.set_, self.initial, refused)
+        settings = self.given("periods", "tolerance")
+        return changed | {f"run.{name}": (f"--{name}", value) for name, value in settings.items()}, refused
+
+    @functools.cached_property
+    def setup(self) -> Case:
+        """The case with the values that the options replace."""
+        changed, refused = self.changes
+        try:
+            setup = read_source(self.case, {path: value for path, (_, value) in changed.items()})
+        except CaseError as error:
+            named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
+            raise CaseError([*named, *refused], error.source) from None
+        if refused:
+            raise Refusal(*refused)
+        return setup
+
+    def plan(self, refused: Complaints) -> None:
+        """Units stand in headings of files that have some."""
+        with_headings(self.out, self.unit_headings, "--out")
+
+
+@command(
+    "run",
+    "vibrocap simulate case.toml --initial angle=0.5",
+    "vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png",
+    "vibrocap simulate examples/bristles-lugre.toml --json --out run.nc",
+    "vibrocap simulate run.nc --set machine.mass_ratio=1.5 --periods 20",
+    "vibrocap simulate examples/bristles-lugre.toml --cite bibtex --analyses orbit,fit",
+    doing="Simulating",
+)
+def simulate(request: SimulateRequest, report: Report) -> Answer:
+    """One motion: travel, events, energy and certificate.
+
+    It shows how the run ends, how far it travels, its events, energy balance and certificate.
+
+    Exit code 3: the run could not be completed, or its certificate failed.
     """
     from vibrocap.measures.recorded.summary import motion_summary
 
-    refused = Complaints()
-    changed = changes(set_, initial, refused)
-    settings = {"periods": periods, "tolerance": tolerance}
-    changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
-    try:  # before what is written is looked at: no file that is read is replaced
-        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
-    except CaseError as error:
-        setup = error
-    with refused.collected():
-        writable_table("--out", out, "xarray")
-        with_headings(out, unit_headings, "--out")
-    with refused.collected():
-        writable_picture("--plot", plot)
-    with refused.collected():
-        writable_film("--animate", animate)
-    if isinstance(setup, CaseError):
-        named = by_option(setup.complaints, {path: option for path, (option, _) in changed.items()})
-        raise CaseError([*named, *refused], setup.source)
-    if refused:
-        raise Refusal(*refused)
-    with progress("Simulating") as report:
-        try:
-            motion = setup.simulate(report)
-        except ArgumentError as error:  # more than this machine can keep
-            raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
-        record = view(in_si(motion_summary(computed(motion)), motion.system))
-    if out is not None:
-        write_motion(motion, out, setup, unit_headings=unit_headings)
-    moved = len(motion.piece_start) > 0
-    if plot is not None and moved:
-        from vibrocap.plotting.look.finishing import save
-        from vibrocap.plotting.motion import motion_figure
+    setup = request.setup
+    if request.cite is not None:
+        from vibrocap.citations.cite import cite
 
-        save(motion_figure(computed(motion)), plot)
-    if animate is not None and moved:
+        works = cite(setup, analyses=split(request.analyses))
+        return Answer({"cite": str(works)}, str(works) if request.cite == "text" else works.bibtex.rstrip())
+    motion = setup.simulate(report)
+    record = view(in_si(motion_summary(computed(motion)), motion.system))
+    if request.out is not None:
+        write_motion(motion, request.out, setup, unit_headings=request.unit_headings)
+    moved = len(motion.piece_start) > 0
+    if request.animate is not None and moved:
         from vibrocap.plotting.animation import animate_motion
 
-        with progress("Filming") as report:
-            animate_motion(computed(motion), animate, progress=report)
-    if json:
-        print(json_text(record))
-    else:
-        print_motion(motion, record, str(case))
-    if motion.status.ok:
-        return OK
-    if motion.run_status.ok:
-        complain(f"{motion.status.text}\n" + "\n".join(motion.certificate.failures))
-        return INCOMPLETE
-    complain(
-        f"The run could not be completed ({motion.status.value}): it stopped at time {motion.said('end')} of "
-        f"{said(motion.periods * motion.period, motion.unit_of('period'))}.\n{motion.status.text}"
-        + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
+        with progress("Filming") as share:
+            animate_motion(computed(motion), request.animate, progress=share)
+
+    def figure() -> Any:
+        from vibrocap.plotting.motion import motion_figure
+
+        return motion_figure(computed(motion))
+
+    incomplete = ""
+    if not motion.status.ok and motion.run_status.ok:
+        incomplete = "\n".join([motion.status.text, *motion.certificate.failures])
+    elif not motion.status.ok:
+        end = said(motion.periods * motion.period, motion.unit_of("period"))
+        where = f"it stopped at time {motion.said('end')} of {end}.\n{motion.status.text}"
+        incomplete = f"The run could not be completed ({motion.status.value}): {where}"
+        incomplete += "" if moved or not (request.plot or request.animate) else "\nThere is nothing to draw."
+    return Answer(
+        record,
+        lambda page: print_motion(page, motion, record, str(request.case)),
+        figure if moved else None,
+        incomplete=incomplete,
     )
-    return INCOMPLETE
-
-
-def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
-    """The summary of `vibrocap simulate`; record: the view of it."""
-    page = Page()
-    page.say(title, style="bold")
-    for part in motion.system.parts.values():
-        page.say(f"  {in_words(part, motion.system)}", style="dim")
-    page.print(_motion_table(motion, record))
-    if record["energy"]:
-        page.print(_energy_table(record["energy"]))
-    if certificate := record["certificate"]:
-        page.print(_certificate_table(certificate))
-        for warning in certificate["warnings"]:
-            page.say(f"Warning: {warning}", style="bold")
-    units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
-    if motion.si_context() is not None:
-        units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif "pendulum_length_m" not in {info.name for info in parameter_table(motion.system.machine.si_scales)}:
-        units = "All quantities are in the units of the parameters."
-    page.say(units, style="dim")
-
-
-def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
-    period, plain = motion.said("period", 8), computed(motion)
-    made = table("Motion", "quantity", "value", "what it rests on")
-    periods = f"{plain.end / plain.period:.6g} of {motion.periods:.6g} drive periods T = {period}"
-    made.add_row("time reached", f"{record['time']:.10g}", periods)
-    for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
-    made.add_section()
-    if record["drift"] is not None:
-        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
-        velocity = record["mean_velocity"]
-        start, end = (without_unit(mark) / motion.period for mark in velocity["window"])
-        count = round(end - start)
-        settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
-        window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
-        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
-        if (cost := record["cost_of_transport"]) is not None:
-            words = "work of the drive per distance travelled, over the same periods"
-            made.add_row("cost of transport", f"{cost:.10g}", words)
-        for name, turns in (record["winding"] or {}).items():
-            made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
-        made.add_row("response", *_response(motion))
-    if (least := record["least_reaction"]) is not None:
-        words = "of the ground in the whole run; below 0 the machine would have lifted off"
-        made.add_row("least reaction", f"{least:.10g}", words)
-    if record["stick_fraction"] is not None:
-        made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
-    elif motion.system.friction.kind != "set-valued":
-        made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
-    made.add_section()
-    for kind, count in record["events"].items():
-        if count:
-            made.add_row(kind.replace("_", " "), str(count), f"times {_event_words(kind)}")
-    return made
-
-
-def _event_words(kind: str) -> str:
-    stem, number = name_and_number(kind)
-    if number > 1 and stem in events.MEANINGS:
-        return events.MEANINGS[stem].replace("the contact", f"contact {number}")
-    return (events.MEANINGS | events.ADDED).get(kind, "this happens")
-
-
-def _response(motion: "Trajectory") -> tuple[str, str]:
-    """(class of the response, what that rests on)."""
-    from vibrocap.measures.recorded.response import response_class
-
-    response = response_class(computed(motion))
-    if response.residual is None:
-        return response.kind, "fewer than two whole periods"
-    symmetry = {True: "; its own mirror image, so it cannot travel", False: "; differs from its mirror image", None: ""}
-    return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
-
-
-def _energy_table(energy: dict[str, Any]) -> Table:
-    start, end = (f"{mark:.6g}" for mark in energy["window"])
-    made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    own = energy.get("own", {})
-    for name, text in ({name: f"work of {name.replace('_', ' ')}" for name in own} | CHANNELS).items():
-        work = (energy | own).get(name)
-        if work is None or (name in ("damper", "belt", "impact", "contact_storage") and without_unit(work) == 0.0):
-            continue
-        made.add_row(name.replace("_", " "), f"{work:{'.1e' if name == 'residual' else '.10g'}}", text)
-    return made
-
-
-CERTIFICATE = {
-    "stick_force_ratio": "|R|/(N eta_s) while stuck",
-    "slip_shortfall": "missing of N eta_s at a slip",
-    "event_velocity": "|v| at a located event",
-    "least_velocity": "v against its side",
-    "energy_residual": "energy less all works",
-    "momentum_residual": "momentum less impulses",
-    "defect": "what steps leave of f",
-    "estimated_error": "of states: a tighter run",
-}
-
-
-def _certificate_table(certificate: dict[str, Any]) -> Table:
-    made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
-    verdicts = {each["field"]: each for each in certificate["verdicts"]}
-    for field, meaning in CERTIFICATE.items():
-        if (verdict := verdicts.get(field)) is None:
-            continue
-        bound = "" if verdict["bound"] is None else f"{verdict['bound']:.1e}"
-        word = "" if verdict["bound"] is None else "pass" if verdict["ok"] else "FAIL"
-        value = verdict["value"]
-        if field == "stick_force_ratio":
-            value, bound = f"{value:.6g}", "1"
-        made.add_row(field.replace("_", " "), value if isinstance(value, str) else f"{value:.1e}", bound, word, meaning)
-    made.add_section()
-    made.add_row(
-        "all of it", "", "", "passed" if certificate["ok"] else "FAILED", "see below" * (not certificate["ok"])
-    )
-    steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
-    made.add_row("steps", steps, "", "", "Taylor + implicit")
-    return made
-
-
-def in_words(part: Any, system: System, digits: int = 6) -> str:
-    """A part in a line, in SI where the system knows its scales: its name, and each parameter with its unit."""
-    if system.units is None:
-        return described(part, digits)
-    own = _keys(part, system)
-    words = []
-    for key, value in _values(part, system).items():
-        name, unit = own.get(key, (key, "1"))
-        number = brief(value, digits)
-        words.append(" ".join((name, number) if unit == "1" else (name, number, unit)))
-    return f"{part.name}: {', '.join(words)}"
-
-
-def _units(part: Any, system: System) -> Units:
-    return system.si.of_part(next(name for name, each in system.parts.items() if each is part))
-
-
-def _keys(part: Any, system: System) -> dict[str, tuple[str, str]]:
-    """(name without unit, unit) by the keys of a part in SI, for a machine those of its scales too."""
-    known = parameter_keys(type(part), _units(part, system).effort)
-    keys = {key: (each.stem, each.unit) for key, each in known.items()}
-    if part is system.machine and system.units is not None:
-        for info in parameter_table(system.units):
-            assert info.dimension is not None
-            unit = unit_name(info.dimension)
-            keys[info.name] = (info.name.removesuffix(suffix(unit)), unit)
-    return keys
-
-
-def _values(part: Any, system: System) -> dict[str, Any]:
-    """Values of a part by keys in SI, for a machine those of its scales too."""
-    scales = given_parameters(system.units) if part is system.machine else {}
-    return (written_in_si(part, _units(part, system), exactly=False) or {}) | scales

@@ -1,4 +1,4 @@
-"""`vibrocap sweep`, `measures`, `plot` and `verify`: many runs, measured on the way, their pictures, and a check."""
+"""`vibrocap sweep`: many runs, measured on the way, and the check of a stored study."""
 
 import dataclasses
 import time
@@ -9,154 +9,79 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
-from vibrocap.cli.options import Refusal, needs, pairs, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, notes, progress, table
+from vibrocap.cli.command import Answer, command
+from vibrocap.cli.destinations import needs
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.sweep_request import SweepRequest
+from vibrocap.cli.terminal import Page, TimeLeft, duration, notes, progress
 from vibrocap.files import WriteError
-from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
-    from vibrocap.cli.commands.sweep_request import SweepRequest
     from vibrocap.studies.plan.study import Study
     from vibrocap.studies.sweep import Completed
 
 
-def sweep(
-    case: Path,
-    /,
-    *,
-    over: list[str] | None = None,
-    measure: list[str] | None = None,
-    out: Path | None = None,
-    resume: bool = False,
-    mixed: bool = False,
-    export: Path | None = None,
-    unit_headings: bool = False,
-    cases: Path | None = None,
-    design: str | None = None,
-    runs: int | None = None,
-    seed: int | None = None,
-    adaptive: bool = False,
-    periods: float | None = None,
-    window: int | None = None,
-    settle: float | None = None,
-    no_extrapolate: bool = False,
-    tolerance: float | None = None,
-    threads: int | None = None,
-    workers: int | None = None,
-    device: str = "cpu",
-    tile_runs: int | None = None,
-    yes: bool = False,
-) -> int:
-    """Many runs of a case with other values: a map, a list of cases or a design, measured during the run.
+@command(
+    "run",
+    "vibrocap sweep case.toml --over drive.amplitude=1:3:20 --out line",
+    "vibrocap sweep case.toml --over machine.mass_ratio=log:0.2:8:20"
+    " --over drive.amplitude=1:3:10 --measure mean_velocity,mode_sequence --out map",
+    "vibrocap sweep case.toml --over friction.law=lugre,dahl --export laws.csv",
+    "vibrocap sweep map --verify",
+)
+def sweep(request: SweepRequest) -> Answer:
+    """Many runs over axes, a table of cases or a design.
 
-    What varies is named by its path: a parameter (machine.mass_ratio), an initial
-    state (initial.angle), or a kind of part (friction.law=exponential,lugre).
+    What varies is named by its path: a parameter (machine.mass_ratio), an initial state (initial.angle), or a kind of
+    part (friction.law=exponential,lugre). Measures are taken during the run. An adaptive map is written to --export.
+    --verify names every file that is missing, cut short, altered or in place of another one; with --resume, the sweep
+    computes damaged tiles again.
 
-    Exit codes: 0 done, also if some runs failed: they have their status, and the
-    summary counts them. 2 wrong input, all of it named before any work. 3 the work
-    could not be completed (a full disk, for example). 130 stopped by Ctrl-C. After
-    3 and 130, with --resume, the command continues where it stopped.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    over
-        what varies, PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3 for each axis; with --design PATH=LOW:HIGH
-    measure
-        what is measured, such as mean_velocity,mode_sequence; `vibrocap measures` lists them [default: mean_velocity]
-    out
-        folder for the results, stored as they come
-    resume
-        continue the study in --out, repairing it if it is damaged; start one if there is none
-    mixed
-        with --resume, continue even if the study was started by another version or processor; new tiles are marked
-    export
-        write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too
-    unit_headings
-        of the columns of --export FILE.csv or .xlsx: name and unit, as in "drift [m]"
-    cases
-        instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
-    design
-        spread --runs points over the ranges of --over: sobol, halton, latin-hypercube or random
-    runs
-        number of runs of a design
-    seed
-        seed of a design; the same seed gives the same runs [default: 0]
-    adaptive
-        run points only where the mode sequence, the travel or the response period changes; writes to --export
-    periods
-        drive periods of a run, at most; a whole number [default: the case's]
-    window
-        drive periods at the end of a run that are measured if it does not settle [default: 10, or all]
-    settle
-        end a run once it is this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]
-    no_extrapolate
-        let each run wait until it settles; else it continues from the extrapolated limit of its states if that holds
-    tolerance
-        error per step, relative to the states' natural size [default: the case's]
-    threads
-        number of threads [default: one for each core]
-    workers
-        number of processes on this machine, each of one thread
-    device
-        cpu, or cuda: an NVIDIA GPU
-    tile_runs
-        runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
-    yes
-        allow more than ten million runs
+    Exit codes: 0 done, also if some runs failed: they have their status, and the summary counts them. 2 wrong input,
+    all of it named before any work. 3 the work could not be completed (a full disk, for example), or a study is
+    damaged. 130 stopped by Ctrl-C. After 3 and 130, with --resume, the command continues where it stopped.
     """
-    options = dict(locals())
-    from vibrocap.cli.commands.sweep_request import SweepRequest
     from vibrocap.studies.execution import MAX_RUNS
     from vibrocap.studies.sweep import size_in_words
 
-    request = SweepRequest(**options)
+    if request.verify:
+        return _verified(request.case)
     study = request.study()
-    if study.plan.count > MAX_RUNS and not yes:
-        size = size_in_words(study, threads)
+    if study.plan.count > MAX_RUNS and not request.yes:
+        size = size_in_words(study, request.threads)
         raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
-        found: Any = _adaptive(study, request) if adaptive else _run(study, request)
+        found: Any = _adaptive(study, request) if request.adaptive else _run(study, request)
         seconds = time.monotonic() - begun
-        if export is not None:
+        if request.export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(out or found.dataset(), export, unit_headings=unit_headings)
+            write_study(request.out or found.dataset(), request.export, unit_headings=request.unit_headings)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        complain(_disk_failure(error, request))
-        return INCOMPLETE
-    print_study(found, seconds, out, export)
-    return OK
+        return Answer(incomplete=_disk_failure(error, request))
+    return Answer(text=lambda page: print_study(page, found, seconds, request.out, request.export))
 
 
-def measures(case: Path | None = None, /) -> int:
-    """The measures that `vibrocap sweep --measure` takes, what they mean and their units in SI.
+def _verified(study: Path) -> Answer:
+    """Whether a stored study is as it was written: every file is compared with its checksum."""
+    needs("--verify", "xarray", "zarr")
+    from vibrocap.studies.store.verification import verify_study
 
-    Parameters
-    ----------
-    case
-        only those that mean something for this case; without units for one that has none [default: all]
-    """
-    from vibrocap.measures.during_run import measure_table
-    from vibrocap.measures.standard import undefined_measures
-
-    system = None if case is None else read_source(case).system
-    with_units = system is None or system.units is not None
-    made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
-    without = () if system is None else undefined_measures(system)
-    for name, each in measure_table(system).items():
-        if name not in without:
-            made.add_row(name, *([each.si_unit.replace("1", "")] if with_units else []), each.meaning)
-    page = Page()
-    page.print(made)
-    page.print("Of every run there are also status, settled, response_period, window_start and window_periods.")
-    return OK
+    found = verify_study(study)
+    lines = [f"  damaged    {line}" for line in found.lines()]
+    if found.mixed:
+        lines.append(f"  mixed      {len(found.mixed):,} tiles were not computed with what the study was begun with")
+    state = f"{found.stored:,} of {found.tiles:,} tiles are stored"
+    if not found.ok:
+        lines.append(f"{study}: damaged; {state}.")
+        return Answer(text="\n".join(lines), incomplete="With --resume, the sweep computes damaged tiles again.")
+    if not found.checked:
+        state += "; this store of an earlier format has no checksums, nothing is missing"
+    return Answer(text="\n".join([*lines, f"{study}: whole; {state}."]))
 
 
 def _run(study: "Study", request: "SweepRequest") -> "Outcome":
@@ -167,7 +92,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
     try:
         with notes(), progress("Sweeping") as report:
             completed = carried_out(
-                study, request, lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip())
+                study, request.how, lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip())
             )
     except CaseError as error:
         if request.out is None or error.source != str(request.out):
@@ -261,7 +186,7 @@ def _outcome(found: "Completed") -> Outcome:
     return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset, became=became)
 
 
-def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
+def print_study(page: Page, found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
     from vibrocap.plotting.studies.view import status_label
 
@@ -269,7 +194,6 @@ def print_study(found: Outcome, seconds: float, out: Path | None, export: Path |
     sizes = ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
     runs = sum(statuses.values())
     finished = statuses.pop(0, 0)
-    page = Page()
     page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
     if found.made is not None:
         page.say(f"  made       {found.made:,} ({found.made / runs:.1%}); the others are filled in between")
@@ -288,107 +212,3 @@ def print_study(found: Outcome, seconds: float, out: Path | None, export: Path |
     drawn = out or (export if export is not None and export.suffix.lower() == ".nc" else None)
     if drawn is not None:
         page.say(f"Next: vibrocap plot {drawn}")
-
-
-def plot(
-    source: Path,
-    /,
-    *,
-    measure: str | None = None,
-    out: Path | None = None,
-    at: list[str] | None = None,
-    border: list[str] | None = None,
-    dead_band: float | None = None,
-) -> int:
-    """A picture of a study: a map over two axes, lines over one, panels for friction laws side by side.
-
-    Failed, unsettled and missing runs are hatched and counted in the legend; runs
-    without travel have a colour of their own.
-
-    For --border mode_sequence the sweep must have had --measure mode_sequence. --border travel is where
-    the way of travel turns round, --border impacts where a mass grazes its stop.
-
-    Parameters
-    ----------
-    source
-        the folder of a study (`vibrocap sweep --out`), or FILE.nc with an exported one
-    measure
-        the measure to draw, or status, settled, response_period [default: the first measure]
-    out
-        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
-    at
-        PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
-    border
-        draw lines where this changes on a map, such as mode_sequence or travel; may be repeated
-    dead_band
-        smaller velocities count as no travel [default: the residue of runs that settled, or 1e-6]
-    """
-    needs("plot", "xarray", "zarr", "matplotlib")
-    from vibrocap.plotting.studies.view import first_measure, study_view
-
-    complaints = Complaints()
-    fixed = pairs("at", at, complaints, "PATH=VALUE, such as drive.frequency=1.2")
-    if dead_band is not None and not 0.0 <= dead_band < float("inf"):
-        complaints.append(f"--dead-band: should be a number >= 0, got {dead_band:g}")
-    with complaints.collected():
-        writable_picture("--out", out)
-    from vibrocap.studies.dataset import open_study
-
-    try:
-        dataset = open_study(source)
-    except CaseError as error:
-        raise Refusal(*complaints, *(f"{source}: {complaint}" for complaint in error.complaints)) from None
-    path = out or picture_path(source, measure or first_measure(dataset))
-    if out is None and path.is_file() and b"Matplotlib" not in path.read_bytes()[:1000]:
-        complaints.add("--out", f"{str(path)!r} is there, and was not drawn by this command; name a picture")
-    with complaints.collected():
-        view = study_view(dataset, measure, fixed, dead_band)
-        writable_picture("--out", path)
-        if not complaints:
-            from vibrocap.plotting.studies.maps import plot_view
-
-            plot_view(view, path, border)
-    if complaints:
-        raise Refusal(*dict.fromkeys(complaints))
-    Page().say(f"Picture: {path}")
-    return OK
-
-
-def picture_path(source: Path, measure: str) -> Path:
-    """Where the picture of a study goes that is given no place: beside it."""
-    place = source if source.name not in ("", "..") else source.resolve()
-    word = "".join(c if c.isalnum() or c in "_.-" else "_" for c in measure)
-    return place.with_name(f"{place.stem if place.is_file() else place.name}-{word}.png")
-
-
-def verify(study: Path, /) -> int:
-    """Whether a stored study is as it was written: every file is compared with its checksum.
-
-    A file that is missing, cut short, altered or in place of another one is
-    named. The sweep with --resume computes damaged tiles again.
-
-    Exit codes: 0 all that is stored is whole, finished or not. 3 something is
-    damaged. 2 there is no study, or none that vibrocap wrote.
-
-    Parameters
-    ----------
-    study
-        the folder of a study (`vibrocap sweep --out`)
-    """
-    needs("verify", "xarray", "zarr")
-    from vibrocap.studies.store.verification import verify_study
-
-    found = verify_study(study)
-    page = Page()
-    for line in found.lines():
-        page.say(f"  damaged    {line}")
-    if found.mixed:
-        page.say(f"  mixed      {len(found.mixed):,} tiles were not computed with what the study was begun with")
-    state = f"{found.stored:,} of {found.tiles:,} tiles are stored"
-    if not found.ok:
-        page.say(f"{study}: damaged; {state}. The sweep with --resume mends what it can.")
-        return INCOMPLETE
-    if not found.checked:
-        state += "; this store of an earlier format has no checksums, nothing is missing"
-    page.say(f"{study}: whole; {state}.")
-    return OK

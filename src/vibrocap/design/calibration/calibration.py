@@ -263,7 +263,7 @@ def _parameter(
     if doubted is Verdict.UNTRUSTED:
         return CalibratedParameter(path, value, math.nan, math.nan, error, doubted)
     half = float(stdtrit(len(slopes) - len(shares), 0.5 + 0.5 * LEVEL))
-    ends = [_end(model, shares, sign * half * covariance[:, k] / deviation) for sign in (-1.0, 1.0)]
+    ends = [_end(model, shares, sign * half * covariance[:, k] / deviation, k) for sign in (-1.0, 1.0)]
     low, high = (float(space.design(end)[path]) for end, _ in ends)
     open_low, open_high = (cut or not 0.0 < end[k] < 1.0 for end, cut in ends)
     if np.sqrt(np.mean(slopes[:, k] ** 2)) < 1e-9:
@@ -281,24 +281,28 @@ def _parameter(
     return CalibratedParameter(path, value, low, high, error, verdict)
 
 
-def _end(model: TableModel, shares: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, bool]:
-    """(shares at an end of an interval, whether a part refuses what lies beyond).
+def _end(model: TableModel, shares: np.ndarray, way: np.ndarray, k: int) -> tuple[np.ndarray, bool]:
+    """(shares at an end of the interval of parameter k, whether a part refuses what lies beyond).
 
-    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated.
+    way: to the point of the joint region where the parameter is extreme; the others go with it as they are correlated,
+    or stay, where a part refuses that they do.
     """
 
     def point(part: float) -> np.ndarray:
         return np.clip(shares + part * way, 0.0, 1.0)
 
-    if not refusal(model.system, model.space.parameters(point(1.0))):
+    def refused(part: float) -> bool:
+        alone = shares.copy()
+        alone[k] = point(part)[k]
+        return all(refusal(model.system, model.space.parameters(each)) for each in (point(part), alone))
+
+    if not refused(1.0):
         return point(1.0), False
-    allowed, refused = 0.0, 1.0
+    low, high = 0.0, 1.0
     for _ in range(HALVINGS):
-        middle = 0.5 * (allowed + refused)
-        allowed, refused = (
-            (allowed, middle) if refusal(model.system, model.space.parameters(point(middle))) else (middle, refused)
-        )
-    return point(allowed), True
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if refused(middle) else (middle, high)
+    return point(low), True
 
 
 def _directions(paths: Sequence[str], logs: np.ndarray, unit: float) -> tuple[Direction, ...]:

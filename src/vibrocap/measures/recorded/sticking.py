@@ -1,12 +1,16 @@
 """Sticking: how much of the time, how often, how long, and the mode sequence of a period."""
 
 import dataclasses
+import math
 from typing import Any
 
-from vibrocap.arguments import ArgumentError, shown
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, is_number, shown
 from vibrocap.measures.recorded.windows import period_times, window_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
-from vibrocap.quantities.declared import Number, Time
+from vibrocap.physics.names import numbered
+from vibrocap.quantities.declared import Number, Speed, Time
 from vibrocap.quantities.dimensional import Dimensional
 
 LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
@@ -40,10 +44,27 @@ def stick_phases(
 
 
 def stick_fraction(
-    motion: Trajectory, window: tuple[Time, Time] | None = None, *, periods: int | None = None, contact: int = 1
+    motion: Trajectory,
+    window: tuple[Time, Time] | None = None,
+    *,
+    periods: int | None = None,
+    contact: int = 1,
+    below: Speed | None = None,
 ) -> Number | None:
-    """Share of a window in which a contact sticks; None where its law cannot stick (`stick_phases`)."""
+    """Share of a window in which a contact sticks; None where its law cannot stick (`stick_phases`).
+
+    below: a sliding speed; the share of the window in which the contact is slower is then the answer, for any law
+    """
     start, end = window_times(motion, window, periods)
+    if below is not None:
+        if not (is_number(below) and 0.0 < below < math.inf):
+            raise ArgumentError("below", f"should be a sliding speed greater than 0, got {shown(below)}")
+        _law(motion, contact)  # there is one
+        name = numbered("contact_velocity", contact)
+        passed = np.concatenate([motion.crossings(name, value) for value in (below, -below)])
+        times = np.array([start, *np.sort(passed[(passed > start) & (passed < end)]), end])
+        slow = np.abs(motion.at((times[:-1] + times[1:]) / 2.0, name)) < below
+        return float(np.sum(np.diff(times)[slow]) / (end - start))
     phases = stick_phases(motion, (start, end), contact=contact)
     return None if phases is None else phases.total / (end - start)
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-from vibrocap.arguments import ArgumentError
 from vibrocap.measures.recorded.settling import settling
 from vibrocap.measures.recorded.windows import period_index, usual_window, whole_periods, window_times
 from vibrocap.motion.trajectory import Trajectory
@@ -74,8 +73,7 @@ def _cyclic(motion: Trajectory) -> int:
 def travelling(system: System) -> str:
     """The cyclic coordinate of a system; ValueError for one that is held to its place."""
     if system.cyclic is None:
-        raise ArgumentError(
-            "system",
+        raise ValueError(
             f"the {system.machine.name} is held to its place: it has no travel, drift or mean velocity; measure its "
             f"states instead, such as largest_{system.machine.place}",
         )

@@ -49,6 +49,11 @@ class Corners:
         """Numbers of the parameters on which the table depends."""
         return self._reached([*self.numbers, *([] if self.parts.value == 1.0 else [self.period])])
 
+    @functools.cached_property
+    def _decisive(self) -> list[int]:
+        """Numbers of the parameters on which table and period depend."""
+        return self._reached([*self.numbers, self.period, self.parts])
+
     def _reached(self, expressions: Sequence[Expression]) -> list[int]:
         graph = self.period.graph
         nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in expressions]))
@@ -66,8 +71,10 @@ class Corners:
         runs, parts = len(parameters), self.count(parameters)
         begins = np.arange(parts)[:, None] * (self.periods(parameters) / parts)
         values = evaluate(self.numbers, begins, (), 1.0, parameters.T)
-        columns = [np.broadcast_to(np.asarray(value, dtype=float), (parts, runs)).T for value in values]
-        found = np.stack(columns, axis=2).reshape(runs, parts, -1, self.row_size)
+        columns = np.empty((len(values), parts, runs))
+        for column, value in zip(columns, values, strict=True):  # at once, as a measured drive has thousands
+            column[...] = value
+        found = np.ascontiguousarray(columns.T).reshape(runs, parts, -1, self.row_size)
         found[..., 0] = np.cumsum(found[..., 0], axis=2) + (np.arange(parts) / parts)[:, None]
         found[:, :, -1, 0] = np.arange(1, parts + 1) / parts  # where no rounding adds up
         return found.reshape(runs, -1, self.row_size)
@@ -78,13 +85,14 @@ class Corners:
         return np.broadcast_to(np.asarray(period, dtype=float), (len(parameters),))
 
     def of_one(self, parameters: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """([1, segments, row_size] table, [1] period) of one parameter vector."""
-        return _of_one(self, parameters)
+        """([1, segments, row_size] table, [1] period) of one parameter vector, whatever segment it holds."""
+        return _of_one(self, tuple(parameters[i] for i in self._decisive))
 
     def filled(self, parameters: np.ndarray, time: Any = 0.0) -> np.ndarray:
         """Parameter vectors [..., parameters] with the segment that holds at a time since the start of the period."""
         rows = np.atleast_2d(np.array(parameters, dtype=float))
-        _, present = self.present(self.tables(rows), self.periods(rows), np.broadcast_to(time, (len(rows),)))
+        known = self.of_one(tuple(rows[0])) if len(rows) == 1 else (self.tables(rows), self.periods(rows))
+        _, present = self.present(*known, np.broadcast_to(time, (len(rows),)))
         rows[:, self.place :] = present.T
         return rows.reshape(np.shape(parameters))
 
@@ -113,6 +121,7 @@ class Corners:
 
 
 @functools.lru_cache(maxsize=64)
-def _of_one(corners: Corners, parameters: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    row = np.array([parameters])
+def _of_one(corners: Corners, decisive: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    row = np.zeros((1, corners.place))
+    row[0, corners._decisive] = decisive
     return corners.tables(row), corners.periods(row)

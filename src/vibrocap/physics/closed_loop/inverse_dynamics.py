@@ -106,5 +106,7 @@ def contacts_under(machine: Any, t: Any, y: Sequence[Any], effort: Affine) -> tu
             more = (slope + by for slope, by in zip(slopes, load.slopes, strict=True))
             reaction = (inertia, load.free, *more)
         response = tuple(-slope for slope in own.slopes)
-        found.append(Contact(each.velocity, acceleration=own.free, response=response, reaction=reaction))
+        found.append(
+            Contact(each.velocity, acceleration=own.free, response=response, reaction=reaction, factor=each.factor)
+        )
     return tuple(found)

@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar, Literal
-from weakref import WeakKeyDictionary
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
@@ -51,7 +50,7 @@ class Contact:
         b N = n + s_1 R_1 + s_2 R_2 + ...
 
     It is the load where the load follows the motion (`Machine.follows_load`); where loads are constants it is what a
-    true one would be. None: not known.
+    true one would be. None: not known. factor: on the friction, by which b N is multiplied here.
     """
 
     velocity: Any
@@ -59,6 +58,7 @@ class Contact:
     acceleration: Any = None
     response: tuple = ()
     reaction: tuple | None = None
+    factor: Any = 1.0
 
 
 class Derived:
@@ -69,16 +69,16 @@ class Derived:
 
     def __init__(self, value: Callable[[Any, type], Any] | None = None):
         self.value = value
-        self.known: WeakKeyDictionary[type, Any] = WeakKeyDictionary()
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.value = self.value or (lambda kind, _: getattr(kind, name))
 
     def __get__(self, instance: Any, owner: type["Machine"]) -> Any:
-        if owner not in self.known:
+        kind, known = owner.kind(), owner._known
+        if self not in known:
             assert self.value is not None
-            self.known[owner] = self.value(owner.kind(), owner)
-        return self.known[owner]
+            known[self] = self.value(kind, owner)
+        return known[self]
 
 
 def result(name: str, doc: str) -> Any:
@@ -193,6 +193,7 @@ class Machine(Part):
         if "_kind" not in vars(cls):
             cls._kind = Kind(cls)
             cls._forms: dict[tuple, Form] = {}
+            cls._known: dict[Derived, Any] = {}
         return cls._kind
 
     @classmethod
@@ -207,11 +208,15 @@ class Machine(Part):
 
     def _form(self) -> tuple[Form, list]:
         """Its form, and its numbers."""
-        cls, values = type(self), vars(self)
-        given = [values[info.name] for info in table(cls)]
-        numbers = [each for each in given if not isinstance(each, NO_NUMBERS)]
-        pattern = tuple(each if isinstance(each, NO_NUMBERS) else NUMBER for each in given)
-        return cls.form(pattern, self.level), numbers
+        cls, values, pattern, numbers = type(self), vars(self), [], []
+        for info in table(cls):
+            value = values[info.name]
+            if isinstance(value, NO_NUMBERS):
+                pattern.append(value)
+            else:
+                pattern.append(NUMBER)
+                numbers.append(value)
+        return cls.form(tuple(pattern), self.level), numbers
 
     @property
     def derived(self) -> Any:
@@ -222,11 +227,11 @@ class Machine(Part):
         """What the formulas of this name give (`RESULTS`)."""
         form, numbers = self._form()
         program, contacts = form.program(name), len(form.derived.speeds)
-        normal, along = self.gravity or (0.0, 0.0)
-        inputs = [t, drive, normal, along, *numbers]
+        inputs = [t, drive, *(self.gravity or (0.0, 0.0)), *numbers]
         inputs.extend((0.0,) * len(form.states) if y is None else y)
         inputs.extend((0.0,) * contacts if frictions is None else frictions)
-        for waveform in self._signals():  # asked for no more than the formulas need
+        own = [each.default for each in self.signals.values()] if self.waves is None else self.waves
+        for waveform in [self.imposed, *own] if self.imposes_motion else own:  # asked for no more than is needed
             for quantity in ("value", "slope", "curvature"):
                 needed = waveform is not None and len(inputs) in program.inputs
                 inputs.append(getattr(waveform, quantity)(t) if needed else 0.0)
@@ -235,11 +240,6 @@ class Machine(Part):
     def constant(self, name: str) -> bool:
         """Whether the formulas of this name depend on its numbers alone."""
         return self._form()[0].program(name).inputs.isdisjoint(self.derived.inputs.changing)
-
-    def _signals(self) -> list:
-        """The waveform of each signal, that of the drive first where it imposes a motion."""
-        own = [each.default for each in self.signals.values()] if self.waves is None else [*self.waves]
-        return [self.imposed, *own] if self.imposes_motion else own
 
     def _with(self, name: str, value: Any) -> "Machine":
         """The same machine with another attribute."""
@@ -325,9 +325,10 @@ class Machine(Part):
 
     @property
     def bound_kinds(self) -> tuple[str, ...]:
-        """What is reached at each of `bounds`: a run ends at each stop that is neither elastic nor rigid."""
+        """What is reached at each of `bounds`: stops that are neither elastic nor rigid, then singular paths."""
         ends = [stop for stop in self.derived.stops if not stop.switches]
-        return tuple("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+        stops = ("stop_reached" for stop in ends for _ in range(1 if stop.back_gap is None else 2))
+        return (*stops, *("singular_path" for _ in self.derived.folds))
 
     @property
     def over_ground(self) -> bool:

@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Formula, Program, add, mul, sub
-from vibrocap.physics.mechanics.parts import Contact, Mass, Support, as_sum, is_word
+from vibrocap.physics.mechanics.parts import Contact, Drag, Mass, Support, as_sum, is_word
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.speeds import TIME, Motion
 from vibrocap.physics.mechanics.stops import elastic_force, springs, stopped
@@ -46,8 +46,7 @@ class Derivation(Motion):
             stretch = self.stretches[id(spring)]
             force = force - as_sum(spring.stiffness) * (stretch.value * stretch.slope(i))
         for damper in self.dampers:
-            stretch = Quantity.of(damper.stretch)
-            force = force - as_sum(damper.damping) * (stretch.rate * stretch.slope(i))
+            force = force - damper.force * Quantity.of(damper.stretch).slope(i)
         for _, stop, touching in self.switching:
             if stop.elastic and (slope := stop.way.slope(i)):
                 force = force - elastic_force(stop, touching) * slope
@@ -80,7 +79,12 @@ class Derivation(Motion):
         """(what, number, most) of what may not be negative, nor more than that."""
         found = [(f"the mass of {m.name!r}", as_sum(m.mass), math.inf) for m in self.masses]
         found += [(f"the inertia of {m.name!r}", as_sum(m.inertia), math.inf) for m in self.masses]
-        found += [("the damping of a Damper", as_sum(each.damping), math.inf) for each in self.dampers]
+        for each in self.dampers:
+            names = ("drag", "speed") if isinstance(each, Drag) else ("damping",)
+            kind = type(each).__name__
+            found += [(f"the {name} of a {kind}", as_sum(getattr(each, name)), math.inf) for name in names]
+        factors = {each.body.name: Quantity.of(each.factor) for each in self.contacts}
+        found += [(f"the factor on {name!r}", by.value, math.inf) for name, by in factors.items() if not by.moves]
         found += [("the restitution of a Stop", as_sum(each.restitution), 1.0) for each in self.stops if each.rigid]
         return tuple((what, written(number), most) for what, number, most in found)
 
@@ -153,7 +157,9 @@ class Derivation(Motion):
     # --- contacts ----------------------------------------------------------------------------------------------------
 
     def _moves(self, contact: Contact) -> bool:
-        """Whether the load on a contact follows the motion or the time; one that nothing lifts or tilts does not."""
+        """Whether the load on a contact, or a factor on its friction, follows the motion or the time."""
+        if contact.scaled:
+            return True
         if not is_word(contact.load):
             return Quantity.of(contact.load).moves
         return contact.load == "dynamic" and self._pressed_on(contact)
@@ -184,7 +190,7 @@ class Derivation(Motion):
         return total(as_sum(m.mass) * m.height.slope(contact.body.lift) for m in self.masses) * normal
 
     def contact_results(self) -> tuple:
-        """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction)."""
+        """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction, its factor)."""
         k, own = (
             len(self.rubbing),
             [row[len(self.order) - len(self.rubbing) :] for row in self.reduced[-len(self.rubbing) :]],
@@ -200,13 +206,16 @@ class Derivation(Motion):
                 velocity, bend = written(self.speed[name]), Sum()
             if alone:
                 held = written(own[at][k] + own[at][at] * bend)
-                reaction = self._borne_alone() if k == 1 else self._reaction(c)
-                found.append((velocity, held, None, (), reaction))
+                answer = held, None, ()
             else:
                 free, *taken = self.responses[name]
-                found.append(
-                    (velocity, None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken), self._reaction(c))
-                )
+                answer = None, add(free, written(bend)), tuple(mul(-1.0, x) for x in taken)
+            reaction = self._borne_alone() if alone and k == 1 else self._reaction(c)
+            factor = written(Quantity.of(self.contacts[c].factor).value)
+            if reaction is not None:
+                over, *rest = reaction
+                reaction = (over, *(mul(x, factor) for x in rest))
+            found.append((velocity, *answer, reaction, factor))
         return tuple(found)
 
     def _given_load(self, contact: Contact) -> tuple | None:
@@ -334,7 +343,7 @@ class Derivation(Motion):
     def vertical_momentum(self) -> Any:
         """Momentum normal to the ground of what stands on the one contact; None where that says nothing of its load."""
         (*others, contact), found = self.contacts, total(as_sum(m.mass) * m.height.rate for m in self.masses)
-        given = not is_word(contact.load) and Quantity.of(contact.load).moves
+        given = contact.scaled or (not is_word(contact.load) and Quantity.of(contact.load).moves)
         return None if others or given or self.imposes or not found else written(found)
 
     def swing(self) -> tuple | None:
@@ -362,9 +371,7 @@ class Derivation(Motion):
             driven = total((path.rate - self.speed[name]) * friction for path, _, friction in pairs)
             return written(driven), 0.0, 0.0
         driven = total(as_sum(d.share) * (Quantity.of(d.path).rate * self.drive) for d in self.drives)
-        lost = -total(
-            as_sum(d.damping) * (Quantity.of(d.stretch).rate * Quantity.of(d.stretch).rate) for d in self.dampers
-        )
+        lost = -total(d.force * Quantity.of(d.stretch).rate for d in self.dampers)
         for _, stop, touching in self.switching:
             if stop.elastic:
                 rate = stop.way.rate

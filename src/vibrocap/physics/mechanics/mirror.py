@@ -10,6 +10,7 @@ from typing import Any
 
 from vibrocap.physics.mechanics.formulas import Formula, Program
 from vibrocap.physics.mechanics.parts import Stop, as_sum
+from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Product, Sum, written
 
 ODD, EVEN, NEITHER = -1, 1, math.nan
@@ -66,6 +67,7 @@ def _quantities(motion: Any) -> Iterator[tuple[Any, int]]:
         yield from ((slope, EVEN) for i, slope in path.slopes.items() if i in motion.names)
     yield from ((each.way.value, ODD) for each in motion.stops)
     for contact in motion.contacts:
+        yield Quantity.of(contact.factor).value, EVEN
         if motion.moving_loads:
             yield motion.load_at_rest(contact), EVEN
         if motion.moving_loads and isinstance(contact.load, str):

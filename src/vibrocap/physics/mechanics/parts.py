@@ -8,6 +8,7 @@ of the coordinates, of the time and of what the drive imposes.
 import dataclasses
 from typing import Any
 
+from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.mechanics.quantities import Direction, Quantity
 from vibrocap.physics.mechanics.sums import Sum
 
@@ -150,6 +151,29 @@ class Damper:
     damping: Any
     stretch: Any
 
+    @property
+    def force(self) -> Sum:
+        """c s'."""
+        return as_sum(self.damping) * Quantity.of(self.stretch).rate
+
+
+@dataclasses.dataclass
+class Drag:
+    """A force c s' sqrt(s'^2 + w^2) against the rate of the path s: of a fluid, quadratic above the speed w.
+
+    Below it drag is linear, as at low Reynolds numbers; without that |s'| s' has a corner at rest.
+    """
+
+    drag: Any
+    stretch: Any
+    speed: Any
+
+    @property
+    def force(self) -> Sum:
+        """c s' sqrt(s'^2 + w^2)."""
+        rate, slow = Quantity.of(self.stretch).rate, as_sum(self.speed)
+        return as_sum(self.drag) * rate * sqrt(rate * rate + slow * slow)
+
 
 @dataclasses.dataclass
 class Drive:
@@ -221,6 +245,8 @@ class Contact:
 
     load: "dynamic", what the motion makes; "weight", of the body and of all that it carries; or a number or a function
         of coordinates and time
+    factor: on the friction, which depends on place, time or coordinates; the load stays what it is. Of one that repeats
+        along the ground let the coordinate say so (`repeats`): orbits are closed modulo its period
     path: of sliding, by default x of the body less x of what it rubs on (of inertias the angle)
     speed: name of the sliding velocity as a state, by default the rate of the coordinate that moves the contact alone
     """
@@ -228,8 +254,15 @@ class Contact:
     body: Any
     on: Any = None
     load: Any = "dynamic"
+    factor: Any = 1.0
     path: Any = None
     speed: str | None = None
+
+    @property
+    def scaled(self) -> bool:
+        """Whether a factor acts on its friction."""
+        factor = Quantity.of(self.factor)
+        return factor.moves or factor.value != 1.0
 
 
 # --- what a class declares -------------------------------------------------------------------------------------------

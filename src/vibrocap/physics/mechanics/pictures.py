@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibrocap.physics.bodies import Body, Link, Shape
-from vibrocap.physics.mechanics.parts import Mass, Point, Support, as_sum
+from vibrocap.physics.mechanics.parts import Damper, Mass, Point, Support, as_sum
 from vibrocap.physics.mechanics.quantities import Quantity
 from vibrocap.physics.mechanics.sums import Sum, total, written
 
@@ -15,6 +15,7 @@ def mechanism_of(motion: Any) -> tuple | None:
     if motion.imposes or motion.stops or motion.own or any(isinstance(each, Point) for each in motion.bodies):
         return None
     used: set[int] = set()
+    dampers = [each for each in motion.dampers if isinstance(each, Damper)]
 
     def sum_of(parts: list, path: Callable[[Any], Quantity], size: str, *wanted: Quantity) -> Any:
         found = [each for each in parts for own in wanted if _same(path(each), own)]
@@ -24,7 +25,7 @@ def mechanism_of(motion: Any) -> tuple | None:
     def own_parts(joint: Quantity, *carried: Quantity) -> tuple:
         return (
             sum_of(motion.springs, lambda each: motion.stretches[id(each)], "stiffness", joint),
-            sum_of(motion.dampers, lambda each: Quantity.of(each.stretch), "damping", joint),
+            sum_of(dampers, lambda each: Quantity.of(each.stretch), "damping", joint),
             sum_of(motion.drives, lambda each: Quantity.of(each.path), "share", joint, *carried),
         )
 

@@ -19,6 +19,7 @@ from vibrocap.physics.mechanics.formulas import Formula, Tape, div
 from vibrocap.physics.mechanics.parts import (
     Contact,
     Damper,
+    Drag,
     Drive,
     Inertia,
     Mass,
@@ -35,8 +36,9 @@ from vibrocap.physics.mechanics.sums import Sum, solved, total, written
 from vibrocap.physics.names import numbered
 
 TIME, DRIVE = "time", "drive"
+FOLDED = 1e-4  # slope of a contact's path over the way of its body, below which it is singular: errors grow by 1e4
 WORDS = ("dynamic", "weight")  # for loads
-PARTS = (Placed, Spring, Damper, Drive, Potential, Stop, Contact)
+PARTS = (Placed, Spring, Damper, Drag, Drive, Potential, Stop, Contact)
 
 
 class Inputs:
@@ -97,6 +99,7 @@ class Motion:
         self.normal, self.back = map(Sum.of, gravity or (0.0, 0.0))
         self.imposes = "drive" in inputs.signals
         self.rates = dict(coordinates)
+        self.folds: list[Sum] = []
         self._find_speeds()
         self._judge()
         if states is not None:
@@ -145,7 +148,8 @@ class Motion:
             raise MechanicsError(f"should be parts, masses, springs and so on, got {strange[0]!r}")
         self.masses = self._of(Mass, Inertia)
         self.contacts, self.stops = self._of(Contact), self._of(Stop)
-        self.springs, self.dampers, self.drives, self.potentials = map(self._of, (Spring, Damper, Drive, Potential))
+        self.springs, self.drives, self.potentials = map(self._of, (Spring, Drive, Potential))
+        self.dampers = self._of(Damper, Drag)
         self.bodies = self._of(Placed)
         self.paths = [_path(each) for each in self.contacts]
         self.stretches = {id(each): Quantity.of(each.stretch) - each.rest for each in self.springs}
@@ -155,7 +159,7 @@ class Motion:
         yield from ((each, x) for each in self.bodies for x in (each.along, each.height, each.turn))
         yield from ((each, each.way) for each in self.stops)
         yield from zip(self.contacts, self.paths, strict=True)
-        for each in self._of(Spring, Damper, Drive, Potential):
+        for each in self._of(Spring, Damper, Drag, Drive, Potential):
             for name in {"stretch", "rest", "path", "energy"} & vars(each).keys():
                 yield each, Quantity.of(getattr(each, name))
 
@@ -269,6 +273,7 @@ class Motion:
                 bent = total(as_sum(m.mass) * m.along.curvature for m in self.masses)
                 shifts[name], bends[name] = (-div(written(x), whole) for x in (moved, bent))
             else:
+                self.folds = [*self._folds()]
                 slopes, shifts = self._kinematics()
                 rates = {n: total(s * self.speed[j] for j, s in slopes[n].items()) + shifts[n] for n in self.names}
                 self._take(self._space(places, unit, rates, nothing))
@@ -276,6 +281,17 @@ class Motion:
                 bends = {n: -total(slopes[n].get(j, Sum()) * bend for j, bend in bent.items()) for n in self.names}
         rates = {n: total(s * self.speed[j] for j, s in slopes[n].items()) + shifts[n] for n in self.names}
         self._take(self._space(places, slopes, rates, bends))
+
+    def _folds(self) -> Iterator[Sum]:
+        """What is positive while the path of a contact moves with its coordinate, so that its velocity tells of that.
+
+        The slope s of the path is compared with the way of the body, s^2 - FOLDED^2 (x_q^2 + z_q^2 + phi_q^2).
+        """
+        for name, k in self.pivots.items():
+            slope, body = self.paths[k].slope(name), self.contacts[k].body
+            if slope.number is None:
+                ways = (each.slope(name) for each in (body.along, body.height, body.turn))
+                yield slope * slope - FOLDED**2 * total(way * way for way in ways)
 
     def _kinematics(self) -> tuple[dict, dict]:
         """(B, b) of q' = B u + b."""

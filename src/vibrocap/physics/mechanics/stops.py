@@ -73,7 +73,7 @@ def stopped(motion: Any, stop: Stop) -> str:
 
 
 def ends(motion: Any) -> tuple:
-    """What is positive until a run ends at a stop."""
+    """What is positive until a run ends at a stop, or where a path is singular."""
     found = []
     for stop in motion.stops:
         if not stop.switches:
@@ -81,7 +81,7 @@ def ends(motion: Any) -> tuple:
             found.append(written((as_sum(stop.gap) - way) / size))
             if stop.back_gap is not None:
                 found.append(written((as_sum(stop.back_gap) + way) / back_size))
-    return tuple(found)
+    return (*found, *map(written, motion.folds))
 
 
 def rooms(motion: Any) -> tuple:

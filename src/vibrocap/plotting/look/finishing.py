@@ -16,7 +16,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.files import replacing
-from vibrocap.plotting.look.labels import filled
+from vibrocap.plotting.look.labels import filled, letters_seen
 from vibrocap.plotting.look.own_lines import own_lines
 from vibrocap.plotting.look.page import page
 from vibrocap.plotting.look.style import STYLE, settings_of, style
@@ -104,7 +104,7 @@ def _break(text: Text, room: float, upright: bool = False) -> None:
     length = box.height if upright else box.width
     words = text.get_text()
     if length > room > 0.0:
-        longest = max(map(len, words.splitlines()))
+        longest = max(map(letters_seen, words.splitlines()))
         letters = max(int(longest * room / length), 8)
         if not upright and words.count("\n"):
             text.set_text("\n".join(filled(line, letters, "  ") for line in words.splitlines()))

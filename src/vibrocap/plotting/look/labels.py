@@ -67,6 +67,11 @@ def value_text(value: Any, digits: int = 4) -> str:
     return f"{float(value):.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
+def letters_seen(text: str) -> int:
+    """How many letters of a text are seen: mathematics without its commands."""
+    return len(re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"\\[A-Za-z]+|[_{}]", "", found[1]) + "x", text))
+
+
 def filled(text: str, letters: int, indent: str = "") -> str:
     """A text in lines of at most so many letters, as they are seen; lines after the first are set in.
 
@@ -74,7 +79,7 @@ def filled(text: str, letters: int, indent: str = "") -> str:
     """
     lines, used = [""], 0
     for word in re.findall(r"(?:\$[^$]*\$|[^ $\n])+", text):
-        length = len(re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"\\[A-Za-z]+|[_{}]", "", found[1]) + "x", word))
+        length = letters_seen(word)
         if lines[-1] and used + 1 + length > letters:
             lines.append(indent)
             used = len(indent)

@@ -15,7 +15,10 @@ from vibrocap.plotting.studies.view import NOT_RUN, Panel, View, missing_label, 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7
 MOST_TOGETHER = 3  # cells of no travel between travel one way and the other, that are a passage through zero
-DECADES, MOST_DECADES = 300.0, 1e5  # largest over least value, from which on a scale is logarithmic; and at most
+CROWDED = 0.1  # share of a scale below the median, under which it is logarithmic
+MOST_DECADES = 1e5  # largest over least value of a logarithmic scale
+# (percentile, how many times farther from the median the largest value is) where a scale ends before the largest
+TRIMS = ((99.5, 2.0), (98.0, 5.0), (95.0, 10.0))
 
 
 class Cell(enum.IntEnum):
@@ -175,8 +178,8 @@ def limits(view: View) -> tuple[float, float, bool, bool, bool]:
     """(least, largest, values below, values above, logarithmic) of a colour scale.
 
     For travel symmetric about zero, or from zero on where all of it goes one way. The scale follows the settled runs
-    where there are any, less the outermost half percent where that lies far out: some runs just short of a border must
-    not take all colours from the others.
+    where there are any, less a few percent that lie far out: some runs just short of a border must not take all colours
+    from the others.
     """
     values, settled = _shown(view)
     base = values[settled] if settled.any() else values
@@ -189,7 +192,7 @@ def limits(view: View) -> tuple[float, float, bool, bool, bool]:
     low, high = -_trimmed(-base), _trimmed(base)
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    logarithmic = bool((values > 0.0).all()) and high > DECADES * low
+    logarithmic = bool((values > 0.0).all() and np.median(base) - low < CROWDED * (high - low))
     if logarithmic:
         high = min(high, MOST_DECADES * low)
     return low, high, bool((values < low).any()), bool((values > high).any()), logarithmic
@@ -203,7 +206,19 @@ def _shown(view: View) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(values), np.concatenate(settled)
 
 
+def beyond_label(view: View) -> str:
+    """How many values lie beyond the scale of colours, which its arrows stand for; empty where none does."""
+    low, high, below, above, _ = limits(view)
+    values, _ = _shown(view)
+    sides = ((below, values < low, "below"), (above, values > high, "above"))
+    return ", ".join(f"{share(int(out.sum()), len(values))} {side}" for there, out, side in sides if there)
+
+
 def _trimmed(values: np.ndarray) -> float:
-    """The largest value, or the 99.5th percentile where the largest is more than twice as far from the median."""
-    middle, far, largest = np.percentile(values, (50.0, 99.5, 100.0))
-    return float(far if far > middle and largest - middle > 2.0 * (far - middle) else largest)
+    """The largest value; where it lies far out beyond a percentile of `TRIMS`, the largest of those that do not."""
+    middle, largest = np.percentile(values, (50.0, 100.0))
+    for percentile, farther in TRIMS:
+        far = np.percentile(values, percentile)
+        if far > middle and largest - middle > farther * (far - middle):
+            return float(np.max(values[values - middle <= farther * (far - middle)]))
+    return float(largest)

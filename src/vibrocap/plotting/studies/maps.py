@@ -32,6 +32,7 @@ from vibrocap.plotting.look.style import STYLE, given_axes, legend_below, logari
 from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
+    beyond_label,
     categories,
     cell_labels,
     cells,
@@ -302,7 +303,8 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     shape = {"extend": extend[below, above], "aspect": 28 if len(axes) == 1 else 22, "pad": 0.02, "fraction": 0.05}
     bar = fig.colorbar(ScalarMappable(paint["norm"], paint["cmap"]), ax=axes, **shape)
-    bar.set_label(view.label)
+    beyond = beyond_label(view)
+    bar.set_label(f"{view.label}\n{beyond}" if beyond else view.label)
     bar.outline.set_linewidth(0.5)  # type: ignore[operator]
 
 

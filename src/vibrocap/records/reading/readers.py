@@ -147,15 +147,14 @@ def _fields(
     if "time" not in chosen:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
-            found.append(f"time: no column has a usual name; say columns={{'time': ...}}, or dt=; {_there_is(table)}")
+            found.append(f"columns: time: no column has a usual name; name it, or give dt; {_there_is(table)}")
         else:
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
             said.append(f"time: {step:.10g} s between samples, {how}")
     if "force" not in chosen:
-        found.append(f"force: no column has a usual name; say columns={{'force': ...}}; {_there_is(table)}")
+        found.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
     if "velocity" not in chosen and "displacement" not in chosen:
-        wanted = "say columns={'velocity': ...} or columns={'displacement': ...}"
-        found.append(f"velocity, displacement: no column has a usual name; {wanted}; {_there_is(table)}")
+        found.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
     if not found:
         arrays = {field: np.asarray(values[field]) for field in COLUMNS if field in values}
         if "normal_force" in arrays and arrays["normal_force"].ndim == 0:

@@ -240,11 +240,11 @@ def _pulls(
         rate = rate or next((v for k, v in table.scalars.items() if k.lower() in RATES and v > 0), None)
         rate = rate or next((1.0 / v for k, v in table.scalars.items() if k.lower() in INTERVALS and v > 0), None)
         if rate is None:
-            reason = f"time: {missing('time', table)}; say columns={{'time': ...}}, or sampling_rate="
+            reason = f"columns: time: {missing('time', table)}; name it, or give sampling_rate"
             raise RecordError([reason], table.source)
     forces = {table.name: chosen["force"].column} if "force" in chosen else {name: name for name in table.columns}
     if "force" not in chosen and ("time" in chosen or not table.named):
-        reason = f"force: {missing('force', table)}; say columns={{'force': ...}}"
+        reason = f"columns: force: {missing('force', table)}; name it"
         raise RecordError([reason], table.source)
     used = [*forces.values(), *([chosen["time"].column] if "time" in chosen else [])]
     if faults := table.faults_in(used):

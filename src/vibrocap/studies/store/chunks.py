@@ -59,7 +59,7 @@ def checked_chunk(path: Path, record: Mapping[str, Any], results: Results, name:
     except DamageError as error:
         what = f"tile {chunk}: {error}" if array.along_runs else str(error)
         raise StoreError(
-            f"{path}: is damaged: {what}. `vibrocap verify` names all damage, the sweep with --resume "
+            f"{path}: is damaged: {what}. `vibrocap sweep FOLDER --verify` names all damage, the sweep with --resume "
             "(resume=True) mends it"
         ) from None
     return data

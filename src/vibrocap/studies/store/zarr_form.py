@@ -214,8 +214,8 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
         return Results(arrays, types, metadata, is_finished(path, record))
     except DamageError as error:
         raise StoreError(
-            f"{path}: is damaged: {error}. `vibrocap verify` names all damage, the sweep with --resume (resume=True) "
-            "mends it"
+            f"{path}: is damaged: {error}. `vibrocap sweep FOLDER --verify` names all damage, the sweep with --resume "
+            "(resume=True) mends it"
         ) from None
 
 

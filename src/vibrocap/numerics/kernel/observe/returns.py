@@ -10,7 +10,7 @@ which have to stand still and begin anew at each return.
 
 import math
 
-from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, SLIGHT
 from vibrocap.numerics.kernel.codes import DONE
 from vibrocap.numerics.kernel.generated.facts import PLACE, PLACE_TURN
 from vibrocap.numerics.kernel.generated.places import RETURN_MARKS, SERIES
@@ -22,7 +22,6 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 
 MOST_RETURNS = (MARK_COUNT - 8) // 4  # of a cycle: so many marks tell
 OFTEN = 8  # passages of the place without a return to rest, from which on they are the returns
-UNMOVED = 64.0 * EPSILON  # of the natural size of the coordinate
 BEFORE = 1e-6  # of a step: a place that is passed so shortly before its end is passed at its end, by an event
 MOST_TRIES = 60  # halvings among them
 
@@ -61,9 +60,9 @@ def place_passed(floats, ints, lane, h):
     if PLACE_TURN > 0.0:
         start, end = floats[row], series_value(floats, row, h)
         way = 1.0 if end > start else -1.0
-        tiny = UNMOVED * (abs(start) + PLACE_TURN)
+        tiny = SLIGHT * (abs(start) + PLACE_TURN)
         target = way * PLACE_TURN * (math.floor((way * start + tiny) / PLACE_TURN) + 1.0)
-    elif not (floats[row + LANES] * h > UNMOVED * lane.scale[PLACE]):
+    elif not (floats[row + LANES] * h > SLIGHT * lane.scale[PLACE]):
         return -1.0
     high = (1.0 - BEFORE) * h
     value, _ = before_place(floats, row, target, way, high)

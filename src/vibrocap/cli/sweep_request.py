@@ -1,19 +1,25 @@
-"""What `vibrocap sweep` was asked for, as a study; or every complaint about it at once, named by option."""
+"""The options of `vibrocap sweep`, as a study; or every complaint about them at once, named by option."""
 
 import csv
 import dataclasses
+import functools
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from vibrocap.arguments import Complaint, Complaints
 from vibrocap.case.case import Case, CaseError
-from vibrocap.cli.options import by_option, needs, pairs, split, with_headings, writable_folder, writable_table
+from vibrocap.cli import completers
+from vibrocap.cli.command import WithParts
+from vibrocap.cli.destinations import needs, with_headings, writable_folder, writable_table
+from vibrocap.cli.options import CASE, Option, Tolerance, flag
+from vibrocap.cli.refusal import by_option
+from vibrocap.cli.texts import pairs, split
 from vibrocap.inputs import read_input
 from vibrocap.io.motion_file import read_source
-from vibrocap.studies.execution import Execution
 
 if TYPE_CHECKING:
+    from vibrocap.studies.execution import Execution
     from vibrocap.studies.plan.study import Study
 
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
@@ -21,24 +27,88 @@ NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "tile_runs")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class SweepRequest(Execution):
-    """The options of `vibrocap sweep`, as they were given; some of them say how the study is carried out."""
+class SweepRequest(WithParts):
+    """The options of `vibrocap sweep`; some of them say how the study is carried out."""
 
-    case: Path
-    over: list[str] | None
-    measure: list[str] | None
-    export: Path | None
-    unit_headings: bool
-    cases: Path | None
-    design: str | None
-    runs: int | None
-    seed: int | None
-    adaptive: bool
-    periods: float | None
-    window: int | None
-    settle: float | None
-    no_extrapolate: bool
-    tolerance: float | None
+    case: Annotated[Path, dataclasses.replace(CASE, words=f"{CASE.words}; with --verify the folder of a study")]
+    over: Annotated[
+        list[str] | None,
+        Option(
+            "PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3; with --design PATH=LOW:HIGH; may be repeated",
+            offers=completers.paths_of_case,
+        ),
+    ] = None
+    measure: Annotated[
+        list[str] | None,
+        Option(
+            "such as mean_velocity,mode_sequence; `vibrocap list measures` lists them [default: mean_velocity]",
+            offers=completers.measure_names,
+        ),
+    ] = None
+    out: Annotated[Path | None, Option("folder for the results, stored as they come")] = None
+    resume: Annotated[
+        bool, Option("continue the study in --out, repairing it if it is damaged; start one if there is none")
+    ] = False
+    export: Annotated[
+        Path | None,
+        Option("write the results to FILE.nc (NetCDF), FILE.csv, FILE.xlsx (Excel) or FILE.mat (MATLAB) too"),
+    ] = None
+    cases: Annotated[
+        Path | None, Option("instead of --over, a table FILE.csv: a row of paths, then a row of values for each run")
+    ] = None
+    design: Annotated[
+        str | None, Option("spread --runs points over the ranges: sobol, halton, latin-hypercube or random")
+    ] = None
+    runs: Annotated[int | None, Option("number of runs of a design")] = None
+    adaptive: Annotated[
+        bool, Option("run points only where the mode sequence, the travel or the response period changes")
+    ] = False
+    periods: Annotated[
+        float | None, Option("drive periods of a run, at most; a whole number [default: the case's]")
+    ] = None
+    verify: Annotated[bool, Option("compare a stored study with its checksums, and run nothing")] = False
+    device: Annotated[str, Option("cpu, or cuda: an NVIDIA GPU", advanced=True)] = "cpu"
+    mixed: Annotated[
+        bool, Option("--resume a study of another version or processor; new tiles are marked", advanced=True)
+    ] = False
+    no_extrapolate: Annotated[
+        bool, Option("let each run settle, and do not extrapolate the limit of its states", advanced=True)
+    ] = False
+    seed: Annotated[
+        int | None, Option("of a design; the same seed gives the same runs [default: 0]", advanced=True)
+    ] = None
+    settle: Annotated[
+        float | None,
+        Option(
+            "end a run this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]",
+            advanced=True,
+        ),
+    ] = None
+    threads: Annotated[int | None, Option("number of threads [default: one for each core]", advanced=True)] = None
+    tile_runs: Annotated[
+        int | None,
+        Option("runs stored together, which Ctrl-C loses [default: some five seconds of work]", advanced=True),
+    ] = None
+    tolerance: Annotated[float | None, Tolerance] = None
+    unit_headings: Annotated[
+        bool, Option('name and unit in the headings of .csv and .xlsx, as in "drift [m]"', advanced=True)
+    ] = False
+    window: Annotated[
+        int | None,
+        Option(
+            "drive periods at the end that are measured if a run does not settle [default: 10, or all]", advanced=True
+        ),
+    ] = None
+    workers: Annotated[int | None, Option("number of processes, each of one thread", advanced=True)] = None
+    yes: Annotated[bool, Option("allow more than ten million runs", advanced=True)] = False
+
+    @functools.cached_property
+    def how(self) -> "Execution":
+        """How the study is carried out."""
+        from vibrocap.studies.execution import Execution
+
+        names = (each.name for each in dataclasses.fields(Execution))
+        return Execution(**{name: getattr(self, name) for name in names if hasattr(self, name)})
 
     @property
     def measures(self) -> list[str]:
@@ -117,16 +187,16 @@ class SweepRequest(Execution):
         if self.adaptive:
             apart = tuple(name for name in NOT_ADAPTIVE if name in given)
             for name in apart:
-                found.add(_option(name), "does not go with --adaptive; leave one of them out")
+                found.add(flag(name), "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
             if self.cases is not None and name in given:
-                found.add(_option(name), "does not go with --cases; leave one out")
+                found.add(flag(name), "does not go with --cases; leave one out")
         for name in ("runs", "seed"):
             if self.design is None and name in given:
-                found.add(_option(name), "belongs to --design, such as --design sobol")
+                found.add(flag(name), "belongs to --design, such as --design sobol")
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
-        found += [each.about(_option(each.field)) for each in self.complaints() if each.field not in apart]
+        found += [each.about(flag(each.field)) for each in self.how.complaints() if each.field not in apart]
         if self.device == "cuda":
             from vibrocap.numerics.api import cuda_problem
 
@@ -176,10 +246,6 @@ class SweepRequest(Execution):
             elif field == "settle":
                 found[i] = new.replace("None or a positive", "0, for never, or a positive")
         return found
-
-
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
 
 
 def _map_complaints(study: "Study") -> list[str]:

@@ -1,0 +1,294 @@
+"""A command: a request whose options are declared once, what it computes, and the views of the result.
+
+`@command` on a function of a request enters the command: its name is the function's, its help the docstring, its
+options the fields of the request. `perform` runs one from the words on the line to the exit code.
+"""
+
+import contextlib
+import dataclasses
+import functools
+import inspect
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from vibrocap.arguments import Complaints
+from vibrocap.case.case import Case, CaseError
+from vibrocap.case.sections import SECTIONS
+from vibrocap.cli.destinations import needs
+from vibrocap.cli.options import CaseOption, Option, Parts, flag
+from vibrocap.cli.refusal import Refusal, by_option
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.motion_file import read_source
+from vibrocap.plotting.look.page import on_page
+from vibrocap.quantities.json_text import json_text
+
+GROUPS = ("start", "run", "steady", "design", "data", "out")  # of commands, in the order of the help
+ADVANCED = Group("Advanced", sort_key=9)
+Report = Callable[..., None]  # takes the share done and, where it changes, what is done
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Request:
+    """The options of a command; each field is annotated with its `Option`."""
+
+    @classmethod
+    @functools.cache
+    def options(cls) -> Mapping[str, tuple[Any, Option]]:
+        """By field, (its type, its option)."""
+        hints = typing.get_type_hints(cls, include_extras=True)
+        return {each.name: typing.get_args(hints[each.name])[:2] for each in dataclasses.fields(cls)}  # type: ignore[misc]
+
+    @classmethod
+    def flags(cls) -> dict[str, str]:
+        """The option by every argument that it sets."""
+        options = {name: option for name, (_, option) in cls.options().items()}
+        own = {name: flag(name, option) for name, option in options.items()}
+        return {argument: own[name] for name, option in options.items() for argument in option.sets} | own
+
+    def given(self, *names: str) -> dict[str, Any]:
+        """Options by name, those that are None left out."""
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+    def plan(self, refused: Complaints) -> None:
+        """Complain of options that do not go together, before any work."""
+
+    def refuse(self) -> None:
+        """Refusal for options that cannot be used, all of them, before any work."""
+        refused = Complaints()
+        for name, (_, option) in self.options().items():
+            value = getattr(self, name)
+            if _is_left_out(value):
+                continue
+            if option.needs and _is_left_out(getattr(self, option.needs)):
+                refused.add(flag(name), f"should be left out without {flag(option.needs)}")
+            elif option.check is not None:
+                with refused.collected():
+                    option.check(flag(name, option), value)
+        with refused.collected():
+            self.plan(refused)
+        if refused:
+            raise Refusal(*refused)
+
+
+def _is_left_out(value: Any) -> bool:
+    return value is None or value is False or value in ([], ())
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class WithParts(Request):
+    """A request that names parts, which may be your own."""
+
+    parts: Parts = None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OfCase(WithParts):
+    """A request about a case."""
+
+    case: CaseOption
+
+    @classmethod
+    def flags(cls) -> dict[str, str]:
+        """The option by every argument; sections of the case are named with it."""
+        return {name: f"CASE: {name}" for name in SECTIONS} | super().flags()
+
+    @functools.cached_property
+    def setup(self) -> Case:
+        """The case with what the options change in it."""
+        return read_source(self.case)
+
+    def refuse(self) -> None:
+        """Refusal or CaseError; the case is read before its destinations are checked, so that it is not replaced."""
+        try:
+            _ = self.setup
+        except CaseError as error:
+            refused = Complaints(error.complaints)
+            with refused.collected():
+                super().refuse()
+            raise CaseError(dict.fromkeys(refused), error.source) from None
+        super().refuse()
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Drawn(Request):
+    """A request that draws a picture, for a page."""
+
+    width: Annotated[
+        str | None,
+        Option(
+            "of the picture: column (3.4 inches), page (7) or inches",
+            advanced=True,
+        ),
+    ] = None
+    no_header: Annotated[bool, Option("draw no title, parameters and small print", advanced=True)] = False
+    style: Annotated[Path | None, Option("a style sheet of Matplotlib (.mplstyle)", advanced=True)] = None
+
+    def page(self) -> contextlib.ExitStack:
+        """A context in which pictures are drawn as the options say; Refusal for a file that is no style sheet."""
+        made = contextlib.ExitStack()
+        made.enter_context(on_page(self.width, not self.no_header))
+        if self.style is not None:
+            needs("--style", "matplotlib")
+            from vibrocap.plotting.look.style import read_style_sheet, with_settings
+
+            if not self.style.is_file():
+                raise Refusal(f"--style: {str(self.style)!r} is no file")
+            try:
+                made.enter_context(with_settings(read_style_sheet(self.style)))
+            except ValueError as error:
+                raise Refusal(f"--style: {error}") from None
+        return made
+
+
+@dataclasses.dataclass(frozen=True)
+class Answer:
+    """The result of a command and its views.
+
+    record: what --json prints; text: what people read, lines or a function that prints them on a page
+    figure: makes the picture of --plot, or (picture, settings); written: files that it wrote, by what they are
+    incomplete: why the work could not be completed, with the remedy; code: the exit code then
+    """
+
+    record: Any = None
+    text: str | Callable[[Page], None] = ""
+    figure: Callable[[], Any] | None = None
+    written: tuple[tuple[str, Any], ...] = ()
+    incomplete: str = ""
+    code: int = INCOMPLETE
+
+
+@dataclasses.dataclass(frozen=True)
+class Command:
+    """A command of the command line."""
+
+    run: Callable[..., Answer]
+    group: str
+    examples: tuple[str, ...]
+    doing: str
+    request: type[Request]
+
+    @property
+    def name(self) -> str:
+        """As it stands on the line."""
+        return self.run.__name__.strip("_").replace("_", "-")
+
+    @property
+    def words(self) -> str:
+        """What it does, a line for each paragraph, so that the terminal wraps it."""
+        return "\n\n".join(" ".join(each.split()) for each in inspect.cleandoc(self.run.__doc__ or "").split("\n\n"))
+
+    @property
+    def summary(self) -> str:
+        """The first line of its help."""
+        return self.words.partition("\n")[0]
+
+    def entry(self) -> Callable[..., int]:
+        """The function that cyclopts calls, whose signature follows from the request."""
+        options, fields = self.request.options(), dataclasses.fields(self.request)
+        ordered = sorted(fields, key=lambda field: not options[field.name][1].place)  # those by place first
+        signature = inspect.Signature([_parameter(field, *options[field.name]) for field in ordered])
+
+        def call(*places: Any, **named: Any) -> int:
+            bound = signature.bind(*places, **named)
+            return perform(self, self.request(**bound.arguments))
+
+        call.__signature__ = signature  # type: ignore[attr-defined]
+        call.__annotations__ = {name: each.annotation for name, each in signature.parameters.items()}
+        call.__name__ = self.run.__name__
+        return call
+
+
+COMMANDS: dict[str, Command] = {}  # of the modules that are imported, by name
+
+
+def command(group: str, *examples: str, doing: str = "") -> Callable[[Callable[..., Answer]], Callable[..., Answer]]:
+    """A decorator: the function of a request is a command.
+
+    group: of GROUPS; examples: command lines, which the help shows and a test runs
+    doing: what its bar of progress says, with fields of the request in braces; the function then takes what reports
+    """
+    assert group in GROUPS
+
+    def entered(run: Callable[..., Answer]) -> Callable[..., Answer]:
+        request = next(iter(typing.get_type_hints(run).values()))
+        made = Command(run, group, examples, doing, request)
+        COMMANDS[made.name] = made
+        return run
+
+    return entered
+
+
+def _parameter(field: Any, kind: Any, option: Option) -> inspect.Parameter:
+    """The parameter of a field."""
+    many = option.place and typing.get_origin(kind) is tuple
+    default = inspect.Parameter.empty if many or field.default is dataclasses.MISSING else field.default
+    place = inspect.Parameter.VAR_POSITIONAL if many else inspect.Parameter.POSITIONAL_ONLY
+    more: dict[str, Any] = {} if option.place else {"name": flag(field.name)}
+    more |= {"group": ADVANCED} if option.advanced else {}
+    settings = Parameter(help=option.words, completer=option.offers, **more)
+    annotation = Annotated[typing.get_args(kind)[0] if many else kind, settings]
+    return inspect.Parameter(
+        field.name,
+        place if option.place else inspect.Parameter.KEYWORD_ONLY,
+        default=default,
+        annotation=annotation,
+    )
+
+
+def perform(chosen: Command, request: Request) -> int:
+    """Run a command: its options are checked, it computes, and its answer is shown; returns the exit code."""
+    from vibrocap.cli.parts import load
+
+    load(getattr(request, "parts", None) or ())
+    request.refuse()
+    with refusing(request), request.page() if isinstance(request, Drawn) else contextlib.nullcontext():
+        if chosen.doing:
+            with progress(chosen.doing.format_map(vars(request))) as report:
+                answer = chosen.run(request, report)
+        else:
+            answer = chosen.run(request)
+        return shown(answer, request)
+
+
+@contextlib.contextmanager
+def refusing(request: Request) -> Iterator[None]:
+    """Complaints about arguments within it are refusals, which name the options that set them."""
+    try:
+        yield
+    except Refusal:
+        raise
+    except ValueError as error:
+        complaints = getattr(error, "complaints", ())
+        named = by_option(complaints, request.flags())
+        if not complaints or (isinstance(error, CaseError) and named == list(complaints)):
+            raise
+        raise Refusal(*named) from None
+
+
+def shown(answer: Answer, request: Request) -> int:
+    """Show an answer as the request wants it; returns the exit code."""
+    page, in_json = Page(), getattr(request, "json", False)
+    written = list(answer.written)
+    if in_json:
+        print(json_text(answer.record))
+    elif callable(answer.text):
+        answer.text(page)
+    elif answer.text:
+        page.say(answer.text)
+    plot = getattr(request, "plot", None)
+    if plot is not None and answer.figure is not None:
+        from vibrocap.plotting.look.finishing import save
+
+        figure = answer.figure()
+        save(*((figure[0], plot, figure[1]) if isinstance(figure, tuple) else (figure, plot)))
+        written.append(("picture", plot))
+    if not in_json:
+        for what, path in written:
+            page.say(f"{what:<10} {path}")
+    if answer.incomplete:
+        complain(answer.incomplete)
+    return answer.code if answer.incomplete else OK

@@ -1,0 +1,92 @@
+"""`vibrocap basins`: which initial conditions lead to which steady motion."""
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated, Any
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
+from vibrocap.cli.options import Json, Option, SettlePeriods, picture
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import Page
+from vibrocap.cli.texts import range_of
+from vibrocap.physics.dimensions.conversion import INITIAL, Quantity, quantity, quantity_in_si
+from vibrocap.physics.system import System
+from vibrocap.quantities.dimensional import in_si, view
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class BasinsRequest(OfCase, Drawn):
+    """The options of `vibrocap basins`."""
+
+    plane: Annotated[
+        list[str],
+        Option(
+            'two axes, such as angle=-1:1,angle_rate, in SI velocity_m_per_s=-1:1; "phase" is a share of the drive\'s '
+            "period [default range: as visited]",
+            offers=completers.states_of_case,
+        ),
+    ]
+    resolution: Annotated[int, Option("initial conditions along each axis")] = 100
+    plot: Annotated[Path | None, picture("the plane")] = None
+    json: Json = False
+    phase: Annotated[float, Option("where in the drive's period the runs start, from 0 to 1", advanced=True)] = 0.0
+    settle_periods: SettlePeriods = 500
+
+
+@command(
+    "steady",
+    "vibrocap basins case.toml --plane angle,angle_rate --resolution 20",
+    doing="Running the starts of the plane",
+)
+def basins(request: BasinsRequest, report: Report) -> Answer:
+    """Which initial conditions lead to which steady motion."""
+    from vibrocap.orbits.attractors.basins import basins as basins_of
+
+    given = request.setup
+    asked = [_axis(one, given.system) for each in request.plane for one in each.split(",")]
+    found = basins_of(
+        given.system,
+        {along.plain.removeprefix(INITIAL): ends for along, ends in asked},
+        request.resolution,
+        phase=request.phase,
+        initial=given.initial,
+        settle_periods=request.settle_periods,
+        progress=report,
+    )
+    record = view(in_si(found))
+
+    def figure() -> Any:
+        from vibrocap.plotting.steady.basins import PRINT, basin_figure
+
+        return basin_figure(found, [along.path.removeprefix(INITIAL) for along, _ in asked]), PRINT
+
+    return Answer(record, lambda page: _print_basins(page, record), figure)
+
+
+def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | None]:
+    """NAME, or NAME=LEAST:LARGEST, which in SI carries the unit of the range: the state and its range without units."""
+    if "=" not in text:
+        return quantity_in_si(text if text == "phase" else INITIAL + text, system), None
+    name, low, high = range_of(text, "--plane", "angle=-3:3")
+    try:
+        asked = quantity(INITIAL + name, system)
+    except ArgumentError as error:
+        raise Refusal(f"--plane {name}: {error.complaint.text.replace(INITIAL, '')}") from None
+    best = quantity_in_si(asked.plain, system)
+    if asked.scale == 1.0 and asked.unit == "1" and best.unit not in ("1", "rad"):
+        raise Refusal(f"--plane {name}: has no unit in a case in SI; give {best.path.removeprefix(INITIAL)}")
+    return asked, (low / asked.scale, high / asked.scale)
+
+
+def _print_basins(page: Page, record: dict[str, Any]) -> None:
+    """The table of shares."""
+    page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
+    for word, share in record["directions"].items():
+        if share and (word != "no travel" or any(each["drift"] is not None for each in record["attractors"])):
+            page.print(f"  {word:<12}{share:.2%}")
+    for i, each in enumerate(record["attractors"]):
+        drift = "" if each["drift"] is None else f", drift {each['drift']:.10g} per drive period"
+        share = f"{each['share']:.2%} +- {each['error']:.2%}"
+        page.say(f"  attractor {i}: {share} of the starts, {each['kind']}{drift}")

@@ -1,0 +1,62 @@
+"""`vibrocap examples`: the example cases, and copies of them to work with."""
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Annotated
+
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.command import Answer, Request, command
+from vibrocap.cli.completers import example_names
+from vibrocap.cli.examples import examples_folder, shows, tables_of
+from vibrocap.cli.options import Option, folder
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import Page, table
+from vibrocap.files import made_folder, write_text
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ExamplesRequest(Request):
+    """The options of `vibrocap examples`."""
+
+    names: Annotated[tuple[str, ...], Option("examples by name [default: all]", place=True, offers=example_names)] = ()
+    to: Annotated[
+        Path | None, folder("folder for the copies, which is made [default: examples, where names are given]")
+    ] = None
+
+
+@command("start", "vibrocap examples", "vibrocap examples --to examples")
+def examples(request: ExamplesRequest) -> Answer:
+    """The example cases, and copies of them.
+
+    Without names and --to they are listed. Measured tables of a case go along with it. Files that exist are kept.
+    """
+    known = {path.stem: path for path in sorted(examples_folder().glob("*.toml"))}
+    complaints = Complaints()
+    for name in request.names:
+        if name.removesuffix(".toml") not in known:
+            complaints.add(name, f"there is no such example; {suggestion(name, known)}")
+    if complaints:
+        raise Refusal(*complaints)
+    if request.to is None and not request.names:
+        return Answer(text=lambda page: _print_list(page, known))
+    folder, lines = made_folder(request.to or Path("examples")), []
+    chosen = [known[name.removesuffix(".toml")] for name in request.names or known]
+    for source in (each for case in chosen for each in (case, *tables_of(case))):
+        target = folder / source.name
+        if os.path.lexists(target):
+            same = target.is_file() and target.read_bytes() == source.read_bytes()
+            lines.append(f"{target} is there already" + ("" if same else ", and another; it is left as it is"))
+            continue
+        write_text(target, source.read_text(encoding="utf-8"))
+        lines.append(f"Written: {target}")
+    return Answer(text="\n".join(lines))
+
+
+def _print_list(page: Page, known: dict[str, Path]) -> None:
+    """The examples, a line each."""
+    made = table(None, "example", "what it shows", no_wrap=1)
+    for name, path in known.items():
+        made.add_row(name, shows(path))
+    page.print(made)
+    page.say("Next: vibrocap examples --to examples; vibrocap simulate examples/travels-by-stick-slip.toml")

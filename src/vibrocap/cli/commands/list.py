@@ -1,0 +1,238 @@
+"""`vibrocap list`: machines, friction laws, drives, controllers, measures and data sets, what each is, and a check."""
+
+import dataclasses
+import inspect
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from vibrocap.arguments import suggestion
+from vibrocap.citations.bibliography import references
+from vibrocap.cli import completers
+from vibrocap.cli.command import Answer, WithParts, command
+from vibrocap.cli.destinations import needs, writable_folder
+from vibrocap.cli.options import Json, Option
+from vibrocap.cli.parts import checked
+from vibrocap.cli.refusal import Refusal
+from vibrocap.cli.terminal import WRONG_INPUT, Page, parameters_in_words, progress, table
+from vibrocap.io.motion_file import read_source
+from vibrocap.physics import catalogue
+from vibrocap.physics.system import System
+
+PARTS = {
+    "machines": catalogue.machines,
+    "laws": catalogue.laws,
+    "drives": catalogue.drives,
+    "controllers": catalogue.controllers,
+}
+OF_SYSTEM = {"machines": "machine", "laws": "friction", "drives": "drive", "controllers": "controller"}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ListRequest(WithParts):
+    """The options of `vibrocap list`."""
+
+    names: Annotated[
+        tuple[str, ...],
+        Option(
+            f"{', '.join(completers.LISTED)}; a machine, law, drive or controller; with a case file those of the case",
+            place=True,
+            offers=completers.listed_names,
+        ),
+    ] = ()
+    check: Annotated[bool, Option("test whether a part, or those of --parts, keep their contracts")] = False
+    fetch: Annotated[
+        str | None, Option("of datasets: fetch this one and compare its checksums", offers=completers.data_sets)
+    ] = None
+    json: Json = False
+    quick: Annotated[bool, Option("check without a motion", needs="check", advanced=True)] = False
+    latex: Annotated[bool, Option("print the equations of a machine alone, as LaTeX", advanced=True)] = False
+    to: Annotated[
+        Path | None,
+        Option("folder for data sets [default: VIBROCAP_DATA, else a cache]", needs="fetch", advanced=True),
+    ] = None
+
+
+@command(
+    "start",
+    "vibrocap list",
+    "vibrocap list laws",
+    "vibrocap list measures examples/bristles-lugre.toml",
+    "vibrocap list pendulum-capsule",
+    "vibrocap list drill-string --latex",
+    "vibrocap list lugre --check --quick",
+    "vibrocap list --parts mylaws.py --check",
+    "vibrocap list datasets",
+    "vibrocap list datasets --fetch rotary-damper --to data",
+)
+def list_(request: ListRequest) -> Answer:
+    """Machines, laws, drives, measures, data sets.
+
+    A machine is shown with its parameters, its source and its equations of motion, which are derived from its
+    description: a prime is a rate, R friction, N a load, H the energy, d a motion that the drive imposes, s a stop that
+    is touched (1 in front, -1 behind, 0 not). --check tests a part with its defaults and with other numbers: sampled,
+    recorded, and simulated for some periods. A data set that is fetched must have the checksums of its publisher, or
+    those of the first fetch.
+
+    Exit codes: 2 a part does not keep its contract. 3 a data set could not be fetched.
+    """
+    if request.check:
+        return _check(request)
+    if request.fetch is not None:
+        return _fetched(request.fetch, request.to)
+    cases = [name for name in request.names if name.endswith((".toml", ".nc", ".csv"))]
+    system = read_source(Path(cases[0])).system if cases else None
+    what, *more = [name for name in request.names if name not in cases] or [""]
+    if not what and system is None:
+        return _overview()
+    if what == "measures":
+        return _measures(system)
+    if what == "datasets":
+        return _data_sets()
+    if system is not None and (what in PARTS or not what):
+        own = [part for name, part in system.parts.items() if name.startswith(OF_SYSTEM.get(what, ""))]
+        return _sheets(own, request.latex)
+    if what in PARTS:
+        return _kind(what)
+    return _sheets([part() for part in _named([what, *more])], request.latex)
+
+
+def _overview() -> Answer:
+    """The kinds with their names."""
+    record = {kind: list(known()) for kind, known in PARTS.items()}
+    lines = [f"{kind:<13}{', '.join(each)}" for kind, each in record.items()]
+    more = "measures     see `vibrocap list measures`\ndatasets     see `vibrocap list datasets`"
+    return Answer(record, "\n".join([*lines, more]))
+
+
+def _kind(kind: str) -> Answer:
+    """The parts of a kind, a line each; laws with whether they stick and creep."""
+    known, words = PARTS[kind](), {}
+    for name, part in known.items():
+        words[name] = inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
+    width, lines = max(map(len, words), default=0) + 2, []
+    for name, meaning in words.items():
+        lines.append(f"{name:<{width}}{meaning}")
+        if kind == "laws":
+            creeps = "creeps" if known[name].creeps else "does not creep"
+            lines.append(f"{'':<{width}}{known[name].kind}; {creeps} under an oscillating force below break-away")
+    if kind == "laws":
+        wrappers = " and ".join(f"{word}-" for word in catalogue.wrappers())
+        lines.append(f"\nBefore a name may stand {wrappers}, as in backlash-anisotropic-lugre.")
+    shown = "vibrocap friction lugre" if kind == "laws" else f"vibrocap list {next(iter(known))}"
+    return Answer({kind: words}, "\n".join([*lines, f"\nNext: {shown}"]))
+
+
+def _named(names: Sequence[str]) -> list[Any]:
+    """The classes of parts by name; Refusal, with the nearest name, for what there is not."""
+    catalogues = [known() for known in PARTS.values()]
+    near = [*completers.LISTED, *(name for known in catalogues for name in known)]
+    complaints = [
+        f"no machine, law, drive or controller is called {name!r}; {suggestion(name, near, cutoff=0.0)}"
+        for name in names
+        if not any(name in known for known in catalogues)
+    ]
+    if complaints:
+        raise Refusal(*complaints)
+    return [known[name] for name in names for known in catalogues if name in known]
+
+
+def _sheets(parts: list[Any], latex: bool) -> Answer:
+    """Parts with their words, parameters, sources, and the equations of a machine."""
+    from vibrocap.physics.equations import equations_of
+    from vibrocap.physics.machines.machine import Machine
+
+    form = "latex" if latex else "text"
+    equations = {each.name: equations_of(each, form).lines for each in parts if isinstance(each, Machine)}
+    if latex:
+        lines = [line for each in equations.values() for line in each]
+        return Answer({"equations": lines}, "\n".join(lines))
+    record = [{"name": each.name, "equations": list(equations.get(each.name, ()))} for each in parts]
+
+    def text(page: Page) -> None:
+        for part in parts:
+            page.say(inspect.cleandoc(type(part).__doc__ or part.name) + "\n")
+            page.print(parameters_in_words(part))
+            if part.name in PARTS["machines"]() or part.name in equations:
+                page.say("\nEquations of motion, derived from its description:\n")
+                own = equations.get(part.name) or ["none: it is not described by its parts"]
+                page.say("\n".join(f"    {line}" for line in own))
+            source = [each.text for each in references(type(part).source, part.name)] or ["not recorded"]
+            page.say("\nsource     " + "\n           ".join(source))
+
+    return Answer(record[0] if len(record) == 1 else {"parts": record}, text)
+
+
+def _measures(system: System | None) -> Answer:
+    """The measures of a sweep, with their units in SI; of a system those that it has."""
+    from vibrocap.measures.during_run import measure_table
+    from vibrocap.measures.standard import undefined_measures
+
+    with_units = system is None or system.units is not None
+    without = () if system is None else undefined_measures(system)
+    known = {name: each for name, each in measure_table(system).items() if name not in without}
+
+    def text(page: Page) -> None:
+        made = table(None, "measure", *(["unit"] if with_units else []), "meaning", no_wrap=1 + with_units)
+        for name, each in known.items():
+            made.add_row(name, *([each.si_unit.replace("1", "")] if with_units else []), each.meaning)
+        page.print(made)
+        page.print("Every run also has status, settled, response_period, window_start and window_periods.")
+
+    record = {
+        name: {"si_unit": each.si_unit if with_units else "1", "meaning": each.meaning} for name, each in known.items()
+    }
+    return Answer({"measures": record}, text)
+
+
+def _data_sets() -> Answer:
+    """The published measurements: authors, licence, and whether they are here."""
+    from vibrocap.records.fetching import DATA_SETS
+    from vibrocap.records.published import FOLDERS, data_root
+
+    lines, record = [], {}
+    for each in DATA_SETS.values():
+        folder = data_root() / FOLDERS[each.name]
+        count = len(each.originals)
+        here = f"here, in {folder}" if folder.is_dir() else f"not here; {count} file{'s' * (count != 1)}"
+        lines += [
+            each.name,
+            *(f"  {line}" for line in (each.title, f"{each.authors}; {each.licence}", each.page, here)),
+        ]
+        record[each.name] = {"title": each.title, "authors": each.authors, "licence": each.licence, "page": each.page}
+    return Answer({"datasets": record}, "\n".join(lines))
+
+
+def _fetched(name: str, to: Path | None) -> Answer:
+    """Fetch the published files of a data set, and check them; files that exist are not fetched again."""
+    from vibrocap.records.fetching import DATA_SETS, FetchError
+    from vibrocap.records.fetching import fetch as fetched
+    from vibrocap.records.published import data_root
+
+    if name not in DATA_SETS:
+        begun = next((each for each in DATA_SETS if name and each.startswith(name)), name)
+        raise Refusal(f"--fetch: no data set is called {name!r}; {suggestion(begun, DATA_SETS)}")
+    needs("--fetch", "pooch")
+    writable_folder("--to", to if to is not None else data_root())
+    try:
+        with progress(f"Fetching {name}") as report:
+            came = fetched(DATA_SETS[name], to, lambda share: report(share, None))
+    except FetchError as error:
+        return Answer(incomplete=str(error))
+    samples = sum(map(len, came.records))
+    lines = [f"{name}: {len(came.records)} records, {samples:,} samples, in {came.folder}"]
+    lines += [f"  checked    {came.known} against the published checksum"] * bool(came.known)
+    lines += [f"  checked    {came.recorded} against the checksum of the first fetch"] * bool(came.recorded)
+    lines += [f"  trusted    {came.first} on first use; checksums in SHA256SUMS there"] * bool(came.first)
+    lines += [f"  by         {DATA_SETS[name].authors}; {DATA_SETS[name].licence}"]
+    lines += [f"To use it: VIBROCAP_DATA={to}"] * (to is not None)
+    return Answer({"dataset": name, "records": len(came.records), "samples": samples}, "\n".join(lines))
+
+
+def _check(request: ListRequest) -> Answer:
+    """Whether parts keep their contracts: the one that is named, or those of --parts."""
+    parts = _named(request.names) if request.names else list(catalogue.registered())
+    if not parts:
+        raise Refusal("--check: name a part, such as `vibrocap list lugre --check`, or a file: --parts mylaws.py")
+    record, text, well = checked(parts, motion=not request.quick)
+    return Answer(record, text, incomplete="" if well else "A part does not keep its contract.", code=WRONG_INPUT)

@@ -1,0 +1,197 @@
+"""`vibrocap stick-slip`: stick-slip in the measured force on sliders that are pulled through a spring."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from vibrocap.arguments import ArgumentError, Complaints
+from vibrocap.cli.command import Answer, Drawn, command
+from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, picture
+from vibrocap.cli.refusal import Refusal, by_option
+from vibrocap.cli.terminal import Page, table
+from vibrocap.cli.texts import column_names, pairs, split
+
+if TYPE_CHECKING:
+    from vibrocap.records.slips.periods import Drift
+    from vibrocap.records.stick_slip import Spread, StickSlip
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StickSlipRequest(Drawn):
+    """The options of `vibrocap stick-slip`."""
+
+    source: Annotated[
+        Path, Option("FILE.csv, .txt, .npz or .mat with force over time, or the folder of paper-stick-slip", True)
+    ]
+    record: Annotated[str | None, Option("the name of one record of several, such as k168_v42")] = None
+    columns: Columns = None
+    units: ColumnUnits = None
+    sampling_rate: SamplingRate = None
+    stiffness: Annotated[float | None, Option("stiffness of the spring in N/m")] = None
+    speed: Annotated[float | None, Option("speed at which the spring is pulled, in m/s", sets=("pulling_speed",))] = (
+        None
+    )
+    mass: Annotated[float | None, Option("mass of the slider in kg")] = None
+    normal_force: Annotated[float | None, Option("normal force in N, for friction coefficients")] = None
+    coefficient: Annotated[bool, Option("the column of force holds friction over normal force")] = False
+    plot: Annotated[Path | None, picture("the record, or the diagram of regimes of several")] = None
+    json: Json = False
+    minor: Annotated[
+        float, Option("slips below this share of the mean slip do not count in period and slips", advanced=True)
+    ] = 0.5
+
+    @functools.cached_property
+    def reading(self) -> tuple[dict[str, Any], dict[str, str]]:
+        """Columns and units by quantity; Refusal for texts that are none."""
+        refused = Complaints()
+        columns = column_names(self.columns, refused)
+        units = pairs("units", split(self.units), refused, "QUANTITY=UNIT, such as force=kN")
+        if refused:
+            raise Refusal(*refused)
+        return columns, units
+
+    def plan(self, refused: Complaints) -> None:
+        """Columns and units can be read."""
+        _ = self.reading
+
+
+@command("data", "vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --plot pull.png")
+def stick_slip(request: StickSlipRequest) -> Answer:
+    """Stick-slip in the measured force on a slider.
+
+    The slider is pulled through a spring. Stick and slip phases, period, slips, levels of friction and the regime are
+    determined: stick-slip, inertial or steady. If a file has several records, all are listed, and --plot draws a
+    diagram of their regimes.
+    """
+    from vibrocap.records.checks import RecordError
+    from vibrocap.records.slips.pull import read_pulls
+    from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
+
+    complaints = Complaints()
+    columns, units = request.reading
+    settings: dict[str, Any] = request.given("stiffness", "mass", "normal_force")
+    settings |= {} if request.speed is None else {"pulling_speed": request.speed}
+    settings |= {"coefficient": True} if request.coefficient else {}
+    found: list[StickSlip] = []
+    try:
+        pulls = read_pulls(request.source, request.record, columns, units, request.sampling_rate)
+    except (RecordError, FileNotFoundError) as error:
+        raise Refusal(*complaints, str(error)) from None
+    if request.coefficient and any("coefficient" not in each.settings for each in pulls):
+        already = f"the reader of {request.source.name} has made newtons of its coefficients already"
+        complaints.append(f"--coefficient: {already}")
+    for each in pulls if not complaints else ():
+        try:
+            arguments = {**each.settings, **settings, "minor": request.minor, "name": each.name}
+            found.append(stick_slip_of_force(each.time, each.force, **arguments))
+        except RecordError as error:
+            complaints += [f"{error.source}:", *(f"  {line}" for line in by_option(error.complaints, request.flags()))]
+    if complaints:
+        raise Refusal(*complaints)
+
+    def text(page: Page) -> None:
+        if len(found) > 1:
+            print_records(page, found)
+            return
+        print_stick_slip(page, found[0])
+        for note in pulls[0].notes:
+            page.say(f"  read: {note}")
+
+    record = found[0] if len(found) == 1 else found
+    return Answer(record, text, None if request.plot is None else _figure(found))
+
+
+def _figure(found: "list[StickSlip]") -> Callable[[], Any]:
+    """Makes the picture of a record, or the diagram of several; Refusal for records without a place in it."""
+    from vibrocap.records.regime_diagram import regime_diagram
+
+    try:
+        diagram = regime_diagram(found) if len(found) > 1 else None
+    except ArgumentError as error:
+        raise Refusal(f"--plot: {error}; or draw one with --record") from None
+
+    def figure() -> Any:
+        from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
+
+        return stick_slip_figure(found[0]) if diagram is None else regime_figure(diagram)
+
+    return figure
+
+
+def print_stick_slip(page: Page, found: "StickSlip") -> None:
+    """The summary of a record."""
+    page.say(f"{found.name}: {found.regime.name}", style="bold")
+    page.say(f"  {found.regime.reason}")
+    unit = "" if found.force_unit == "1" else " N"
+    rows: list[tuple[str, str | None]] = [
+        ("slips", _slip_count(found)),
+        ("period", _spread_text(found.period, " s")),
+        ("drift of period", _drift_text(found.drift)),
+        ("spectrum", _spread_text(found.recurrence.spectral_period, " s")),
+        ("correlation", _spread_text(found.recurrence.correlation_period, " s")),
+        ("slip", _spread_text(found.slip, " um", scale=1e6)),
+        ("release of spring", _spread_text(found.release, " um", scale=1e6)),
+        ("stick phases", _spread_text(found.stick_duration, " s")),
+        ("slip phases", _spread_text(found.slip_duration, " s")),
+        ("at rest", None if found.stick_fraction is None else f"{found.stick_fraction:.1%} of the time"),
+        ("static level", _spread_text(found.static_level, unit, found.static_coefficient)),
+        ("kinetic level", _spread_text(found.kinetic_level, unit, found.kinetic_coefficient, found.kinetic_from)),
+        ("level at slip end", _spread_text(found.slip_end_level, unit)),
+        ("rate over k V", _spread_text(found.loading_ratio, "")),
+        ("fastest", None if found.velocity is None else f"{found.velocity.max():.4g} m/s"),
+        ("noise", f"{found.noise:.3g}{unit}, {found.spikes:,} spikes taken out"),
+    ]
+    page.rows(rows, 19)
+    for note in found.notes:
+        page.say(f"  note: {note}")
+
+
+def _slip_count(found: "StickSlip") -> str | None:
+    """How many slips there are, and what the minor ones change."""
+    main, every = len(found.main_slips), [slip.start for slip in found.slips]
+    if len(every) == main:
+        return str(main) if main else None
+    period = (every[-1] - every[0]) / (len(every) - 1)
+    return f"{main}, and {len(every) - main} minor; were these counted, the period would be {period:.4g} s"
+
+
+def _drift_text(drift: "Drift | None") -> str | None:
+    if drift is None:
+        return None
+    return f"{drift.last - drift.first:+.3g} s from the first third to the last, standard error {drift.error:.2g} s"
+
+
+def _spread_text(
+    value: "Spread | float | None",
+    unit: str,
+    coefficient: float | None = None,
+    source: str | None = None,
+    scale: float = 1.0,
+) -> str | None:
+    if value is None:
+        return None
+    more = "" if coefficient is None or not unit else f"; coefficient {coefficient:.4g}"
+    more += "" if source is None else f"; {source}"
+    if isinstance(value, int | float):
+        return f"{scale * value:.5g}{unit}{more}"
+    deviation = "" if value.deviation is None else f", standard deviation {scale * value.deviation:.3g}"
+    return f"{scale * value.mean:.5g}{unit} (median {scale * value.median:.5g}{deviation}, {value.number}){more}"
+
+
+def print_records(page: Page, found: "list[StickSlip]") -> None:
+    """A table of several records."""
+    made = table(None, "record", "regime", "slips", "period s", "inertial s", "slip um", "at rest", no_wrap=7)
+    for each in found:
+        numbers = (
+            each.period.mean if each.period else math.nan,
+            each.regime.inertial_period or math.nan,
+            1e6 * each.slip.mean if each.slip else math.nan,
+        )
+        shown = ["" if math.isnan(number) else f"{number:.4g}" for number in numbers]
+        rest = "" if each.stick_fraction is None else f"{each.stick_fraction:.0%}"
+        made.add_row(each.name, each.regime.name, str(len(each.main_slips)), *shown, rest)
+    page.print(made)
+    page.print("inertial: 2 pi sqrt(m/k). Of one record more is told with --record NAME.")

@@ -1,0 +1,289 @@
+"""The options of `vibrocap fit`: records, parameters and files, every fault of them before any work."""
+
+import dataclasses
+import functools
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from vibrocap.arguments import ArgumentError, Complaints, suggestion
+from vibrocap.cli import completers
+from vibrocap.cli.command import Drawn, WithParts
+from vibrocap.cli.destinations import own_names
+from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, folder, picture
+from vibrocap.cli.refusal import by_option
+from vibrocap.cli.texts import column_names, pairs, split
+
+if TYPE_CHECKING:
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+    from vibrocap.records.record import Record
+
+OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
+PENDULUM = "written as mass=0.5,length=0.3"
+
+
+@dataclasses.dataclass(frozen=True)
+class FitPlan:
+    """What `vibrocap fit` runs: records ready for a fit, its settings, units of a case, and doubts about units."""
+
+    records: "list[Record]"
+    settings: dict[str, Any]
+    scales: "PendulumScales | None"
+    doubts: list[str]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class FitRequest(WithParts, Drawn):
+    """The options of `vibrocap fit`."""
+
+    data: Annotated[
+        tuple[Path, ...],
+        Option("FILE.csv, .txt, .npz or .mat: force with velocity, displacement or both; may be several", place=True),
+    ] = ()
+    law: Annotated[str | None, Option("a law, see `vibrocap list laws`", offers=completers.law_names)] = None
+    compare: Annotated[
+        list[str] | None,
+        Option(
+            "LAW,LAW,... instead of --law: rank them by their error on data that they were not fitted to",
+            sets=("laws",),
+            offers=completers.law_names,
+        ),
+    ] = None
+    machine: Annotated[
+        Path | None,
+        Option("a case instead of --law: machine and law together, fitted to its motion under the measured force"),
+    ] = None
+    predict: Annotated[str, Option("of --machine: the quantity to compare, such as angle or velocity")] = "position"
+    over: Annotated[
+        list[str] | None,
+        Option("PATH=LEAST:LARGEST, an unknown parameter and its bounds; may be repeated", needs="machine"),
+    ] = None
+    columns: Columns = None
+    units: ColumnUnits = None
+    sampling_rate: SamplingRate = None
+    load: Annotated[
+        float | None,
+        Option("normal force in N; without it and such a column, coefficients are forces in N", sets=("normal_force",)),
+    ] = None
+    cutoff: Annotated[float | None, Option("of the low-pass filter of the motion in Hz [default: no filter]")] = None
+    fixed: Annotated[
+        list[str] | None,
+        Option("NAME=VALUE, a parameter that is not fitted; may be repeated", offers=completers.law_parameters),
+    ] = None
+    free: Annotated[
+        list[str] | None,
+        Option(
+            "NAME,NAME,... the fitted parameters [default: all but those fixed by convention]",
+            offers=completers.law_parameters,
+        ),
+    ] = None
+    hold_out: Annotated[
+        list[str] | None,
+        Option(
+            "RECORD,RECORD,... that are predicted and not fitted; eq_* for all that begin with eq_", sets=("held_out",)
+        ),
+    ] = None
+    steady: Annotated[bool, Option("fit only force over velocity, without the memory of the contact")] = False
+    spring: Annotated[
+        str | None,
+        Option(
+            "of rate-and-state laws: stiffness of the machine in N/m, measured (from the data), or searched (fitted)",
+            sets=("program", "machine_stiffness"),
+        ),
+    ] = None
+    out: Annotated[
+        Path | None,
+        folder("folder for fit.json, friction.toml, residuals.csv and pictures; with --compare one for each law"),
+    ] = None
+    pendulum: Annotated[
+        list[str] | None, Option("mass=KG,length=M of the pendulum whose weight and length are the units of a case")
+    ] = None
+    plot: Annotated[Path | None, picture("measured and fitted force, loops and intervals")] = None
+    json: Json = False
+    offset: Annotated[bool, Option("fit a constant error of the force sensor too", advanced=True)] = False
+    mass: Annotated[bool, Option("fit the inertia between sensor and contact too", advanced=True)] = False
+    delay: Annotated[bool, Option("fit a delay of the force behind the motion too", advanced=True)] = False
+    least_speed: Annotated[float, Option("slowest samples of --steady, in m/s", advanced=True)] = 0.0
+    loss: Annotated[
+        str, Option("linear, soft_l1, huber, cauchy or arctan; all but linear weigh outliers less", advanced=True)
+    ] = "linear"
+    weights: Annotated[
+        str,
+        Option("power: records count alike, whatever their forces; equal: samples have the same noise", advanced=True),
+    ] = "power"
+    start: Annotated[str, Option("the contact at the first sample: fitted, or relaxed", advanced=True)] = "fitted"
+    intervals: Annotated[
+        str | None,
+        Option(
+            "profile (of the likelihood) or covariance, quicker [default: profile, comparing covariance]", advanced=True
+        ),
+    ] = None
+    starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
+    seed: Seed = 0
+
+    @property
+    def laws(self) -> list[str]:
+        """The law that is fitted, or those that are compared."""
+        return split([self.law]) if self.law else split(self.compare)
+
+    @functools.cached_property
+    def plan_and_complaints(self) -> tuple[FitPlan, Complaints]:
+        """The fit that the options ask for, and everything that is wrong with them."""
+        wrong = Complaints()
+        held = held_parameters(self.laws, self.fixed, self.free, wrong)
+        if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
+            wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
+        elif self.machine is None and bool(self.law) == bool(self.compare):
+            wrong.append("--law: give one law, or several with --compare, or a case with --machine")
+        if self.compare and self.steady:
+            wrong.append("--steady: is for --law; laws are compared by driving them through the records")
+        other = self.compare or self.steady
+        stiffness = machine_stiffness(self.spring, other, self.hold_out, self.data, wrong)
+        if not self.data:
+            wrong.append("DATA: give at least one file with force and motion")
+        with wrong.collected():
+            if self.out is not None and self.compare:
+                own_names("--out", self.out, "comparison.json", "comparison.png")
+            for folder in [self.out / each for each in self.laws] if self.out and self.compare else [self.out]:
+                if folder is not None:
+                    own_names("--out", folder, *OF_FIT)
+        records, doubts = read(self, wrong)
+        hidden = held_out(self.hold_out, records, wrong)
+        scales = units_of_case(self.pendulum, self.out, records, wrong)
+        settings: dict[str, Any] = {"fixed": held, "free": split(self.free) or None, "loss": self.loss}
+        settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
+        if self.spring is not None:
+            settings |= {"machine_stiffness": stiffness}
+        else:
+            settings |= {"held_out": hidden, "weights": self.weights, "offset": self.offset}
+            own = ("least_speed",) if self.steady else ("mass", "delay", "start")
+            settings |= {name: getattr(self, name) for name in own}
+        return FitPlan(records, settings, scales, doubts), wrong
+
+    def plan(self, refused: Complaints) -> None:
+        """Everything that is wrong with records, parameters and files."""
+        refused += self.plan_and_complaints[1]
+
+
+def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], list[str]]":
+    """The records ready for a fit, and what looks wrong with their units."""
+    from vibrocap.records.checks import RecordError, RecordWarning
+    from vibrocap.records.preparation import prepared
+    from vibrocap.records.reading.readers import read_records
+
+    options = FitRequest.flags()
+    named = column_names(request.columns, complaints)
+    units = pairs("units", split(request.units), complaints, "written as force=kN")
+    found: list[Record] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RecordWarning)
+        try:
+            if request.data:
+                rate, load = request.sampling_rate, request.load
+                found = read_records(list(request.data), named, units, sampling_rate=rate, normal_force=load)
+        except RecordError as error:
+            complaints += [f"{error.source}:", *(f"  {each}" for each in by_option(error.complaints, options))]
+        except (OSError, UnicodeDecodeError) as error:
+            complaints.append(str(error))
+        try:
+            found = [prepared(record, cutoff=request.cutoff) for record in found]
+        except ArgumentError as error:
+            complaints += by_option(error.complaints, options)
+    return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
+
+
+def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complaints) -> dict[str, float]:
+    """Parameters that are held, checked against the laws."""
+    from vibrocap.identification.problem.parametrisation import law_class
+    from vibrocap.physics.parameters import parameter_table
+
+    known: dict[str, Any] | None = {}  # names, in the order of the laws
+    for law in laws:
+        try:
+            names = {info.name: info for info in parameter_table(law_class(law))}
+            known = known | names if known is not None else None
+        except ArgumentError as error:
+            complaints += by_option(error.complaints, FitRequest.flags())
+            known = None
+    held: dict[str, float] = {}
+    for name, text in pairs("fixed", split(fixed), complaints, "written as stribeck_velocity=0.01").items():
+        try:
+            held[name] = float(text)
+        except ValueError:
+            complaints.append(f"--fixed {name}={text}: should be a number")
+    for option, given in (("fixed", held), ("free", split(free))):
+        for name in given:
+            if known and name not in known:
+                near = suggestion(name, known, there_is="there are")
+                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {near}")
+    return held
+
+
+def own_settings(law: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """The parameters held and searched that a law has, where several laws are asked for with the same."""
+    from vibrocap.identification.problem.parametrisation import law_class
+    from vibrocap.physics.parameters import parameter_table
+
+    names = [info.name for info in parameter_table(law_class(law))]
+    free = [name for name in settings["free"] or () if name in names]
+    return {"fixed": {k: v for k, v in settings["fixed"].items() if k in names}, "free": free or None}
+
+
+def held_out(patterns: Any, records: "list[Record]", complaints: Complaints) -> list[str]:
+    """Names of the records that are held out."""
+    from fnmatch import fnmatchcase
+
+    names = [record.name for record in records]
+    hidden = []
+    for pattern in split(patterns):
+        found = [name for name in names if fnmatchcase(name, pattern)]
+        if not found and names:
+            complaints.append(f"--hold-out: no record is called {pattern!r}; there is {', '.join(names)}")
+        hidden += [name for name in found if name not in hidden]
+    if names and len(hidden) == len(names):
+        complaints.append("--hold-out: leaves no record to fit")
+    return hidden
+
+
+def machine_stiffness(
+    text: str | None, other: Any, hold_out: Any, data: tuple[Path, ...], complaints: Complaints
+) -> "float | str | None":
+    """The stiffness of the machine's spring: N/m, "measured", or None where it is searched."""
+    if text is None:
+        return None
+    if other or hold_out or len(data) > 1:
+        complaints.append("--spring: is for one law and one record, without --compare, --steady and --hold-out")
+    if text in ("measured", "searched"):
+        return "measured" if text == "measured" else None
+    try:
+        return float(text)
+    except ValueError:
+        complaints.append(f"--spring {text}: should be measured, searched or a stiffness in N/m")
+        return None
+
+
+def units_of_case(
+    texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
+) -> "PendulumScales | None":
+    """The units of the case that a law is written for, if it is to be in such."""
+    from vibrocap.physics.machines.capsule_with_bob import PendulumScales
+
+    if not texts:
+        return None
+    if out is None:
+        complaints.append("--pendulum: is for the friction.toml of --out FOLDER")
+    loose = [record.name for record in records if record.normal_force is None]
+    if loose:
+        complaints.append(f"--pendulum: needs the normal force of {', '.join(loose)}; give it by --load")
+    if any(record.rotary for record in records):
+        complaints.append("--pendulum: is for a contact that slides; the records are of one that turns")
+    given = pairs("pendulum", split(texts), complaints, PENDULUM)
+    unknown = [name for name in given if name not in ("mass", "length")]
+    if unknown or len(given) < 2:
+        complaints.append(f"--pendulum {','.join(texts)}: should be {PENDULUM}")
+        return None
+    try:
+        return PendulumScales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
+    except ValueError:
+        complaints.append(f"--pendulum {','.join(texts)}: mass (kg) and length (m) should be numbers > 0")
+        return None

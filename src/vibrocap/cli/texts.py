@@ -1,0 +1,96 @@
+"""Texts of options: how pairs, settings, ranges and lists are read."""
+
+from typing import Any
+
+from vibrocap.arguments import ArgumentError, Complaints, suggestion
+from vibrocap.case.sections import SECTIONS, is_section
+from vibrocap.cli.refusal import Refusal
+from vibrocap.physics.dimensions.conversion import Quantity, quantity
+from vibrocap.physics.names import split_path
+from vibrocap.physics.system import System
+
+
+def split(texts: "list[str] | None") -> list[str]:
+    """Texts, each of which may be several with commas between."""
+    return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
+
+
+def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted: str) -> dict[str, str]:
+    """KEY=VALUE pairs; wanted: what a complaint says they should be."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not (key and equals and value):
+            complaints.add(f"--{option} {text}", f"should be {wanted}")
+        elif key in found:
+            complaints.add(f"--{option} {key}", "is given twice")
+        else:
+            found[key] = value
+    return found
+
+
+def checked_pairs(option: str, texts: "list[str] | None", wanted: str) -> dict[str, str]:
+    """The same, refused with every complaint."""
+    complaints = Complaints()
+    found = pairs(option, texts, complaints, wanted)
+    if complaints:
+        raise Refusal(*complaints)
+    return found
+
+
+def changes(
+    set_: "list[str] | None", initial: "list[str] | None", complaints: Complaints
+) -> dict[str, tuple[str, Any]]:
+    """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
+    found = {}
+    for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
+        section, name = split_path(path)
+        if not is_section(section):
+            complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
+        elif not name:
+            complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")
+        else:
+            found[path] = f"--set {path}", value_of(text)
+    for name, text in pairs("initial", split(initial), complaints, "NAME=VALUE, such as angle=0.5").items():
+        if f"initial.{name}" in found:
+            complaints.add(f"--initial {name}", "is given by --set too")
+        found[f"initial.{name}"] = f"--initial {name}", value_of(text)
+    return found
+
+
+def value_of(text: str) -> int | float | str:
+    """A whole number, a number or a word."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text.strip("\"'")
+
+
+def range_of(
+    text: str, option: str = "--over", example: str = "machine.mass_ratio=0.2:8.1"
+) -> tuple[str, float, float]:
+    """PATH=LEAST:LARGEST."""
+    path, _, ends = text.partition("=")
+    try:
+        low, high = (float(end) for end in ends.split(":"))
+    except ValueError:
+        raise Refusal(f"{option} should be PATH=LEAST:LARGEST, such as {example}, got {text!r}") from None
+    return path, low, high
+
+
+def quantity_range(text: str, system: System) -> tuple[Quantity, float, float]:
+    """PATH=LEAST:LARGEST of a system, the path in SI or not: (the quantity, the range without units)."""
+    path, low, high = range_of(text)
+    try:
+        found = quantity(path, system)
+    except ArgumentError as error:
+        raise Refusal(f"--over {error}") from None
+    return found, low / found.scale, high / found.scale
+
+
+def column_names(texts: "list[str] | None", complaints: Complaints) -> dict[str, str | int]:
+    """The columns of records by quantity, as names or numbers."""
+    named = pairs("columns", split(texts), complaints, "QUANTITY=NAME, such as force=F1")
+    return {quantity: int(name) if name.isdigit() else name for quantity, name in named.items()}

@@ -1,0 +1,352 @@
+"""fit_motion(case, records, over=...): parameters of any machine and law from its motion under a measured force.
+
+Output error: the case is simulated under the measured force, and what it does is compared with what was measured. So
+mass, springs, dampers, gravity and friction are found together, and a motion under another force is predicted.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaints, check_whole, shown, suggestion
+from vibrocap.case.case import Case, CaseError
+from vibrocap.case.sections import is_kind
+from vibrocap.design.calibration.calibration import CalibratedParameter
+from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column, searched
+from vibrocap.design.search.variables import design_space
+from vibrocap.identification.inference.identifiability import WIDE, Verdict
+from vibrocap.identification.inference.residuals import FAR
+from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time, inverse, uncertainty
+from vibrocap.identification.search.loss import Loss
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.numerics.api import available_threads
+from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.quantities.declared import ByName, Number, Numbers, WithUnit
+from vibrocap.records.record import Record
+from vibrocap.results import Result
+from vibrocap.studies.plan.variation import refusal
+
+HALVINGS = 6  # to where the squares object to a value of a parameter
+LEAST = 1e-9  # share of a range: the first step from a value
+FAINT = 1e-9  # change of every error per share, below which a parameter does nothing
+BEGIN = 0.1  # share of a held-out record from which its start is found
+SENSITIVE = 1e3  # growth of a change of the start from which on neighbouring parameters have minima of their own
+CONSTANT = 1.0  # relative error from which on a prediction is no better than a constant
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class MotionFit(Result):
+    """Parameters of a case from motions under measured forces, and the motions that it predicts.
+
+    system: with the parameters found, and the drive of the case; predict: the quantity compared, in `unit`
+    parameters: with their 95 % intervals and verdicts; correlation: [p, p] of them
+    held_out: names of the records that the fit has not seen; of such a record the first tenth finds its start alone,
+        and what it says of errors is of the rest
+    measured, predicted, band: [samples] by record; of a new measurement 95 % lie within predicted +- band
+    rms: root mean square error by record; relative: over the standard deviation of what was measured, 1 for a constant
+    noise_ratio: errors over the noise of the samples, which second differences tell
+    growth: largest factor by which a change of the start grows in a record
+    starts: initial states by record, of the case without units
+    converged: whether the search has settled
+    """
+
+    system: System
+    predict: str
+    unit: str
+    parameters: tuple[CalibratedParameter, ...]
+    correlation: Numbers
+    held_out: tuple[str, ...]
+    time: dict[str, Numbers]
+    measured: dict[str, Numbers]
+    predicted: dict[str, Numbers]
+    band: dict[str, Numbers]
+    rms: dict[str, Number]
+    relative: dict[str, Number]
+    noise_ratio: Number
+    growth: Number
+    starts: dict[str, ByName]
+    converged: bool
+
+    rows = "parameters"
+    in_record = "predict parameters correlation records noise_ratio growth converged"
+
+    @property
+    def records(self) -> dict[str, dict[str, Any]]:
+        """What is left of each record by name: its rms, relative too, and whether it was held out."""
+        rms = {name: x if self.unit == "1" else WithUnit(x, self.unit) for name, x in self.rms.items()}
+        return {
+            name: {"rms": x, "relative": self.relative[name], "held_out": name in self.held_out}
+            for name, x in rms.items()
+        }
+
+    @property
+    def heading(self) -> str:
+        return f"{self.predict} of {len(self.measured)} records fitted"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        found = {each.path: str(each) for each in self.parameters}
+        for name, rms in self.rms.items():
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            worse = ", no better than a constant" if self.relative[name] >= CONSTANT else ""
+            kept = "held out, " if name in self.held_out else ""
+            found[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
+        if self.noise_ratio > FAR:
+            times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
+            found["doubt"] = f"{times}: machine or law lack something"
+        elif self.growth > SENSITIVE:
+            found["doubt"] = f"a change of the start grows {self.growth:.2g} times: fit shorter records"
+        if not self.converged:
+            found["search"] = "not settled: give more starts or narrower bounds"
+        return found
+
+    def __getitem__(self, path: str) -> CalibratedParameter:
+        """A parameter by its path."""
+        return next(each for each in self.parameters if each.path == path)
+
+    def case(self, periods: float = 40) -> Case:
+        """The case with the parameters found, and its own drive."""
+        return Case(self.system, periods=periods)
+
+
+@shows_progress("Fitting the motion")
+def fit_motion(
+    system: System | Case,
+    records: Record | Iterable[Record],
+    over: Mapping[str, Any],
+    *,
+    predict: str = "position",
+    held_out: str | Iterable[str] = (),
+    initial: ByName | None = None,
+    starts: int = 64,
+    seed: int = 0,
+    tolerance: float = 1e-9,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> MotionFit:
+    """Parameters of machine, friction and actuator from measured motions under a measured force or torque.
+
+    The case is simulated under the force of each record, straight lines between its samples, and the squared errors
+    of what it predicts are minimised: from Sobol points over the first eighth of the records, then over longer ones
+    (SciPy's trust region). Parameters are common to all records; each has a start of its own, which is found too.
+    Errors that follow from a wrong model are correlated, and intervals widen with their correlation time.
+
+    system: in SI where the records are; its drive is replaced; it may be any machine, a `[mechanism]` of one's own too
+    records: force (torque) of the drive, and the motion: `vc.read_records`
+    over: {path: (low, high)}: what is unknown, and within which bounds, as in `calibrate`; "drive.amplitude" is a
+        factor of the measured force
+    predict: a quantity of the motion: a length or an angle is compared with the records' displacement, a velocity and
+        an acceleration with theirs
+    held_out: names of records that the fit does not see and that judge it
+    initial: states at the start of every record that are known; the machine's others are found
+    starts: points from which the search begins; seed: of them
+
+    Returns a `MotionFit`. Raises CaseError with every complaint about system, records and over, before any work.
+    """
+    complaints = Complaints()
+    case = system if isinstance(system, Case) else Case(system)
+    records = [records] if isinstance(records, Record) else list(records)
+    hidden = (held_out,) if isinstance(held_out, str) else tuple(held_out)
+    _check_records(case.system, records, predict, hidden, complaints)
+    for name, count in (("starts", starts), ("seed", seed)):
+        with complaints.collected():
+            check_whole(name, count, 1 if name == "starts" else 0, 2**16)
+    with complaints.collected():
+        check_run(periods=1.0, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    known = dict(initial or {})
+    with complaints.collected():
+        initial_state(case.system, known)
+    if complaints:
+        raise CaseError(complaints, "the fit")
+    every = {each.name: each for each in courses(case.system, records, predict, known)}
+    fitted = [each for name, each in every.items() if name not in hidden]
+    space = design_space(fitted[0].system, over, complaints)
+    numbers = {space.paths[i] for i in space.continuous}
+    for path in space.paths:
+        if is_kind(path) or path not in numbers:
+            complaints.add(path, "should be a number with its bounds, such as 0.1:0.5")
+    if complaints:
+        raise CaseError(complaints, "the fit")
+    threads = threads or available_threads()
+    model = RecordModel(predict, space, fitted, tolerance, threads)
+    point, converged = searched(model, starts, seed, told(progress))
+    others = [RecordModel(predict, space, [every[name]], tolerance, threads) for name in hidden]
+    return _found(case.system, model, others, point, converged)
+
+
+def _check_records(
+    system: System, records: Sequence[Record], predict: str, hidden: Sequence[str], complaints: Complaints
+) -> None:
+    """What is wrong with the records, and with what is asked of them."""
+    names = [each.name for each in records]
+    if system.controller is not None:
+        complaints.add("controller", "should be left out: the measured force drives the machine")
+    if not records:
+        complaints.add("records", "should be at least one")
+    twice = {name for name in names if names.count(name) > 1}
+    complaints += [f"records: {shown(name)} is the name of several; give each its own" for name in sorted(twice)]
+    for name in hidden:
+        if name not in names:
+            complaints.add("held_out", f"there is no record {name!r}; {suggestion(name, names)}")
+    if records and not {*names} - {*hidden}:
+        complaints.add("held_out", "should leave at least one record to fit")
+    if predict not in system.state_names:
+        complaints.add("predict", f"there is no state {predict!r}; {suggestion(predict, system.state_names)}")
+        return
+    column = measured_column(system, predict)
+    if column is None:
+        complaints.add("predict", f"{predict} is no length, angle, velocity or acceleration, so no record holds it")
+        return
+    for each in records:
+        if getattr(each, column) is None:
+            complaints.add("predict", f"{predict} is compared with {column}, which record {each.name!r} has not")
+
+
+def _found(
+    system: System, model: RecordModel, others: Sequence[RecordModel], point: np.ndarray, converged: bool
+) -> MotionFit:
+    """The result of a search."""
+    space, many = model.space, len(model.space.paths)
+    counts = model.counts(1.0)
+    errors = model.errors(point, counts)
+    slopes = model.slopes(point, counts)
+    parts = np.split(errors, np.cumsum(counts)[:-1])
+    spread = uncertainty(parts, slopes, np.eye(model.coordinates), Loss())
+    deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
+    growth = model.growth(slopes)
+    doubted = growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
+    shares = point[:many]
+    own = spread.covariance[:many, :many]
+    parameters = [_parameter(model, k, point, slopes, spread, errors, doubted) for k in range(many)]
+    deviations = np.sqrt(np.diag(own))
+    found = MotionFit(
+        system=system.with_parameters(
+            {path: value for path, value in space.parameters(shares).items() if not path.startswith("drive.")}
+        ),
+        predict=model.predict,
+        unit=system.result_units.unit(model.predict),
+        parameters=tuple(parameters),
+        correlation=own / np.outer(deviations, deviations),
+        held_out=tuple(each.courses[0].name for each in others),
+        **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
+        noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
+        growth=growth,
+        converged=converged,
+    )
+    for k in range(len(model.courses)):
+        rows = slice(sum(counts[:k]), sum(counts[: k + 1]))
+        _add(found, model, k, point, errors[rows], _band(slopes[rows], spread.covariance, deviation))
+    for other in others:
+        _predict(found, other, shares, own, deviation)
+    return found
+
+
+def _parameter(
+    model: RecordModel,
+    k: int,
+    point: np.ndarray,
+    slopes: np.ndarray,
+    spread: Uncertainty,
+    errors: np.ndarray,
+    doubted: bool,
+) -> CalibratedParameter:
+    """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
+
+    It is sought along the way on which the others follow the parameter as they are correlated, and on which they stay:
+    where a level of friction decides whether a contact sticks, slopes tell nothing of what lies beyond.
+    """
+    space, path = model.space, model.space.paths[k]
+    each: Any = space.variables[k]
+    limit = float(np.sum(errors**2)) + spread.unit * spread.threshold[k] ** 2
+    error = math.sqrt(spread.covariance[k, k])
+    alone = np.eye(len(point))[k]
+    acting = np.any(np.abs(slopes) > FAINT, axis=0)
+    joint = np.where(acting, spread.covariance[:, k] / spread.covariance[k, k], alone)
+    half = error * float(spread.threshold[k] / math.sqrt(spread.inflation[k])) if acting[k] else 0.0
+    reached = []
+    for sign in (-1.0, 1.0):
+        linear = float(np.clip(point[k] + sign * half, 0.0, 1.0))
+        refused = refusal(
+            model.system, space.parameters(np.where(alone[: len(space.paths)], linear, point[: len(space.paths)]))
+        )
+        ways = [point[k] + sign * _reach(model, k, point, sign * way, error, limit) for way in (alone, joint)]
+        reached.append(sorted([*ways, *([] if refused else [linear])])[0 if sign < 0.0 else -1])
+    low, high = reached
+    ends = float(each.at(low)), float(each.at(high))
+    if not acting[k]:
+        verdict = Verdict.NO_EFFECT
+    elif low <= 0.0 or high >= 1.0:
+        verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
+    elif doubted:
+        verdict = Verdict.DOUBTED
+    else:
+        verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED
+    error *= space.derivative(k, float(point[k]))
+    return CalibratedParameter(path, float(each.at(point[k])), *ends, error, verdict)
+
+
+def _reach(model: RecordModel, k: int, point: np.ndarray, way: np.ndarray, begin: float, limit: float) -> float:
+    """How far parameter k may go along a way, in shares of its range, before the squares exceed a limit."""
+    counts, (low, high) = model.counts(1.0), model.bounds
+    room = (1.0 - point[k]) if way[k] > 0.0 else point[k]
+
+    def allowed(change: float) -> bool:
+        return float(np.sum(model.errors(np.clip(point + change * way, low, high), counts) ** 2)) <= limit
+
+    inside, step = 0.0, min(max(begin, LEAST), room)
+    while allowed(step):
+        if step >= room:
+            return room
+        inside, step = step, min(2.0 * step, room)
+    outside = step
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if allowed(middle) else (inside, middle)
+    return outside
+
+
+def _band(slopes: np.ndarray, covariance: np.ndarray, deviation: float) -> np.ndarray:
+    """Half width [n] of the 95 % band of new measurements, in sizes."""
+    return 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", slopes, covariance, slopes) + deviation**2)
+
+
+def _add(found: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors: np.ndarray, band: np.ndarray) -> None:
+    """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
+    each, units = model.courses[k], found.system.result_units
+    name, judged = each.name, slice(len(each.instants) - len(errors), None)
+    found.time[name] = each.instants[judged] * units.factor("time")
+    found.measured[name] = each.measured[judged]
+    found.predicted[name] = errors * each.size + each.measured[judged]
+    found.band[name] = band * each.size
+    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * each.size
+    found.relative[name] = found.rms[name] / float(np.std(each.measured[judged]))
+    found.starts[name] = model.start(k, point)
+
+
+def _predict(
+    found: MotionFit, model: RecordModel, shares: np.ndarray, covariance: np.ndarray, deviation: float
+) -> None:
+    """A held-out record: its start from its first tenth at the parameters found, and the prediction of the rest.
+
+    What is uncertain of the start follows from the noise of that tenth, and with the parameters: ds/dp = -(Js^T Js)^-1
+    Js^T Jp there.
+    """
+    many, (place,) = len(shares), model.places
+    begun, (whole,) = model.counts(BEGIN), model.counts(1.0)
+    point = np.concatenate((shares, np.zeros(len(place))))
+    if len(place):
+        point = model.refined(point, begun, 30, place).x
+    errors, slopes = model.errors(point, (whole,)), model.slopes(point, (whole,))
+    first = slopes[: begun[0]]
+    base = inverse(first[:, place].T @ first[:, place])
+    total = slopes[:, :many] - slopes[:, place] @ (base @ first[:, place].T @ first[:, :many])
+    tau = correlation_time(errors[: begun[0]])
+    joint = np.zeros((len(point), len(point)))
+    joint[:many, :many] = covariance
+    joint[np.ix_(place, place)] = base * deviation**2 * tau
+    band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
+    _add(found, model, 0, point, errors[begun[0] :], band[begun[0] :])

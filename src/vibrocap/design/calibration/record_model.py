@@ -1,0 +1,284 @@
+"""Measured records as least squares: the motions that a case makes under their forces, and the search for the best."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from vibrocap.design.search.uncertainty import sample_points
+from vibrocap.design.search.variables import DesignSpace
+from vibrocap.identification.search.loss import finite
+from vibrocap.motion.simulate import initial_state, simulate
+from vibrocap.physics.dimensions.units import state_keys, units_of
+from vibrocap.physics.drives.table import DriveTable
+from vibrocap.physics.system import System
+from vibrocap.records.record import Record
+
+STEP = 1e-6  # of the differences that give slopes: in shares of the ranges, and of a start's size
+WIDEST = 10.0  # sizes by which a start may be off its guess
+HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
+ROUNDS = 3  # of the search at most, each from points of its own, until it leaves noise alone or two agree
+NOISY = 1.2  # error over the noise of the samples: up to here it is noise alone
+SCANNED = 33  # points over the range of a parameter
+AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
+FEWEST = 64  # samples of the shortest record within a horizon
+COLUMN_OF = {"m": "displacement", "rad": "displacement", "m/s": "velocity", "rad/s": "velocity"}
+COLUMN_OF |= {"m/s^2": "acceleration", "rad/s^2": "acceleration"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Course:
+    """A record as a case lives through it.
+
+    system: the case, driven by the measured force; instants [n] of its time, measured [n] in the unit of its results
+    size: of the errors, that of what was measured in all records
+    start: initial states; free: names of those that are sought; steps [free]: their sizes
+    """
+
+    name: str
+    system: System
+    instants: np.ndarray
+    measured: np.ndarray
+    size: float
+    start: Mapping[str, float]
+    free: tuple[str, ...]
+    steps: np.ndarray
+
+
+def measured_column(system: System, predict: str) -> str | None:
+    """The column of a record that holds a quantity of a motion; None where records have no such column."""
+    return COLUMN_OF.get(_unit(system, predict))
+
+
+def _unit(system: System, name: str) -> str:
+    """The SI unit of a quantity, of a system without units too."""
+    return units_of(system.parts, system.units or type(system.machine).si_scales()).unit(name)
+
+
+def courses(system: System, records: Sequence[Record], predict: str, known: Mapping[str, float]) -> list[Course]:
+    """Records as a case lives through them. Errors of all count alike: they have been measured by one sensor."""
+    column = str(measured_column(system, predict))
+    size = float(np.sqrt(np.mean([np.var(getattr(each, column)) for each in records])))
+    return [_course(system, each, predict, getattr(each, column), size, known) for each in records]
+
+
+def _course(
+    system: System, record: Record, predict: str, measured: np.ndarray, size: float, known: Mapping[str, float]
+) -> Course:
+    """A record as a case lives through it, from its first sample on.
+
+    The measured force is a table of straight lines from sample to sample, behind whose end the record is over. The
+    start of what is predicted is guessed by its first sample, and its rate by the first differences.
+    """
+    units = system.result_units
+    times = (record.time - record.time[0]) / units.factor("time")
+    values = record.force / units.factor("drive")
+    table = DriveTable(times=(*times, 2.0 * times[-1] - times[-2]), values=(*values, values[0]), interpolation="linear")
+    driven = dataclasses.replace(system, drive=table)
+    scaled = measured / units.factor(predict)
+    rates = np.gradient(scaled, times)
+    start = initial_state(driven, known)
+    keys = state_keys(units.states)
+    given = {keys[name].name if name in keys else name for name in known}
+    free = tuple(name for name in system.machine.states if name not in given and name not in system.switched)
+    steps = []
+    for name in free:
+        first, step = 0.0, 1.0
+        if name == predict:
+            first, step = float(scaled[0]), float(np.std(scaled))
+        elif _unit(system, name) == f"{_unit(system, predict)}/s":
+            first, step = float(rates[0]), float(np.std(rates))
+        start[name] = first
+        steps.append(step)
+    return Course(record.name, driven, times, measured, size, start, free, np.array(steps))
+
+
+class RecordModel:
+    """Predictions of records at points: shares of the unknowns' ranges, then the free starts of each course in turn.
+
+    Starts count in sizes from their guesses. count: samples of each course from its first on.
+    """
+
+    def __init__(self, predict: str, space: DesignSpace, courses: Sequence[Course], tolerance: float, threads: int):
+        self.predict, self.space, self.courses, self.tolerance = predict, space, courses, tolerance
+        self.system = courses[0].system
+        self.threads = threads
+        ends = len(space.paths) + np.cumsum([0, *(len(each.free) for each in courses)])
+        self.places = [np.arange(begin, end) for begin, end in itertools.pairwise(ends)]
+        self.coordinates = int(ends[-1])
+
+    @property
+    def noise(self) -> float:
+        """Norm of the errors that the noise of the samples alone makes, as their second differences tell."""
+        return math.sqrt(sum(np.sum(np.diff(each.measured, 2) ** 2) / 6.0 / each.size**2 for each in self.courses))
+
+    def growth(self, slopes: np.ndarray) -> float:
+        """Largest factor by which a change of the predicted quantity grows from the start of a course."""
+        found = 0.0
+        for each, places in zip(self.courses, self.places, strict=True):
+            for name, step, place in zip(each.free, each.steps, places, strict=True):
+                if name == self.predict:
+                    unit = each.system.result_units.factor(self.predict)
+                    found = max(found, float(np.max(np.abs(slopes[:, place]))) * each.size / (step * unit))
+        return found
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest coordinates."""
+        many, starts = len(self.space.paths), self.coordinates - len(self.space.paths)
+        return (
+            np.concatenate([np.zeros(many), np.full(starts, -WIDEST)]),
+            np.concatenate([np.ones(many), np.full(starts, WIDEST)]),
+        )
+
+    def counts(self, share: float) -> tuple[int, ...]:
+        """Samples of each course in a share of its time."""
+        return tuple(max(2, round(share * len(each.instants))) for each in self.courses)
+
+    def start(self, k: int, point: np.ndarray) -> dict[str, float]:
+        """The initial states of a course."""
+        each = self.courses[k]
+        moved = zip(each.free, each.steps * point[self.places[k]], strict=True)
+        return {**each.start, **{name: each.start[name] + by for name, by in moved}}
+
+    def predicted(self, k: int, point: np.ndarray, count: int) -> np.ndarray:
+        """[count] what the case does in a course, in the unit of its results; NaN from where its run ends, if it does.
+
+        A point that a part refuses has no motion.
+        """
+        each = self.courses[k]
+        found = np.full(count, np.nan)
+        instants = each.instants[:count]
+        try:
+            system = each.system.with_parameters(self.space.parameters(point[: len(self.space.paths)]))
+            periods = instants[-1] / each.system.drive.period
+            motion = simulate(system, periods=periods, initial=self.start(k, point), tolerance=self.tolerance)
+        except ValueError:
+            return found
+        reached = instants <= motion.end
+        known = motion.at(instants[reached], self.predict) if len(motion.piece_start) else np.empty(0)
+        found[: len(known)] = known * system.result_units.factor(self.predict)
+        return found
+
+    def errors(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+        """Predicted less measured, in their size, all courses in a row."""
+        return self.at([(k, point, count) for k, count in enumerate(counts)])
+
+    def at(self, asked: Iterable[tuple[int, np.ndarray, int]]) -> np.ndarray:
+        """Errors of several (course, point, count), in a row."""
+        with ThreadPoolExecutor(self.threads) as pool:
+            return np.concatenate(list(pool.map(self._errors, asked)))
+
+    def _errors(self, asked: tuple[int, np.ndarray, int]) -> np.ndarray:
+        k, point, count = asked
+        each = self.courses[k]
+        return finite((self.predicted(k, point, count) - each.measured[:count]) / each.size)
+
+    def slopes(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+        """[errors, coordinates] by differences within the bounds; a start moves its own course only."""
+        low, high = self.bounds
+        ends = np.cumsum([0, *counts])
+        found = np.zeros((ends[-1], self.coordinates))
+        asked, widths = [], []
+        for k, count in enumerate(counts):
+            for i in (*range(len(self.space.paths)), *self.places[k]):
+                below, above = point.copy(), point.copy()
+                below[i], above[i] = max(point[i] - STEP, low[i]), min(point[i] + STEP, high[i])
+                asked += [(k, above, count), (k, below, count)]
+                widths.append((k, i, above[i] - below[i]))
+        values, place = self.at(asked), 0
+        for k, i, width in widths:
+            n = counts[k]
+            found[ends[k] : ends[k + 1], i] = (values[place : place + n] - values[place + n : place + 2 * n]) / width
+            place += 2 * n
+        return found
+
+    def refined(self, point: np.ndarray, counts: Sequence[int], most: int, moving: Any = slice(None)) -> Any:
+        """The minimum near a point, as SciPy tells it, from so many evaluations at most; moving: coordinates sought."""
+        from scipy.optimize import least_squares
+
+        low, high = self.bounds
+        begun = np.clip(point, low + 1e-9, high - 1e-9)
+
+        def whole(x: np.ndarray) -> np.ndarray:
+            found = begun.copy()
+            found[moving] = x
+            return found
+
+        end = least_squares(
+            lambda x: self.errors(whole(x), counts),
+            begun[moving],
+            jac=lambda x: self.slopes(whole(x), counts)[:, moving],  # type: ignore[arg-type]
+            bounds=(low[moving], high[moving]),
+            max_nfev=most,
+            xtol=1e-10,
+            ftol=1e-10,
+        )
+        end.x = whole(end.x)
+        return end
+
+
+def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled): rounds until one leaves noise alone, or two end alike."""
+    counts, best = model.counts(1.0), (math.inf, np.zeros(0), False)
+    for k in range(ROUNDS):
+        point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
+        cost, point = _beyond_kinks(model, point, counts)
+        again = abs(cost - best[0]) <= AGREE * cost
+        best = min(best, (cost, point, settled), key=lambda found: found[0])
+        if again or math.sqrt(best[0]) <= NOISY * model.noise:
+            break
+    return best[1:]
+
+
+def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
+    """(best point, whether the search has settled), over longer and longer stretches of the records."""
+    many = len(model.space.paths)
+    points = np.zeros((starts, model.coordinates))
+    points[:, :many] = sample_points(many, starts, seed)
+    shortest = min(len(each.instants) for each in model.courses)
+    settled = False
+    for k, (share, kept, most) in enumerate(HORIZONS):
+        if share * shortest < FEWEST and share < 1.0:
+            continue
+        counts = model.counts(share)
+        costs = [float(np.sum(_soft(model.errors(point, counts)))) for point in points]
+        ends = [model.refined(points[i], counts, most) for i in np.argsort(costs, kind="stable")[:kept]]
+        ends.sort(key=lambda end: end.cost)
+        points, settled = np.array([end.x for end in ends]), ends[0].status > 0
+        if report:
+            report((k + 1) / len(HORIZONS))
+    return points[0], settled
+
+
+def _scan(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(points [parameters, SCANNED, coordinates] along each parameter over its range, sums of squares there)."""
+    many = len(model.space.paths)
+    points = np.tile(point, (many, SCANNED, 1))
+    for k in range(many):
+        points[k, :, k] = np.linspace(0.0, 1.0, SCANNED)
+    squares = [float(np.sum(model.errors(each, counts) ** 2)) for each in points.reshape(-1, len(point))]
+    return points, np.reshape(squares, (many, SCANNED))
+
+
+def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) -> tuple[float, np.ndarray]:
+    """(sum of squares, point) of the least minimum that is seen along single parameters.
+
+    Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
+    """
+    least = float(np.sum(model.errors(point, counts) ** 2))
+    while True:
+        points, squares = _scan(model, point, counts)
+        if np.min(squares) >= least * (1.0 - AGREE):
+            return least, point
+        end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
+        least, point = 2.0 * float(end.cost), end.x
+
+
+def _soft(errors: np.ndarray) -> np.ndarray:
+    """Half a square, and linear far off: a start that soon goes wrong is not worse than one that fails at once."""
+    return np.sqrt(1.0 + errors**2) - 1.0
