@@ -80,7 +80,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
             f"got a {type(result).__name__}"
         )
     what = picture.first if what is None else what
-    if what in picture.panels:
+    if what is not None and what in picture.panels:
         return picture.panels[what](drawn, ax=ax, **options)
     known = None if picture.names is None else (*picture.names(drawn), *picture.panels)
     if what is not None and known is not None and what not in known:
