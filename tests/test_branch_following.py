@@ -10,12 +10,13 @@ import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic, transcritical
 from renumbered import renumbered
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.walk import segment, special_points
+from vibrocap.orbits.walk import brackets, segment, special_points
 from vibrocap.orbits.walk.branch_point import BranchPoint
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import followed, started
 from vibrocap.orbits.walk.itinerary import ModeChange, closed_sequence, mode_change, same_cycle
+from vibrocap.orbits.walk.newton import Levels, newton
 from vibrocap.orbits.walk.special_kind import SpecialKind
 
 STEP = 0.02
@@ -153,6 +154,46 @@ def test_branch_that_leaves_at_an_angle_is_found():
     back = followed(finer, first, -1.0 if first.tangent[-1] > 0.0 else 1.0, 2000, STEP)
     assert back.end is BranchEnd.FLIP
     assert abs(finer.parameter(back.points[-1].x)) < 1e-6
+
+
+def test_a_bracket_ends_where_no_number_lies_between():
+    asked = []
+    found = brackets.root(lambda at: asked.append(at) or (1.0 if at > 8.0031 else -1.0), 8.0, 8.02, 1e-17)
+    assert 0.0 <= found.right - found.left <= 2.0 * np.spacing(8.0)
+    assert len(asked) < 60  # bisections of 0.02 to the spacing, and one more
+    assert found.jumps
+
+
+def test_newtons_method_stops_at_the_rounding_of_its_residual():
+    """A square root with a residual that rounds at 1e-6: two numbers, and no step beyond the level of rounding."""
+
+    class Square:
+        def __init__(self, x):
+            self.x, self.value = x, np.round(x**2 - 2.0, 6)
+            self.residual = float(np.abs(self.value[0]))
+
+        def step(self):
+            return -self.value / (2.0 * self.x)
+
+    found, steps = newton(Square, np.array([1.0]), Levels(0.0, 1e-5), 25)
+    assert found.residual <= 1e-6
+    assert steps <= 5
+    far, _ = newton(Square, np.array([1e-6]), Levels(0.0, 1e-5), 25, halvings=12)
+    assert not far.residual <= 1e-5 or abs(far.x[0] - 2.0**0.5) < 1e-5
+
+    class Creeping:
+        """Seven tenths are left by each step: below the level of rounding that is no progress."""
+
+        def __init__(self, x):
+            self.x, self.residual = x, float(np.abs(x[0]))
+
+        def step(self):
+            return -0.3 * self.x
+
+    assert newton(Creeping, np.array([5e-3]), Levels(0.0, 1e-2), 25)[1] == 1
+    assert newton(Creeping, np.array([1.0]), Levels(0.0, 1e-2), 25)[1] < 25
+    lost, _ = newton(lambda x: Square(x * 0.0 + 1.0), np.array([1.0]), Levels(0.0, 1e-5), 25)
+    assert lost.residual == 1.0
 
 
 def test_why_a_branch_ends():

@@ -14,6 +14,7 @@ from vibrocap.cli import main as cli
 from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.crossings import crossing_bracket
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+from vibrocap.orbits.walk import brackets
 
 START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -132,7 +133,7 @@ def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
     monkeypatch.setattr(crossing_bracket.Difference, "followed", anew)
     found = twin_jump()
     assert {place.kind for place in found.found} == {CrossingKind.JUMP}
-    monkeypatch.setattr(crossing_bracket, "JUMP", 2.0)
+    monkeypatch.setattr(brackets, "JUMPS", 2.0)
     assert CrossingKind.CROSSING in {place.kind for place in twin_jump().found}
 
 
@@ -248,6 +249,8 @@ def test_crossings_along_a_branch_are_those_of_the_sweep(law):
     assert place.orbit.stable
     assert branch.parameter[place.after_point] <= place.at <= branch.parameter[place.after_point + 1]
     assert branch.crossings("drift", 100.0) == ()
+    (own,) = branch.crossings(lambda orbit: orbit.drift)
+    assert own.at == place.at
 
 
 @pytest.mark.slow

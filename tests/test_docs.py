@@ -52,7 +52,7 @@ SLOW = tuple(
         "friction",
         "fit",
         "stick-slip",
-        "check",
+        "list --check",
         "lab",
         "sweep own.toml",
     )
@@ -308,7 +308,8 @@ SLOW_COMMANDS = sorted(
     }
 )
 cli.app_of()
-HELP = [line for each in COMMANDS.values() for line in each.examples]
+FIRST = ("examples", "new", "simulate", "sweep")  # they write what others read
+HELP = [line for name in dict.fromkeys((*FIRST, *COMMANDS)) for line in COMMANDS[name].examples]
 ELSEWHERE = ("vibrocap list datasets --fetch",)  # they need a network
 
 

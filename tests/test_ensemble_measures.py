@@ -531,7 +531,7 @@ def test_no_travel_costs_infinitely_much():
     [
         ({}, {}, "over should name at least one"),
         ({"machine.mass": [1.0]}, {}, "'machine.mass' is neither .* did you mean 'machine.mass_ratio'"),
-        ({"machine.mass_ratio": 1.0}, {}, "machine.mass_ratio: should be a list of values"),
+        ({"machine.mass_ratio": 1.0}, {}, "machine.mass_ratio should be a list of values"),
         ({"machine.mass_ratio": np.ones((2, 2))}, {}, "one per run, got an array of shape"),
         ({"machine.mass_ratio": []}, {}, "machine.mass_ratio should have at least one value"),
         ({"machine.mass_ratio": [1.0, math.nan]}, {}, "should be finite numbers, got nan for run 1"),
@@ -539,7 +539,7 @@ def test_no_travel_costs_infinitely_much():
         ({"machine.mass_ratio": [True]}, {}, "should be numbers, got True for run 0"),
         ({"machine.mass_ratio": ["heavy"]}, {}, "machine.mass_ratio: should be a number, got 'heavy' for run 0"),
         ({"machine.normal_load": ["heavy"]}, {}, "machine.normal_load: .* for run 0"),
-        ({"initial.angle": ["far"]}, {}, "initial.angle: should be numbers, got 'far' for run 0"),
+        ({"initial.angle": ["far"]}, {}, "initial.angle should be numbers, got 'far' for run 0"),
         ({"initial.anlge": [0.1]}, {}, "did you mean 'initial.angle'"),
         ({"initial.angle": [0.1], "machine.damping": [1.0, 2.0]}, {}, "every list should have one value per run"),
         (

@@ -160,7 +160,7 @@ TABLE = CASE.replace('"harmonic"', '"table"\nfile = "in.csv"')
 READS = {  # a file that is read: a command that reads it
     "in.toml": ("simulate", "in.toml"),
     "in.csv": ("simulate", "table.toml"),
-    "in.py": ("check", "--parts", "in.py"),
+    "in.py": ("list", "--check", "--parts", "in.py"),
     "cases.csv": ("sweep", "case.toml", "--cases", "cases.csv"),
     "motion.csv": ("simulate", "motion.csv"),
     "motion.nc": ("simulate", "motion.nc"),

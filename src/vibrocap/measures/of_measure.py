@@ -108,8 +108,8 @@ def unit_in(unit: str, si_unit: str, system: Any) -> tuple[str, float | None]:
 
 
 def _unit(measure: str | Measure, context: Context) -> str:
-    known = measure if isinstance(measure, Measure) else known_measure(measure, context.system)
-    return "1" if known is None else known.si_unit
+    known = known_measure(measure, context.system) if isinstance(measure, str) else measure
+    return known.si_unit if isinstance(known, Measure) else "1"  # a user's own function has none
 
 
 OneOfMeasure = Annotated[float, OfMeasure()]

@@ -13,7 +13,7 @@ from vibrocap.motion.trust import stands_still
 from vibrocap.orbits.closing.coming_to_rest import comes_to_rest
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers
 from vibrocap.orbits.closing.returns import ARRIVED, RECURRENT, Section, recurrence, returns_of
-from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
+from vibrocap.orbits.closing.shooting import CLOSED, Closure
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap, named_states, state_vector
@@ -66,45 +66,17 @@ def near_cycle(system: System, state: np.ndarray, period: float, tolerance: floa
 
 
 def _closed(map_: StroboscopicMap, state: np.ndarray, side: Any, period: float) -> PeriodicSolution:
-    """Newton's method from a guess."""
-    parameters, scales = map_.parameters(), map_.scales(map_.parameters())
-    state = brought_back(map_.system, state)
-    free = map_.section_states[map_.free(state[None], parameters[None])[0][map_.section_states]]
-    flow = map_.rates(state, side, parameters)[free] / scales[free]
-    best, steps = _image(map_, state, period, parameters, scales), 0
-    while best[0] > 1e-3 * CLOSED and steps < MOST_STEPS:
-        steps += 1
-        residual, image, jacobian = best
-        along = map_.rates(image, side, parameters)[free] / scales[free]
-        size = scales[free]
-        slope = jacobian[np.ix_(free, free)] * size / size[:, None] - np.eye(len(free))
-        bordered = np.block([[slope, along[:, None]], [flow[None, :], np.zeros((1, 1))]])
-        mismatch = (map_.away(image, state) / scales)[free]
-        step = np.linalg.lstsq(bordered, -np.append(mismatch, 0.0), rcond=1e-13)[0]
-        following = state.copy()
-        following[free] += step[:-1] * size
-        found = _image(map_, following, period + step[-1], parameters, scales)
-        if not found[0] < residual:
-            break
-        state, period, best = following, period + float(step[-1]), found
-    status = OrbitStatus.CONVERGED if best[0] <= ROUNDING else OrbitStatus.NOT_CONVERGED
-    if not np.isfinite(best[0]):
-        status = OrbitStatus.RUN_FAILED
-    elif status is OrbitStatus.CONVERGED:
-        images = Images(best[1][None], best[2][None], np.array([True]), np.array([True]))
-        if contradicted(map_, state, images, parameters, mark_distance=np.array([period])):
+    """The cycle near a guess, by shooting with the period as an unknown."""
+    closure = Closure(map_, brought_back(map_.system, state), side=side)
+    best, steps = closure.closed(np.append(closure.start, period))
+    status, period = OrbitStatus.CONVERGED, float(best.x[-1])
+    if best.residual > CLOSED.rounding:
+        status = OrbitStatus.NOT_CONVERGED if best.finished else OrbitStatus.RUN_FAILED
+    else:
+        images = Images(best.image[None], best.jacobian[None], np.array([True]), np.array([True]))
+        if contradicted(map_, best.state, images, closure.parameters, mark_distance=np.array([period])):
             status = OrbitStatus.CONTRADICTED
-    return _record(map_, state, best[1], period, best[2], best[0], status, steps)
-
-
-def _image(
-    map_: StroboscopicMap, state: np.ndarray, period: float, parameters: np.ndarray, scales: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """(mismatch over natural sizes, image, derivative) after a time."""
-    found = map_.images(state[None], parameters[None], 1, mark_distance=np.array([period]))
-    assert found.jacobian is not None
-    residual = float(np.max(np.abs(map_.away(found.state[0], state) / scales)[map_.section_states]))
-    return residual if found.finished[0] and np.isfinite(residual) else np.inf, found.state[0], found.jacobian[0]
+    return _record(map_, best.state, best.image, period, best.jacobian, best.residual, status, steps)
 
 
 def _turn(motion: Trajectory, section: Section | None, most: int) -> tuple[np.ndarray, Any, float, int] | OrbitStatus:

@@ -1,6 +1,7 @@
 """Newton shooting: from a state near a steady motion to the periodic solution itself, stable or not."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -8,25 +9,60 @@ from vibrocap.motion.recording.section import brought_back, winding
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, floquet_multipliers, judged
 from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap, named_states, state_vector
+from vibrocap.orbits.walk.newton import Levels, newton
 
-CLOSED = 1e-11  # residual at which an orbit is closed; Newton continues while it pays
-ROUNDING = 1e-9  # residual that counts as closed where no step of Newton's method makes it smaller
+CLOSED = Levels(1e-14, 1e-9)  # residuals over natural sizes, for Newton's method
 MOST_STEPS = 25
+HALVINGS = 12  # of a step
 LONGEST_STRIDE = 1.0  # of a Newton step, in natural sizes of a state
 SAME_STATE = 1e-7  # distance over natural sizes within which an image of a closed state is that state
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(frozen=True)
 class _Try:
-    """A state of Newton's method: where it is, what the map makes of it, and by how much it does not close."""
+    """A state of Newton's method, x: the states, and of a cycle its period; what the map makes of it, and the mismatch.
 
-    state: np.ndarray
+    mismatch: over natural sizes
+    """
+
+    closure: "Closure"
+    x: np.ndarray
     image: np.ndarray
     jacobian: np.ndarray
-    mismatch: np.ndarray  # over natural sizes
+    mismatch: np.ndarray
     residual: float
-    finished: bool
     certified: bool
+
+    @property
+    def state(self) -> np.ndarray:
+        return self.x[: len(self.image)]
+
+    @property
+    def finished(self) -> bool:
+        return bool(np.isfinite(self.residual))
+
+    def step(self) -> np.ndarray | None:
+        """Newton's step, which brings a contact that sticks at the section to rest; None where nothing varies."""
+        closure, map_ = self.closure, self.closure.map_
+        free = map_.free(self.state[None], closure.parameters[None])[0] | np.any(self.jacobian != 0.0, axis=0)
+        unknown = np.flatnonzero(closure.kept & free)
+        if not unknown.size:
+            return None  # the drive alone says where all contacts are
+        size = closure.scales[unknown]
+        slope = self.jacobian[np.ix_(unknown, unknown)] * size / size[:, None] - np.eye(len(unknown))
+        right = -self.mismatch[unknown]
+        if closure.cycle:
+            along, flow = (closure.flow(state)[unknown] / size for state in (self.image, closure.start))
+            slope, right = np.block([[slope, along[:, None]], [flow, 0.0]]), np.append(right, 0.0)
+        change = np.linalg.lstsq(slope, right, rcond=1e-13)[0]
+        moved = change[: len(unknown)]
+        share = min(1.0, LONGEST_STRIDE / max(float(np.max(np.abs(moved))), 1e-300))
+        step = np.zeros(len(self.x))
+        step[unknown] = share * moved * size
+        step[len(self.image) :] = share * change[len(unknown) :]
+        still = [place for place in map_.resting if self.image[place] == 0.0]
+        step[still] = -self.x[still]
+        return step
 
 
 def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, half: bool = False) -> PeriodicSolution:
@@ -36,24 +72,18 @@ def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, h
 
     modulo whole turns. The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs
     of mirror twins. The velocity of a contact that sticks at the section is left out too. Derivatives come from the
-    variational equations, through events. Steps are halved while they do not reduce the mismatch. A few runs beside the
-    orbit have to agree with its derivative; where they contradict it, nothing is said of its stability.
+    variational equations, through events. A few runs beside the orbit have to agree with its derivative; where they
+    contradict it, nothing is said of its stability.
     """
-    state = brought_back(map_.system, state)
-    closure = _Closure(map_, map_.parameters(), response_period, half)
-    best, steps = closure.attempt(state), 0
-    while best.finished and steps < MOST_STEPS and best.residual > 1e-3 * CLOSED:
-        following = _newton_step(closure, best)
-        if following is None:
-            break
-        best, steps = following, steps + 1
-    status = OrbitStatus.CONVERGED if best.residual <= ROUNDING else OrbitStatus.NOT_CONVERGED
+    closure = Closure(map_, brought_back(map_.system, state), response_period, half)
+    best, steps = closure.closed(closure.start)
+    status = OrbitStatus.CONVERGED if best.residual <= CLOSED.rounding else OrbitStatus.NOT_CONVERGED
     return _solution(closure, best, status, steps)
 
 
 def unclosed(map_: StroboscopicMap, state: np.ndarray, response_period: int, status: OrbitStatus) -> PeriodicSolution:
     """The record of a state as it is, without a step towards closing, under the status given."""
-    closure = _Closure(map_, map_.parameters(), response_period, False)
+    closure = Closure(map_, state, response_period)
     return _solution(closure, closure.attempt(state), status, 0)
 
 
@@ -67,33 +97,51 @@ def shortest(map_: StroboscopicMap, found: PeriodicSolution) -> PeriodicSolution
     return found
 
 
-@dataclasses.dataclass(frozen=True)
-class _Closure:
-    """What shall vanish: the mismatch of a state and its image, over natural sizes."""
+class Closure:
+    """What shall vanish: the mismatch of a state and its image, over natural sizes.
 
-    map_: StroboscopicMap
-    parameters: np.ndarray
-    response_period: int
-    half: bool
+    Of a cycle the period is an unknown too, and its start moves across the flow at the first guess only.
+    """
+
+    def __init__(
+        self,
+        map_: StroboscopicMap,
+        start: np.ndarray,
+        response_period: int = 0,
+        half: bool = False,
+        side: Any = None,
+    ):
+        """response_period: in drive periods; 0: of a cycle; side: of its contacts, amid the phase where it starts"""
+        self.map_, self.start, self.response_period, self.half, self.side = map_, start, response_period, half, side
+        self.parameters = map_.parameters()
+        self.scales = map_.scales(self.parameters)
+        self.kept = np.isin(np.arange(map_.states), map_.section_states)  # all states but the cyclic one count
 
     @property
-    def scales(self) -> np.ndarray:
-        return self.map_.scales(self.parameters)
+    def cycle(self) -> bool:
+        return self.response_period == 0
 
-    @property
-    def kept(self) -> np.ndarray:
-        """Which states count: all but the cyclic one."""
-        return np.isin(np.arange(self.map_.states), self.map_.section_states)
+    def flow(self, state: np.ndarray) -> np.ndarray:
+        """Rates of the states in the phase where a cycle starts."""
+        return self.map_.rates(state, self.side, self.parameters)
 
-    def attempt(self, state: np.ndarray) -> _Try:
-        found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
+    def closed(self, x: np.ndarray) -> tuple[_Try, int]:
+        """(the best state that Newton's method meets, steps taken)."""
+        return newton(self.attempt, x, CLOSED, MOST_STEPS, halvings=HALVINGS)
+
+    def attempt(self, x: np.ndarray) -> _Try:
+        state = x[: self.map_.states]
+        if self.cycle:
+            found = self.map_.images(state[None], self.parameters[None], 1, mark_distance=x[-1:])
+        else:
+            found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
         image = found.state[0]
         mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
-        finished = bool(found.finished[0]) and bool(np.isfinite(residual))
         assert found.jacobian is not None
-        good = bool(found.certified[0])
-        return _Try(state, image, found.jacobian[0], mismatch, residual if finished else np.inf, finished, good)
+        good = bool(found.finished[0]) and bool(np.isfinite(residual))
+        certified = bool(found.certified[0])
+        return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, certified)
 
 
 def mapped(
@@ -112,36 +160,7 @@ def mapped(
     return Images(here, total[None], np.array([finished]), np.array([good]))
 
 
-def _newton_step(closure: _Closure, best: _Try) -> _Try | None:
-    """The next state, less mismatched than the last; None where no step along Newton's direction is."""
-    map_, scales = closure.map_, closure.scales
-    still = [place for place in map_.resting if best.image[place] == 0.0 and best.state[place] != 0.0]
-    if still:
-        stuck = best.state.copy()
-        stuck[still] = 0.0
-        return closure.attempt(stuck)  # contacts stick at the section: their velocities are no unknowns any more
-    free = map_.free(best.state[None], map_.parameters()[None])[0] | np.any(best.jacobian != 0.0, axis=0)
-    unknown = np.flatnonzero(closure.kept & free)
-    if not unknown.size:
-        return None  # the drive alone says where all contacts are
-    size = scales[unknown]
-    slope = best.jacobian[np.ix_(unknown, unknown)] * size / size[:, None] - np.eye(len(unknown))
-    step = np.linalg.lstsq(slope, -best.mismatch[unknown], rcond=1e-13)[0]
-    step *= min(1.0, LONGEST_STRIDE / max(float(np.max(np.abs(step))), 1e-300))
-    share = 1.0
-    for _ in range(12):
-        state = best.state.copy()
-        state[unknown] += share * step * size
-        found = closure.attempt(state)
-        if found.finished and found.residual < best.residual:
-            return found
-        if best.residual <= CLOSED:
-            return None
-        share *= 0.5
-    return None
-
-
-def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
+def _solution(closure: Closure, found: _Try, status: OrbitStatus, steps: int) -> PeriodicSolution:
     """The record of a solution, with its whole map, its multipliers and its mirror image."""
     map_, parameters, response_period = closure.map_, closure.parameters, closure.response_period
     system = map_.system

@@ -13,7 +13,7 @@ from vibrocap.measures.of_measure import OneOfMeasure
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
+from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, OfOrbit, branch_crossings, orbit_near
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
@@ -133,15 +133,16 @@ class Branch(Result):
         """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
         return orbit_near(self.closing_map, state, value, period)
 
-    def crossings(self, measure: str = "drift", value: OneOfMeasure = 0.0) -> tuple[BranchCrossing, ...]:
+    def crossings(self, measure: str | OfOrbit = "drift", value: OneOfMeasure = 0.0) -> tuple[BranchCrossing, ...]:
         """All places of the branch where a measure passes a value, in its order; see `branch_crossings`.
 
-        measure: a name of `measure_table()` that is a number; drift and works are per drive period
+        measure: a name of `measure_table()` that is a number (drift and works are per drive period), or a function of
+            an orbit without units, such as `lambda orbit: abs(orbit.multipliers[0]) - 0.5`
         Raises ValueError for what is no measure of the system.
         """
         points = list(zip(self.states, self.parameter.tolist(), self.period.tolist(), strict=True))
         known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
-        return branch_crossings(self.closing_map, points, known.get(measure), measure, value)
+        return branch_crossings(self.closing_map, points, known.get(str(measure)), measure, value)
 
     @property
     def largest_multiplier(self) -> Annotated[Numbers, Over("point", words="largest size of a multiplier")]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,13 +18,16 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import named_states
 from vibrocap.orbits.walk.brackets import Lost
-from vibrocap.orbits.walk.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.following import started
 from vibrocap.orbits.walk.segment import Segment
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.quantities.dimensional import Dimensional
 
 MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
 BESIDE = 1e-3  # share of a segment over which the slope is taken
+
+OfOrbit = Callable[[Orbit], float]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +49,7 @@ def branch_crossings(
     closure: ClosingMap,
     points: Sequence[tuple[np.ndarray, float, float]],
     known: np.ndarray | None,
-    measure: str,
+    measure: str | OfOrbit,
     value: float,
 ) -> tuple[BranchCrossing, ...]:
     """All places of a branch where a measure passes a value, in the order of the branch.
@@ -54,9 +57,11 @@ def branch_crossings(
     The measure is taken at every point; where its difference to the value changes sign, the place is bracketed on
     closed orbits. Where it equals the value all along (the drift of symmetric motions) it passes it nowhere.
 
+    measure: a name, or a function of an orbit that gives a number
     points: (state, parameter, period) of each; known: [points] the measure there, where it is known
     """
-    checked_measure((closure.system,), measure)
+    if isinstance(measure, str):
+        checked_measure((closure.system,), measure)
     if known is None:
         known = np.array([steady_value(orbit_near(closure, *point), measure) for point in points])
     size = float(np.max(np.abs(known), initial=1.0))
@@ -78,8 +83,10 @@ def orbit_near(closure: ClosingMap, state: np.ndarray, value: float, period: flo
     return shoot(system, start, closure.response_period, half=closure.half, tolerance=closure.tolerance)
 
 
-def steady_value(orbit: Orbit, measure: str) -> float:
+def steady_value(orbit: Orbit, measure: str | OfOrbit) -> float:
     """A measure of an orbit over its whole period; drift and works are per drive period."""
+    if not isinstance(measure, str):
+        return float(measure(orbit))
     if measure == "drift" and orbit.drift is not None:
         return orbit.drift / max(1, orbit.response_period)
     if measure == "mean_velocity" and orbit.mean_velocity is not None:
@@ -105,25 +112,18 @@ def _located(
     first: tuple[np.ndarray, float, float],
     last: tuple[np.ndarray, float, float],
     after_point: int,
-    measure: str,
+    measure: str | OfOrbit,
     value: float,
     size: float,
 ) -> BranchCrossing:
     """The place between two points of a branch at which the differences have different signs."""
-    if isinstance(closure, CycleMap):  # of which the branch may have several, one for each section
-        closure = closure.with_section(first[0], first[1])
+    closure = closure.with_section(first[0], first[1])
     low, high = sorted((first[1], last[1]))
     lost = BranchCrossing(CrossingKind.LOST, 0.5 * (low + high), high - low, after_point, None)
-    across = np.zeros(len(closure.unknowns) + 1 + isinstance(closure, CycleMap))
-    across[-1] = 1.0
-    ends = []
-    for point in (first, last):
-        x = closure.point(*point)
-        closing, _ = corrected(closure, x, across, float(x[-1]))
-        if closing is None:
-            return lost
-        ends.append(BranchPoint(closing, null_tangent(closing)))
-    segment = Segment(closure, *ends)
+    begin, end = (started(closure, closure.point(*point)) for point in (first, last))
+    if begin is None or end is None:
+        return lost
+    segment = Segment(closure, begin, end)
 
     def orbit_of(point: BranchPoint) -> Orbit:
         state = closure.state(point.x, point.closing)

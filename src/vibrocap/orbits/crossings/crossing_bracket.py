@@ -1,6 +1,7 @@
 """Where a difference vanishes between two neighbours of a scan: the steady motion followed, the bracket cut."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 
@@ -16,6 +17,7 @@ from vibrocap.orbits.closing.periodic_solution import CERTIFIED
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, named_states, state_vector
+from vibrocap.orbits.walk.brackets import Lost, root
 from vibrocap.physics.dimensions.conversion import Parameter
 from vibrocap.physics.system import System
 from vibrocap.quantities.dimensional import Dimensional
@@ -104,9 +106,7 @@ def _closed(system: System, state: Mapping[str, float], response: int, tolerance
 
 
 NARROW = 1e-13  # of the bracket at first: it is not cut further
-JUMP = 0.1  # of the difference across the bracket at first: a difference that stays above it is no crossing
 BESIDE = 1e-3  # of the bracket at first: distance to both sides at which the slope is taken
-MOST_TRIALS = 200
 ONE_MOTION = 1e-4  # of the natural sizes: a motion at a rigid stop changes like the root of the way to its grazing
 COARSER = 10.0  # tolerances of the runs whose difference is taken for the error of the integration
 
@@ -194,7 +194,7 @@ def located(difference: Difference, first: tuple[float, Motions], last: tuple[fl
     """What happens between two points of a scan at which the difference has different signs.
 
     The motion of one end is followed to the other. If its own difference changes sign on the way, that place is
-    bracketed, by secants and halvings; if neither end's does, the two ends lie on different motions.
+    bracketed; if neither end's does, the two ends lie on different motions.
     """
     low, high = (_End(place, motions, difference.of(motions)) for place, motions in (first, last))
     for near, far in ((low, high), (high, low)):
@@ -209,27 +209,30 @@ def located(difference: Difference, first: tuple[float, Motions], last: tuple[fl
 
 def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
     """The place between two ends where the difference changes its sign, known to rounding; a crossing or a jump."""
-    width, across = high.place - low.place, abs(high.difference - low.difference)
-    for trial in range(MOST_TRIALS):
-        if high.place - low.place <= NARROW * width or 0.0 in (low.difference, high.difference):
-            break
-        place = _next_place(low, high, halve=trial % 3 == 2)
-        if not low.place < place < high.place:
-            break
-        near = min((low, high), key=lambda end: abs(end.place - place))
-        motions = difference.followed(near.motions, place)
-        if motions is None:
-            return _untold(CrossingKind.LOST, low, high)
-        middle = _End(place, motions, difference.of(motions))
-        if middle.difference * low.difference > 0.0:
-            low = middle
-        else:
-            high = middle
-    if abs(high.difference - low.difference) > JUMP * across:
+    width, ends = high.place - low.place, {low.place: low, high.place: high}
+
+    def value(place: float) -> float:
+        if place not in ends:
+            near = min(ends.values(), key=lambda end: abs(end.place - place))
+            motions = difference.followed(near.motions, place)
+            if motions is None:
+                raise Lost
+            ends[place] = _End(place, motions, difference.of(motions))
+        return ends[place].difference
+
+    try:
+        bracket = root(value, low.place, high.place, 0.5 * NARROW * width)
+    except Lost:
+        places = sorted(ends)
+        pairs = ((ends[one], ends[other]) for one, other in itertools.pairwise(places))
+        return _untold(
+            CrossingKind.LOST, *next(pair for pair in pairs if pair[0].difference * pair[1].difference < 0.0)
+        )
+    low, high = ends[bracket.left], ends[bracket.right]
+    if bracket.jumps:
         grazes = difference.measure == "impacts" and _near(low.motions, high.motions)
         return _untold(CrossingKind.GRAZING if grazes else CrossingKind.JUMP, low, high)
-    at = _secant(low, high)
-    return _crossing(difference, low, high, at, BESIDE * width)
+    return _crossing(difference, low, high, _secant(low, high), BESIDE * width)
 
 
 def _near(one: Motions, other: Motions) -> bool:
@@ -279,14 +282,6 @@ def _secant(low: _End, high: _End) -> float:
     if high.difference == low.difference:
         return 0.5 * (low.place + high.place)
     return low.place - low.difference * (high.place - low.place) / (high.difference - low.difference)
-
-
-def _next_place(low: _End, high: _End, halve: bool) -> float:
-    """The secant's place, kept away from the ends so that the bracket shrinks from both sides; now and then the middle,
-    since at a jump secants alone may creep."""
-    margin = 1e-3 * (high.place - low.place)
-    place = 0.5 * (low.place + high.place) if halve else _secant(low, high)
-    return min(max(place, low.place + margin), high.place - margin)
 
 
 def scanned(

@@ -180,6 +180,10 @@ class ClosingMap(Residual):
         found = Found(SpecialKind.GRAZING, 1.0, last, grazed[1], *unchanged, text=text, place=grazed[0])
         return BranchEnd.GRAZING, found
 
+    def with_section(self, state: np.ndarray, parameter: float) -> "ClosingMap":
+        """The same where orbits pass the section at a state: that of the drive's period is the same everywhere."""
+        return self
+
     def coarser(self) -> "ClosingMap | None":
         if self.half:
             return None

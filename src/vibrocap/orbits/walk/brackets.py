@@ -48,6 +48,8 @@ def root(function: Callable[[float], float], left: float, right: float, width: f
         radius = max(width * 2.0 ** (most - trial) - 0.5 * (right - left), 0.0)
         place = truncated if abs(truncated - middle) <= radius else middle - towards * radius
         place = float(np.clip(place, left + 0.1 * width, right - 0.1 * width))
+        if not left < place < right:
+            break  # no number lies between
         value = function(place)
         if np.sign(value) == np.sign(low):
             left, low = place, value

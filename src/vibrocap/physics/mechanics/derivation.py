@@ -191,10 +191,8 @@ class Derivation(Motion):
 
     def contact_results(self) -> tuple:
         """Of each contact (velocity, what holds it, its acceleration, its responses, its reaction, its factor)."""
-        k, own = (
-            len(self.rubbing),
-            [row[len(self.order) - len(self.rubbing) :] for row in self.reduced[-len(self.rubbing) :]],
-        )
+        k = len(self.rubbing)
+        own = [row[len(self.order) - k :] for row in self.reduced[-k:]]
         alone = len(self.contacts) == k and (k == 1 or not self.moving_loads)
         alone = alone and not any(own[i][j] for i in range(k) for j in range(k) if i != j)
         found = []
@@ -324,11 +322,9 @@ class Derivation(Motion):
 
     def line_momentum(self) -> Any:
         """Momentum of all masses along the line, over the ground at rest."""
-        return (
-            self.common_momentum()
-            if self.imposes
-            else written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
-        )
+        if self.imposes:
+            return self.common_momentum()
+        return written(total(as_sum(m.mass) * m.along.rate for m in self.masses))
 
     def weight_along(self) -> tuple:
         """What the weight of all pulls along the speed of each contact."""

@@ -79,7 +79,8 @@ class Form:
         """The program of a function."""
         if name not in self._programs:
             form = Form(*self._made) if name in JUDGED else self  # so that the order of all others stays the same
-            self._programs[name] = Program(RESULTS[name](form), self.inputs.count)
+            result = RESULTS[name](form) if name in RESULTS else getattr(form.derived, name)()
+            self._programs[name] = Program(result, self.inputs.count)
         return self._programs[name]
 
     # --- results by name ---------------------------------------------------------------------------------------------
@@ -107,28 +108,18 @@ class Form:
 
 
 JUDGED = ("mirror", "free", "inertia", "numbers")  # results that are no part of the equations
-RESULTS: dict[str, Callable[[Form], Any]] = {
+RESULTS: dict[str, Callable[[Form], Any]] = {  # all others are functions of `Derivation` by their own name
     "rates": Form.rates,
     "powers": Form.powers,
     "after_switch": Form.outcomes,
     "scene": lambda form: tuple(map(fields_of, scene_of(form.derived))),
     "mechanism": lambda form: mechanism_of(form.derived),
     "contacts": lambda form: form.derived.contact_results(),
-    "energy": lambda form: form.derived.energy(),
     "momentum": lambda form: form.derived.common_momentum(),
-    "line_momentum": lambda form: form.derived.line_momentum(),
-    "vertical_momentum": lambda form: form.derived.vertical_momentum(),
-    "swing": lambda form: form.derived.swing(),
-    "outer_force": lambda form: form.derived.outer_force(),
-    "wall_force": lambda form: form.derived.wall_force(),
     "actuator": lambda form: form.derived.actuators(),
-    "loads": lambda form: form.derived.loads(),
-    "ground_speeds": lambda form: form.derived.ground_speeds(),
     "mirror": lambda form: conditions(form.derived),
     "free": lambda form: free_conditions(form.derived),
     "inertia": lambda form: form.derived.mass_matrix(),
-    "numbers": lambda form: form.derived.numbers(),
-    "weight_along": lambda form: form.derived.weight_along(),
     "switches": lambda form: guards(form.derived),
     "bounds": lambda form: ends(form.derived),
     "room": lambda form: rooms(form.derived),
