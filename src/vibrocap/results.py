@@ -169,7 +169,7 @@ def _flat(record: Any) -> dict[str, Any]:
     for name, seen in view(record).items():
         for key, each in seen.items() if isinstance(seen, Mapping) else [(name, seen)]:
             found[key if key not in found else f"{name}_{key}"] = without_unit(each)
-    return found
+    return found | ({"unit": unit} if isinstance(unit := getattr(record, "unit", None), str) else {})
 
 
 def _in_words(name: str, seen: Any) -> str:

@@ -2,25 +2,17 @@
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vibrocap.arguments import require
-from vibrocap.identification.result.fit_result import Fit
 from vibrocap.io.motion_file import case_of, columns, motion_dataset
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.orbits.attractors.basins import Basins
-from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.orbits.continuation.branch import Branch
-from vibrocap.orbits.equilibria.equilibrium_branch import EquilibriumBranch
 from vibrocap.quantities.declared import Shown
 from vibrocap.quantities.dimensional import computed
+from vibrocap.results import Result
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-PARAMETER = ("value", "low", "high", "standard_error", "unit", "verdict", "meaning")
 
 
 def to_xarray(result: Shown) -> "xarray.Dataset":
@@ -33,15 +25,13 @@ def to_xarray(result: Shown) -> "xarray.Dataset":
     Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without xarray.
     """
     require("to_xarray", "xarray")
-    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset, branch_dataset
+    from vibrocap.studies.labelled_result import labelled_arrays, labelled_result
 
     if isinstance(result, (Trajectory, Orbit)):
         return _motion_dataset(result if isinstance(result, Trajectory) else result.motion())
-    ways = {Branch: branch_dataset, Basins: basin_dataset, BifurcationDiagram: bifurcation_dataset}
-    for kind, way in ways.items():
-        if isinstance(result, kind):
-            return way(result)
-    raise TypeError(f"result should be a motion, an orbit, a branch, basins or a diagram, got {_kind(result)}")
+    if not isinstance(result, Result) or not labelled_arrays(result)[0]:
+        raise TypeError(f"result should be a motion, an orbit, a branch, basins or a diagram, got {_kind(result)}")
+    return labelled_result(result)
 
 
 def to_pandas(result: Shown) -> "pandas.DataFrame":
@@ -55,22 +45,17 @@ def to_pandas(result: Shown) -> "pandas.DataFrame":
     require("to_pandas", "pandas")
     import pandas
 
+    from vibrocap.studies.labelled_result import labelled_arrays
+
     if isinstance(result, (Trajectory, Orbit)):
         table = columns(result if isinstance(result, Trajectory) else result.motion())
         return pandas.DataFrame(table).set_index("time")
-    if isinstance(result, Branch):
-        return _branch_table(result)
-    if isinstance(result, Fit):
-        rows = {p.name: {name: _plain(getattr(p, name)) for name in PARAMETER} for p in result.parameters}
-        return pandas.DataFrame.from_dict(rows, orient="index", columns=list(PARAMETER)).rename_axis("parameter")
-    if isinstance(result, EquilibriumBranch):
-        table = {result.over: result.parameter, "stable": result.stable, "unstable": result.unstable}
-        states = dict(zip(result.system.state_names, result.states.T, strict=True))
-        return pandas.DataFrame(table | {"largest_real_part": np.real(result.eigenvalues)[:, 0]} | states).rename_axis(
-            "point"
-        )
+    data, coordinates = labelled_arrays(result) if isinstance(result, Result) else ({}, {})
+    if points := {name: x for name, (dims, x, _) in (coordinates | data).items() if dims == ("point",)}:
+        return pandas.DataFrame(points).rename_axis("point")
     if callable(table := getattr(result, "table", None)):
-        return pandas.DataFrame(table())
+        rows = pandas.DataFrame(table())
+        return rows.set_index("name") if isinstance(result, Result) and "name" in rows else rows
     raise TypeError(
         f"result should be a motion, an orbit, a branch or another result with a table, got {_kind(result)}"
     )
@@ -82,20 +67,6 @@ def _motion_dataset(motion: Trajectory) -> "xarray.Dataset":
     certificate = vars(computed(motion)).get("certificate")  # what was not asked for costs a run
     text = None if certificate is None else json_text(certificate)
     return motion_dataset(motion, case_of(motion), text)
-
-
-def _branch_table(branch: Branch) -> "pandas.DataFrame":
-    import pandas
-
-    states = dict(zip(branch.system.state_names, branch.states.T, strict=True))
-    largest = np.max(np.abs(branch.multipliers), axis=1, initial=0.0)
-    names = ("period", "drift", "mean_velocity", "stable", "mode_sequence", "arclength")
-    found = {branch.over: branch.parameter, **{name: getattr(branch, name) for name in names}}
-    return pandas.DataFrame(found | {"largest_multiplier": largest} | states).rename_axis("point")
-
-
-def _plain(value: Any) -> Any:
-    return str(value) if isinstance(value, str) else value
 
 
 def _kind(result: Any) -> str:

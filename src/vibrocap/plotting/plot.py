@@ -1,8 +1,9 @@
 """plot(result) and figure(result): one way to a picture of anything, a single panel or the whole sheet."""
 
 import base64
+import dataclasses
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,45 +73,21 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
-    if isinstance(result, Orbit):
-        result = result.motion()
-    if isinstance(result, Trajectory):
-        panels: dict[str, Callable[..., Axes]] = {
-            "phase plane": draw_phase_plane,
-            "friction loop": draw_friction_loop,
-            "load": draw_load,
-        }
-        if what in panels:
-            return panels[what](result, ax=ax, **options)
-        return draw_history(result, what or "position", ax=ax, **options)
-    if isinstance(result, (Branch, BranchDiagram)):
-        if what == "multipliers":
-            return draw_floquet_multipliers(result, ax=ax, **options)
-        _check(what, (*QUANTITIES, "multipliers"))
-        return draw_branch(result, what, ax=ax, **options)
-    if isinstance(result, EquilibriumBranch):
-        _check(what, (*result.system.state_names, "eigenvalues"))
-        return draw_equilibria(result, what, ax=ax, **options)
-    if isinstance(result, Fit):
-        if what in (None, "intervals"):
-            return draw_intervals(result, ax=ax, **options)
-        return draw_forces(result, what, ax=ax, **options)
-    if isinstance(result, Basins):
-        return draw_basins(result, what or "direction", ax=ax, **options)
-    if isinstance(result, BifurcationDiagram):
-        _check(what, result.system.state_names)
-        return draw_bifurcation(result, what, ax=ax, **options)
-    if isinstance(result, ParetoFront):
-        return draw_front(result, ax=ax, **options)
-    if isinstance(result, Law):
-        _check(what, ("steady", "presliding"))
-        return (draw_presliding if what == "presliding" else draw_steady_curve)(result, ax=ax, **options)
-    if _is_dataset(result):
-        return draw_study(result, what, ax=ax, **options)
-    raise TypeError(
-        "result should be a motion, an orbit, a branch, a fit, basins, a friction law or a dataset of a study, "
-        f"got a {type(result).__name__}"
-    )
+    drawn, picture = _picture_of(result)
+    if picture is None or not (picture.panel or picture.panels):
+        raise TypeError(
+            "result should be a motion, an orbit, a branch, a fit, basins, a friction law or a dataset of a study, "
+            f"got a {type(result).__name__}"
+        )
+    what = picture.first if what is None else what
+    if what is not None and what in picture.panels:
+        return picture.panels[what](drawn, ax=ax, **options)
+    known = None if picture.names is None else (*picture.names(drawn), *picture.panels)
+    if what is not None and known is not None and what not in known:
+        near = suggestion(what, known, there_is="should be one of")
+        raise ArgumentError("what", f"{what!r} cannot be drawn of it; {near}")
+    assert picture.panel is not None
+    return picture.panel(drawn, *(() if what is None else (what,)), ax=ax, **options)
 
 
 def figure(
@@ -135,87 +112,112 @@ def figure(
 
     Settings of `matplotlib.rcParams` that the user has changed, by hand or by a style sheet, hold over the package's.
     """
-    if isinstance(result, Orbit):
-        result = result.motion()
+    drawn, picture = _picture_of(result)
+    if picture is None:
+        raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
     with on_page(width, header):
-        fig, settings = _sheet(result, options)
+        fig = picture.sheet(drawn, **options)
         if path is None:
             return finished(fig)
-        save(fig, path, settings)
+        save(fig, path, picture.style)
     return fig
 
 
-def _sheet(result: Any, options: dict[str, Any]) -> tuple[Figure, dict[Any, Any]]:
-    """The sheet of a result on the present page, and the style in which it is written."""
-    for kind, draw in FIGURES.items():
-        if isinstance(result, kind):
-            return draw(result, **options), PRINT if kind is Basins else STYLE
-    if not _is_dataset(result):
-        raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
-    border = options.pop("border", None)
-    return study_figure(study_view(result, **options), border), PRINT
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """How results of a type are drawn.
+
+    sheet: all panels; style: in which a file of it is written
+    panel: draws what is named; names: what can be, None for anything; panels: further ones by name; first: that of
+        them which is drawn where nothing is named, by default what `panel` draws
+    content: what has to be there for a small picture; small: what that shows
+    """
+
+    sheet: Callable[..., Figure]
+    panel: Callable[..., Axes] | None = None
+    names: Callable[[Any], Iterable[str]] | None = None
+    panels: Mapping[str, Callable[..., Axes]] = dataclasses.field(default_factory=dict)
+    first: str | None = None
+    content: Callable[[Any], Sequence[Any]] = lambda result: (result,)
+    small: Callable[[Any], str | None] = lambda result: None
+    style: dict[Any, Any] = dataclasses.field(default_factory=lambda: STYLE)
 
 
-FIGURES: dict[type, Callable[..., Figure]] = {
-    Trajectory: motion_figure,
-    Branch: branch_figure,
-    BranchDiagram: branch_figure,
-    EquilibriumBranch: equilibrium_figure,
-    Fit: fit_figure,
-    Comparison: comparison_figure,
-    Match: match_figure,
-    Basins: basin_figure,
-    BifurcationDiagram: bifurcation_figure,
-    ParetoFront: front_figure,
-    Law: law_figure,
-    TestSheet: sheet_figure,
-    Regularisation: regularisation_figure,
-    StickSlip: stick_slip_figure,
-    RegimeDiagram: regime_figure,
+def _itself(result: Any) -> Any:
+    return result
+
+
+PICTURES: dict[type, Picture] = {
+    Trajectory: Picture(
+        motion_figure,
+        draw_history,
+        panels={"phase plane": draw_phase_plane, "friction loop": draw_friction_loop, "load": draw_load},
+        content=lambda motion: motion.piece_start,
+    ),
+    Branch: Picture(
+        branch_figure,
+        draw_branch,
+        lambda branch: QUANTITIES,
+        {"multipliers": draw_floquet_multipliers},
+        content=_itself,
+    ),
+    BranchDiagram: Picture(
+        branch_figure, draw_branch, lambda diagram: QUANTITIES, {"multipliers": draw_floquet_multipliers}
+    ),
+    EquilibriumBranch: Picture(
+        equilibrium_figure, draw_equilibria, lambda branch: (*branch.system.state_names, "eigenvalues")
+    ),
+    Fit: Picture(
+        fit_figure,
+        draw_forces,
+        panels={"intervals": draw_intervals},
+        first="intervals",
+        content=lambda fit: fit.records,
+        small=lambda fit: fit.records[0].name,
+    ),
+    Comparison: Picture(comparison_figure),
+    Match: Picture(match_figure),
+    Basins: Picture(basin_figure, draw_basins, style=PRINT),
+    BifurcationDiagram: Picture(bifurcation_figure, draw_bifurcation, lambda diagram: diagram.system.state_names),
+    ParetoFront: Picture(front_figure, draw_front, lambda front: (), content=_itself),
+    Law: Picture(
+        law_figure,
+        names=lambda law: (),
+        panels={"steady": draw_steady_curve, "presliding": draw_presliding},
+        first="steady",
+    ),
+    TestSheet: Picture(sheet_figure),
+    Regularisation: Picture(regularisation_figure),
+    StickSlip: Picture(stick_slip_figure),
+    RegimeDiagram: Picture(regime_figure),
 }
-
-
-PLOTTED = (
-    Orbit,
-    Trajectory,
-    Branch,
-    BranchDiagram,
-    EquilibriumBranch,
-    Fit,
-    Basins,
-    BifurcationDiagram,
-    ParetoFront,
-    Law,
+STUDY = Picture(
+    lambda data, border=None, **given: study_figure(study_view(data, **given), border), draw_study, style=PRINT
 )
+
+
+def _picture_of(result: Any) -> tuple[Any, Picture | None]:
+    """(what is drawn of a result, how); None where it cannot be drawn. An orbit is drawn as its motion."""
+    drawn: Any = result.motion() if isinstance(result, Orbit) else result
+    known = next((PICTURES[kind] for kind in type(drawn).__mro__ if kind in PICTURES), None)
+    # a dataset of a study, without importing xarray, which whoever has one has imported
+    is_study = known is None and hasattr(drawn, "data_vars") and "status" in drawn.data_vars
+    return drawn, STUDY if is_study else known
 
 
 def thumbnail(result: Any) -> str:
     """A small picture of a result for a page, as HTML that holds it; empty where there is nothing to draw."""
-    if isinstance(result, Trajectory) and not len(result.piece_start):
+    if isinstance(result, Orbit) and result.failed:
         return ""
-    if not isinstance(result, PLOTTED) or (isinstance(result, Orbit) and result.failed):
-        return ""
-    if (isinstance(result, (Branch, ParetoFront)) and not len(result)) or (
-        isinstance(result, Fit) and not result.records
-    ):
+    drawn, picture = _picture_of(result)
+    if picture is None or not (picture.panel or picture.panels) or not len(picture.content(drawn)):
         return ""
     fig, axes = empty_figure(size=SMALL)
-    ax = plot(result, result.records[0].name if isinstance(result, Fit) else None, ax=axes[0, 0])
+    ax = plot(drawn, picture.small(drawn), ax=axes[0, 0])
     ax.set_title("")
     if legend := ax.get_legend():
         legend.remove()
     file = io.BytesIO()
     fig.savefig(file, format="png", dpi=SMALL_DPI)
-    picture = base64.b64encode(file.getvalue()).decode("ascii")
-    return f'<img alt="{type(result).__name__}" src="data:image/png;base64,{picture}">'
-
-
-def _check(what: str | None, known: tuple[str, ...]) -> None:
-    if what is not None and what not in known:
-        near = suggestion(what, known, there_is="should be one of")
-        raise ArgumentError("what", f"{what!r} cannot be drawn of it; {near}")
-
-
-def _is_dataset(result: Any) -> bool:
-    """Whether a result is a dataset of a study (without importing xarray, which whoever has one has imported)."""
-    return hasattr(result, "data_vars") and "status" in result.data_vars
+    shown = base64.b64encode(file.getvalue()).decode("ascii")
+    return f'<img alt="{type(result).__name__}" src="data:image/png;base64,{shown}">'

@@ -29,13 +29,6 @@ def without_unit(seen: Any) -> Any:
     return seen.value if isinstance(seen, WithUnit) else seen
 
 
-def element(seen: Any, index: int) -> Any:
-    """One of several numbers, with their unit if they have one."""
-    if not isinstance(seen, WithUnit):
-        return seen[index]
-    return WithUnit(seen.value[index], seen.unit, None if seen.dimensionless is None else seen.dimensionless[index])
-
-
 def scaled(seen: Any, factor: float) -> Any:
     """A number or a quantity times a factor; a zero without its sign."""
     if not isinstance(seen, WithUnit):
@@ -252,6 +245,25 @@ class OverStates(Declared):
     def converted(self, value: Any, context: Context, back: bool = False) -> Any:
         scale = np.array([context.units.factor(name) for name in context.system.state_names])
         return value / scale[:, None] * scale if back else value * scale[:, None] / scale
+
+
+class Over:
+    """The dimensions along which an array of a record lies, for labelled arrays and tables; it stands in the type.
+
+    dims: names, or members of the record that hold one; of a list of records: that of the list
+    name: of the array if it is a coordinate, or the member that holds it (`over`); else the array has the member's name
+    words: what it is; flags: words by code, of an array of codes
+    """
+
+    def __init__(self, *dims: str, name: str = "", words: str = "", flags: Mapping[str, int] | None = None):
+        self.dims, self.name, self.words, self.flags = dims, name, words, flags
+
+
+class AlongTurns(Declared):
+    """An array with a number for each coordinate that turns along its last axis."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        return dict(zip(context.known("system")[0].turns, np.moveaxis(value, -1, 0), strict=True))
 
 
 # numbers

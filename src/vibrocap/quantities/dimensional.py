@@ -76,7 +76,7 @@ class InSI:
 
     def unit_of(self, name: str) -> str:
         """The SI unit of a field or property, or else of a quantity of a motion; "1" for one that has none."""
-        hints = _member_hints(type(self._computed))
+        hints = member_hints(type(self._computed))
         if name not in hints:
             return self._context.units.unit(name)
         declared = declared_anywhere(hints[name])
@@ -100,7 +100,7 @@ class InSI:
 def _in_words(record: InSI, name: str) -> str:
     """A field with its unit, or with those of what it holds by name."""
     value = getattr(record._computed, name)
-    if isinstance(value, Dimensional) or undeclared(_member_hints(type(record._computed))[name]):
+    if isinstance(value, Dimensional) or undeclared(member_hints(type(record._computed))[name]):
         return repr(getattr(record, name)) if isinstance(value, Dimensional) else repr(value)
     return _of_units(member_view(record._computed, name, record._context))
 
@@ -116,7 +116,7 @@ def _of_units(seen: Any) -> str:
 
 
 @functools.cache
-def _member_hints(cls: type) -> dict[str, Any]:
+def member_hints(cls: type) -> dict[str, Any]:
     """The types of the fields and properties of a record by name."""
     found = {}
     for base in reversed(cls.__mro__):
@@ -131,7 +131,7 @@ def _member_hints(cls: type) -> dict[str, Any]:
 def _face(cls: type) -> type:
     """The class of the records of a class that are in SI."""
     members: dict[str, Any] = {"__module__": cls.__module__, "__qualname__": cls.__qualname__, "__doc__": cls.__doc__}
-    hints, fields = _member_hints(cls), {field.name for field in dataclasses.fields(cls)}
+    hints, fields = member_hints(cls), {field.name for field in dataclasses.fields(cls)}
     for name in hints:
         if name in fields or (name not in cls.in_words and name not in vars(InSI)):
             members[name] = _shown_property(cls, name, hints[name])
@@ -261,7 +261,7 @@ def _view(value: Any, hint: Any, context: Context) -> Any:
 
 def member_view(record: Any, name: str, context: Context) -> Any:
     """A field or property of a record as views show it."""
-    hint = _member_hints(type(record)).get(name, Any)
+    hint = member_hints(type(record)).get(name, Any)
     if context.system is not None and isinstance(record, Dimensional):
         _refuse(type(record), name, hint)
     return _view(getattr(record, name), hint, context.within(record))

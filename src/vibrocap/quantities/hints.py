@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vibrocap.quantities.declared import Declared
+from vibrocap.quantities.declared import Declared, Over
 
 
 @functools.cache
@@ -94,3 +94,8 @@ def undeclared(hint: Any) -> bool:
     if hint in (float, complex, np.ndarray):
         return True
     return any(undeclared(each) for each in typing.get_args(hint) if not isinstance(each, (str, Declared)))
+
+
+def over_of(hint: Any) -> Over | None:
+    """The dimensions that the type of an array, or of a list of records, states; None where it states none."""
+    return next((each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Over)), None)

@@ -1,7 +1,6 @@
 """`vibrocap equilibria`: steady sliding and rest of a case that nothing drives in time, and their Hopf points."""
 
 import dataclasses
-import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,9 +9,7 @@ from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.completers import paths_of_case
 from vibrocap.cli.options import Json, Option, picture
 from vibrocap.cli.refusal import Refusal
-from vibrocap.cli.terminal import Page
 from vibrocap.cli.texts import quantity_range
-from vibrocap.quantities.declared import WithUnit, element, without_unit
 from vibrocap.quantities.dimensional import in_si, view
 
 
@@ -57,8 +54,8 @@ def equilibria(request: EquilibriaRequest, report: Report) -> Answer:
     if request.over is not None:
         return _followed(system, request)
     found = equilibria_of(system)
-    record = {"equilibria": view(in_si(found))["found"]}
-    return Answer(record, lambda page: _print_equilibria(page, record, str(request.case)))
+    shown = in_si(found)
+    return Answer({"equilibria": view(shown)["found"]}, lambda page: page.say(f"{request.case}: {shown}"))
 
 
 def _followed(system: Any, request: EquilibriaRequest) -> Answer:
@@ -74,7 +71,7 @@ def _followed(system: Any, request: EquilibriaRequest) -> Answer:
             raise Refusal(f"--start: should be the number of one of the {len(states)} equilibria, got {request.start}")
         begun = states[request.start]
     found = equilibrium_branch(system, along.plain, (low, high), start=begun, points=request.points)
-    record = view(in_si(found, over=along.path))
+    shown = in_si(found, over=along.path)
 
     def figure() -> Any:
         from vibrocap.plotting.steady.equilibria import equilibrium_figure
@@ -82,48 +79,4 @@ def _followed(system: Any, request: EquilibriaRequest) -> Answer:
         return equilibrium_figure(found)
 
     early = [f"The branch was not followed to its end ({end.value}). {end.advice}" for end in found.ends if end.early]
-    return Answer(record, lambda page: _print_branch(page, record), figure, incomplete="\n".join(early))
-
-
-def _print_equilibria(page: Page, record: dict[str, Any], title: str) -> None:
-    """The list of equilibria."""
-    found = record["equilibria"]
-    page.say(f"{len(found)} equilibri{'um' if len(found) == 1 else 'a'} of {title}", style="bold")
-    for i, each in enumerate(found):
-        sort = f"set of {each['kind']}, dimension {each['dimension']}" if each["dimension"] else each["kind"]
-        page.say(f"[{i}] {sort}, {each['stability']}")
-        rows = [(name, _span(each["least"][name], each["most"][name], state)) for name, state in each["state"].items()]
-        if without_unit(each["travel"]):
-            rows.append(("travel", f"{each['travel']:.10g}"))
-        rate = f" {each['eigenvalues'].unit}" if isinstance(each["eigenvalues"], WithUnit) else ""
-        rows.append(("eigenvalues", ", ".join(_shown(value, rate) for value in without_unit(each["eigenvalues"]))))
-        page.rows(rows, 20)
-
-
-def _span(least: Any, most: Any, state: Any) -> str:
-    """A state, or how far it reaches over a set."""
-    if least == most and math.isfinite(without_unit(least)):
-        return f"{state:.10g}"
-    low, high = (f"{end:.10g}" if math.isfinite(without_unit(end)) else "any" for end in (least, most))
-    return f"{low} to {high}" if low != high else low
-
-
-def _shown(value: complex, unit: str) -> str:
-    """An eigenvalue."""
-    turns = f" {'-' if value.imag < 0 else '+'} {abs(value.imag):.6g}i" if value.imag else ""
-    return f"{value.real:.6g}{turns}{unit}"
-
-
-def _print_branch(page: Page, record: dict[str, Any]) -> None:
-    """Special points and ends of a branch."""
-    stable = record["stable"]
-    page.say(f"Branch of steady sliding over {record['over']}, {len(stable)} points", style="bold")
-    for each in record["special_points"]:
-        turns = "" if each["frequency"] is None else f"omega {each['frequency']:.10g}"
-        kept = "" if each["stability"] == "kept" else f"stability {each['stability']}"
-        remarks = "; ".join(filter(None, (turns, each["criticality"], kept)))
-        error = without_unit(each["error"])
-        page.say(f"  {each['kind']:<14}{each['parameter']:.12g} (error {error:.0e})  {remarks}")
-    for where, end in (("begins", 0), ("ends", -1)):
-        page.say(f"  {where} at {element(record['parameter'], end):.10g}: {record['ends'][end]}")
-    page.say(f"  {sum(stable) / len(stable):.0%} of the points are stable".replace("%", " %"))
+    return Answer(view(shown), lambda page: page.say(str(shown)), figure, incomplete="\n".join(early))

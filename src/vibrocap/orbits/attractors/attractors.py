@@ -62,7 +62,7 @@ class Attractor(Dimensional):
     error: Number
     twin: int | None
 
-    in_record = "kind starts share error drift mean_velocity largest_multiplier twin"
+    in_record = "kind starts share error drift mean_velocity winding largest_multiplier twin"
 
     @property
     def kind(self) -> str:
@@ -73,6 +73,11 @@ class Attractor(Dimensional):
     def drift(self) -> Length | None:
         """That of its motion, per drive period."""
         return self.motion.drift
+
+    @property
+    def winding(self) -> dict[str, Number]:
+        """That of its motion: turns per drive period."""
+        return {f"winding_{name}": turns for name, turns in self.motion.winding.items()}
 
     @property
     def mean_velocity(self) -> Speed | None:

@@ -16,9 +16,10 @@ from vibrocap.orbits.attractors.starts import check_state, checked_start_range, 
 from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, is_driven
 from vibrocap.orbits.parameter_range import checked_pair
+from vibrocap.physics.dimensions.conversion import INITIAL
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers
+from vibrocap.quantities.declared import ByKey, ByName, Context, Declared, Keyed, Lengths, Number, Numbers, Over
 from vibrocap.ranges import cell_middles
 from vibrocap.results import Result
 
@@ -26,6 +27,9 @@ PHASE = "phase"
 SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
 FORWARD, NO_TRAVEL, BACK = 1, 0, -1
 MOST_STARTS = 10_000_000
+PLANE = ("path_x", "path_y")
+CODES = {"not_certified": NOT_CERTIFIED, "not_told_apart": NOT_TOLD, "failed": FAILED, "not_settled": NOT_SETTLED}
+TRAVELS = {"back": BACK, "no_travel": NO_TRAVEL, "forward": FORWARD}
 DIRECTIONS = {"forward": FORWARD, "no travel": NO_TRAVEL, "back": BACK} | {
     "not settled": NOT_SETTLED,
     "failed": FAILED,
@@ -60,19 +64,29 @@ class Basins(Result):
 
     system: System
     axes: tuple[str, str]
-    x: Annotated[np.ndarray, OfAxis(0)]
-    y: Annotated[np.ndarray, OfAxis(1)]
+    x: Annotated[np.ndarray, OfAxis(0), Over("path_x", name="path_x")]
+    y: Annotated[np.ndarray, OfAxis(1), Over("path_y", name="path_y")]
     phase: Number
     initial: ByName
-    direction: Numbers
-    label: Numbers
-    drift: Lengths
-    attractors: tuple[Attractor, ...]
+    direction: Annotated[Numbers, Over(*PLANE, words="direction of travel in the end", flags=CODES | TRAVELS)]
+    label: Annotated[Numbers, Over(*PLANE, words="index of the attractor", flags=CODES)]
+    drift: Annotated[Lengths, Over(*PLANE, words="drift in the end, per drive period")]
+    attractors: Annotated[tuple[Attractor, ...], Over("attractor")]
     settle_periods: int
     keys: tuple[str, ...] = ()
 
     rows = "attractors"
     in_record = "axes starts directions attractors"
+
+    @property
+    def path_x(self) -> str:
+        """The first axis as a path of a start."""
+        return _path(self.axes[0])
+
+    @property
+    def path_y(self) -> str:
+        """The second one."""
+        return _path(self.axes[1])
 
     @property
     def starts(self) -> int:
@@ -83,6 +97,10 @@ class Basins(Result):
     def directions(self) -> dict[str, Number]:
         """Share of the starts by the direction of travel in the end, in words."""
         return {word: float(np.mean(self.direction == code)) for word, code in DIRECTIONS.items()}
+
+
+def _path(axis: str) -> str:
+    return axis if axis == PHASE else INITIAL + axis
 
 
 @shows_progress("Running the starts of the plane")

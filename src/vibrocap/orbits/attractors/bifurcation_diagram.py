@@ -19,9 +19,9 @@ from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers
-from vibrocap.quantities.dimensional import Dimensional
+from vibrocap.quantities.declared import AlongNames, ByName, Lengths, Numbers, Over
 from vibrocap.ranges import values_between
+from vibrocap.results import Result
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
@@ -29,8 +29,8 @@ REPEATS = 1e-4  # of the extents of a motion: what returns so near has settled t
 NOT_CERTIFIED, FAILED, NOT_SETTLED = -2, -1, 0
 
 
-@dataclasses.dataclass(frozen=True)
-class BifurcationDiagram(Dimensional):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class BifurcationDiagram(Result):
     """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
 
     over: path of the parameter; values: [points]; directions: "up" and "down"
@@ -46,12 +46,24 @@ class BifurcationDiagram(Dimensional):
 
     system: System
     over: Path
-    values: Parameters
+    values: Annotated[Parameters, Over("over", name="over")]
     directions: tuple[str, ...]
-    states: Annotated[np.ndarray, AlongNames(-1, ("state_names",))]
-    response_period: Numbers
-    drift: Lengths
+    states: Annotated[np.ndarray, AlongNames(-1, ("state_names",)), Over("direction", "start", "over", "mark")]
+    response_period: Annotated[
+        Numbers,
+        Over(
+            *("direction", "start", "over"),
+            words="drive periods after which the motion repeats",
+            flags={"not_certified": NOT_CERTIFIED, "failed": FAILED, "not_settled": NOT_SETTLED},
+        ),
+    ]
+    drift: Annotated[Lengths, Over("direction", "start", "over", words="drift per drive period")]
     state_names: tuple[str, ...]
+
+    @property
+    def direction(self) -> Annotated[Numbers, Over("direction", name="direction", words="direction of the sweep")]:
+        """Each direction, in words."""
+        return np.array(self.directions, dtype=str)
 
 
 @shows_progress("Running over the parameter")

@@ -4,6 +4,7 @@ import collections
 import dataclasses
 import itertools
 from collections.abc import Mapping
+from typing import Annotated
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
-from vibrocap.quantities.declared import ByName, Lengths, Numbers, Speeds, StateColumns, Time, Times
+from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Time, Times
 from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
@@ -59,18 +60,20 @@ class Branch(Result):
     between: tuple[Parameter, Parameter]
     response_period: int
     symmetric: bool | None
-    parameter: Parameters
-    period: Times
-    states: StateColumns
-    drift: Lengths
-    mean_velocity: Speeds
-    multipliers: Numbers
-    stable: Numbers
-    mode_sequence: Numbers
-    arclength: Numbers
-    certified: Numbers
-    winding: Numbers
-    special_points: tuple[SpecialPoint, ...]
+    parameter: Annotated[Parameters, Over("point", name="over")]
+    period: Annotated[Times, Over("point", words="length of one response")]
+    states: Annotated[StateColumns, Over("point")]
+    drift: Annotated[Lengths, Over("point", words="drift over one response")]
+    mean_velocity: Annotated[Speeds, Over("point", words="mean velocity")]
+    multipliers: Annotated[Numbers, Over("point", "multiplier", words="Floquet multiplier")]
+    stable: Annotated[Numbers, Over("point", words="all multipliers inside the unit circle")]
+    mode_sequence: Annotated[Numbers, Over("point", words="phases: F forward, S stuck, B back")]
+    arclength: Annotated[
+        Numbers, Over("point", name="arclength", words="arclength, in natural sizes and shares of the range")
+    ]
+    certified: Annotated[Numbers, Over("point", words="the motion is one of the equations, by its certificate")]
+    winding: Annotated[np.ndarray, AlongTurns(), Over("point", words="whole turns over one response")]
+    special_points: Annotated[tuple[SpecialPoint, ...], Over("special")]
     ends: tuple[BranchEnd, BranchEnd]
     start: int
     closing_map: ClosingMap = dataclasses.field(compare=False)
@@ -140,6 +143,11 @@ class Branch(Result):
         points = list(zip(self.states, self.parameter.tolist(), self.period.tolist(), strict=True))
         known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
         return branch_crossings(self.closing_map, points, known.get(str(measure)), measure, value)
+
+    @property
+    def largest_multiplier(self) -> Annotated[Numbers, Over("point", words="largest size of a multiplier")]:
+        """The largest |multiplier| at each point, 0 where there is none."""
+        return np.max(np.abs(self.multipliers), axis=1, initial=0.0)
 
     @property
     def advice(self) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """A branch of equilibria over a parameter: steady sliding, its folds, its Hopf points, and why it ends."""
 
 import dataclasses
+from typing import Annotated
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from vibrocap.orbits.walk.special_kind import SpecialKind
 from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
-from vibrocap.quantities.declared import AngularFrequencies, Numbers, Speeds, StateColumns
+from vibrocap.quantities.declared import AngularFrequencies, Numbers, Over, Speeds, StateColumns
 from vibrocap.quantities.dimensional import said
 from vibrocap.results import Result
 
@@ -39,13 +40,13 @@ class EquilibriumBranch(Result):
     over: Path
     between: tuple[Parameter, Parameter]
     sides: tuple[int, ...]
-    parameter: Parameters
-    states: StateColumns
-    travel: Speeds
-    eigenvalues: AngularFrequencies
-    unstable: Numbers
-    stable: Numbers
-    special_points: tuple[SpecialPoint, ...]
+    parameter: Annotated[Parameters, Over("point", name="over")]
+    states: Annotated[StateColumns, Over("point")]
+    travel: Annotated[Speeds, Over("point", words="rate of the cyclic coordinate")]
+    eigenvalues: Annotated[AngularFrequencies, Over("point", "eigenvalue", words="eigenvalue")]
+    unstable: Annotated[Numbers, Over("point", words="how many eigenvalues have positive real parts")]
+    stable: Annotated[Numbers, Over("point", words="no eigenvalue has a positive real part")]
+    special_points: Annotated[tuple[SpecialPoint, ...], Over("special")]
     ends: tuple[BranchEnd, BranchEnd]
     mode: Mode = dataclasses.field(compare=False)
 
@@ -69,6 +70,11 @@ class EquilibriumBranch(Result):
             "special points": special or "no special points",
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
         }
+
+    @property
+    def largest_real_part(self) -> Annotated[AngularFrequencies, Over("point", words="largest real part")]:
+        """Of the eigenvalues at each point."""
+        return np.real(self.eigenvalues)[:, 0]
 
     @property
     def advice(self) -> tuple[str, ...]:

@@ -265,7 +265,7 @@ class SpecialPoint(Result):
             if self.multipliers is None
             else "drift stability modes_before modes_after"
         )
-        return f"kind parameter error {own} remarks"
+        return f"kind parameter error arclength {own} remarks"
 
     @property
     def criticality(self) -> str:

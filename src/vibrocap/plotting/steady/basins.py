@@ -32,7 +32,7 @@ from vibrocap.plotting.studies.maps import (
     study_axes,
 )
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, case_of
-from vibrocap.studies.orbit_datasets import PHASE_ATTRIBUTES, basin_dataset
+from vibrocap.studies.labelled_result import PHASE_ATTRIBUTES, labelled_result
 
 DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
 WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
@@ -189,7 +189,7 @@ def _frame(ax: Axes, basins: Basins, along: list[Quantity], first: bool) -> None
 
 def _setting(basins: Basins) -> str:
     """The case in brief, and where the starts are."""
-    dataset = basin_dataset(basins)
+    dataset = labelled_result(basins)
     words = case_label(dataset, case_of(dataset), {})
     if PHASE not in basins.axes and basins.phase:
         words += f", t₀/T{EQUALS}{value_text(basins.phase)}"
