@@ -271,7 +271,7 @@ def test_bad_input_is_named(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     for options, said in (
         (["--out", str(tmp_path / "file")], "--out: "),
-        (["--out", str(tmp_path / "new"), "--name", "a b"], "--name should be"),
+        (["--out", str(tmp_path / "new"), "--name", "a b"], "--name: should be"),
         (["--to", "simulink", "--out", str(tmp_path / "new")], "simulink"),
         (["--input", "torque", "--out", str(tmp_path / "new")], "torque"),
     ):

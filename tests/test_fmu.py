@@ -496,9 +496,9 @@ def test_what_cannot_be_exported_is_named(tmp_path, capsys):
     case = str(EXAMPLES["bristles-lugre"])
     out = ["--out", str(tmp_path / "a.fmu")]
     for options, said in (
-        (["--to", "fmu", "--name", "A b", *out], "--name should be"),
-        (["--to", "fmu", "--platforms", "vax", *out], "--platforms should be"),
-        (["--to", "fmu", "--platforms", "aarch64-linux", "--fmi", "2.0", *out], "--platforms should be"),
+        (["--to", "fmu", "--name", "A b", *out], "--name: should be"),
+        (["--to", "fmu", "--platforms", "vax", *out], "--platforms: should be"),
+        (["--to", "fmu", "--platforms", "aarch64-linux", "--fmi", "2.0", *out], "--platforms: should be"),
         (["--to", "fmu", "--out", str(tmp_path / "a.zip")], "--out: should end in .fmu"),
         (["--to", "fmu", "--out", str(tmp_path / "new" / "a.fmu")], "--out: there is no folder"),
         (["--fmi", "2.0", "--out", str(tmp_path / "new")], "--fmi: should be left out without --to fmu"),

@@ -64,7 +64,7 @@ def test_between_keeps_the_samples_within_ends_included():
     np.testing.assert_array_equal(made.displacement, DISPLACEMENT[10:61])
     np.testing.assert_array_equal(made.normal_force, np.linspace(90.0, 110.0, N)[10:61])
     assert made.name == "made"
-    with pytest.raises(ValueError, match=r"start, stop: .* 0.1005\d* to 0.6030\d* s, got 5 to 6"):
+    with pytest.raises(ValueError, match=r"start, stop should .* 0.1005\d* to 0.6030\d* s, got 5 to 6"):
         made.between(5.0, 6.0)
 
 
