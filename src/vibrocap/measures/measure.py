@@ -168,7 +168,7 @@ def own_integrands(needed: Sequence[Measure], equations: Equations) -> Integrand
         for function in [_recorded(measure, graph, instant)]
         for sign in signs_of_extremes(measure)
     ]
-    return integrands_source(equations, functions, signed)
+    return integrands_source(own, functions, signed)
 
 
 def is_summed(measure: Measure) -> bool:

@@ -183,7 +183,7 @@ def integrands_source(
 ) -> Integrands:
     """`integrands` of one lane, with functions of one's own besides the standard ones.
 
-    Those may be recorded on a graph that begins with the nodes of the equations.
+    Those are recorded on the graph of the equations.
     """
     own = (*own_integrals, *own_extremes)
     writer = ScalarWriter(own[0].graph if own else equations.graph)
