@@ -1,5 +1,6 @@
 """Parts outside the package: a file of one's own goes through every command; what is wrong with one is said by name."""
 
+import contextlib
 import json
 import pickle
 import shutil
@@ -284,6 +285,20 @@ def test_a_class_defined_anew_takes_the_place_of_the_old_one_and_another_is_refu
 def test_what_is_no_part_is_not_registered(given):
     with pytest.raises(TypeError, match="should be a class that extends Law, Machine, Drive or Controller, got "):
         vc.register(given)
+
+
+def test_a_class_whose_parameters_are_not_declared_is_named():
+    """One that adds none is as the class above it."""
+
+    class Undeclared(vc.Oscillator):
+        damper = vc.parameter(1.0, "c_2", "second damper", "viscous damping")
+
+    class Same(vc.Oscillator):
+        name = "same"
+
+    for kind, said in ((Undeclared, "Undeclared should have @parameters"), (Same, "")):
+        with pytest.raises(TypeError, match=said) if said else contextlib.nullcontext():
+            vc.System(kind(), vc.Coulomb(0.1, 0.2), vc.Harmonic())
 
 
 def test_a_file_is_run_once_and_again_after_a_change(folder):

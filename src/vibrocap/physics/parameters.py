@@ -20,6 +20,7 @@ from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform
 from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
+from pydantic.fields import FieldInfo
 
 from vibrocap.arguments import Complaint, shown, suggestion
 
@@ -282,10 +283,19 @@ def brief(value: Any, digits: int) -> str:
     return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
+def _declaring(cls: type) -> Any:
+    """The class that declares the parameters of a class: itself, or the last one above it that declares any."""
+    for each in cls.__mro__:
+        if is_pydantic_dataclass(each):
+            return each
+        if any(isinstance(value, FieldInfo) for value in vars(each).values()):
+            break
+    raise TypeError(f"{cls.__name__} should have @parameters (from vibrocap import parameters) above its class")
+
+
 @functools.cache
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
-    assert is_pydantic_dataclass(cls)
-    fields: dict[str, Any] = cls.__pydantic_fields__
+    fields: dict[str, Any] = _declaring(cls).__pydantic_fields__
     found = []
     for name, field in fields.items():
         extra = field.json_schema_extra or {}

@@ -10,12 +10,12 @@ from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.bodies import Body, Link, Mechanism, Shape
 from vibrocap.physics.dimensions.scales import FreeScales, Scales, SIScales
-from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, table, whole_pattern
+from vibrocap.physics.mechanics.forms import NO_NUMBERS, NUMBER, Form, Kind, whole_pattern
 from vibrocap.physics.mechanics.formulas import numbers_in
 from vibrocap.physics.mechanics.parts import Coordinate, MechanicsError, Signal
 from vibrocap.physics.mechanics.stops import IMPACT, stopped
 from vibrocap.physics.names import numbered
-from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameters
+from vibrocap.physics.parameters import NonNegative, Number, Part, Positive, parameter, parameter_table, parameters
 
 __all__ = [
     "IMPACT",
@@ -209,7 +209,7 @@ class Machine(Part):
     def _form(self) -> tuple[Form, list]:
         """Its form, and its numbers."""
         cls, values, pattern, numbers = type(self), vars(self), [], []
-        for info in table(cls):
+        for info in parameter_table(cls):
             value = values[info.name]
             if isinstance(value, NO_NUMBERS):
                 pattern.append(value)

@@ -1,11 +1,8 @@
 """The forms of a class of machines: everything that is derived of them, once, as programs of their numbers."""
 
-import functools
 import inspect
 from collections.abc import Callable
 from typing import Any
-
-from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.mechanics.derivation import Derivation
 from vibrocap.physics.mechanics.formulas import Program
@@ -23,15 +20,9 @@ NO_NUMBERS = (str, bool, type(None), tuple)  # values of parameters that belong 
 NUMBER = object()  # stands for a parameter that is a number
 
 
-@functools.lru_cache(maxsize=256)
-def table(kind: type) -> tuple:
-    """The parameters of a class, or of the last one above it that declares any."""
-    return parameter_table(next(each for each in kind.__mro__ if is_pydantic_dataclass(each)))
-
-
 def whole_pattern(kind: type) -> tuple:
     """The parameters of a class in which every part is there that may be: a number for each that may be left out."""
-    values = (info.default for info in table(kind))
+    values = (info.default for info in parameter_table(kind))
     return tuple(each if isinstance(each, (str, bool, tuple)) else NUMBER for each in values)
 
 
@@ -48,7 +39,7 @@ class Form:
     """
 
     def __init__(self, kind: Any, pattern: tuple, states: tuple[str, ...], level: bool = True):
-        names = [info.name for info in table(kind)]
+        names = [info.name for info in parameter_table(kind)]
         numbers = [name for name, given in zip(names, pattern, strict=True) if given is NUMBER]
         made = object.__new__(kind)
         signals = (*(("drive",) if kind.imposes_motion else ()), *kind.signals)
