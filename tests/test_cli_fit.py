@@ -154,9 +154,8 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
         "coulomb_coefficient": "N m", "static_coefficient": "N m", "decay_rate": "s/rad",
     }  # fmt: skip
     assert (turned["rmse"]["unit"], turned["rmse"]["value"]) == ("N m", pytest.approx(slid["rmse"]["value"], rel=1e-6))
-    assert turned["units"] == {
-        "force_name": "torque", "force": "N m", "displacement": "rad", "velocity": "rad/s",
-    }  # fmt: skip
+    named = {"force_name": "torque", "force": "N m", "displacement": "rad", "velocity": "rad/s"}
+    assert turned["units"].items() >= named.items()
     assert "N m, rad, s" in (folder / "turned/friction.toml").read_text()
     assert "velocity_rad_per_s" in (folder / "turned/residuals.csv").read_text()
     assert command("wide.csv", *STEADY) == OK

@@ -92,7 +92,7 @@ def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
     assert first["certificate"]["sign_kept"]
     assert main(["simulate", "run.csv", "--json", *own]) == OK
     assert json.loads(capsys.readouterr().out)["state"] == first["state"]
-    assert main(["friction", "list", *own]) == OK
+    assert main(["list", "laws", *own]) == OK
     assert "long-tail" in capsys.readouterr().out
     assert main(["list", "measures", "case.toml", *own]) == OK
 
@@ -179,9 +179,9 @@ def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
     own = ["--parts", "mylaws.py"]
     assert main([*SWEEP, "--export", "map.csv", *own]) == OK
     assert (folder / "map.csv").read_text().count("long-tail,") == 2
-    assert main(["friction", "show", "anisotropic-long-tail", *own]) == OK
+    assert main(["friction", "anisotropic-long-tail", *own]) == OK
     assert "drops like 1/(1 + |v|/v_s)" in capsys.readouterr().out
-    assert main(["friction", "test", "long-tail", "--json", "--parts", "mylaws.py"]) == OK
+    assert main(["friction", "long-tail", "--tests", "--json", "--parts", "mylaws.py"]) == OK
     assert json.loads(capsys.readouterr().out)["break_away"]["force"][0] == pytest.approx(0.45, rel=1e-2)
 
 

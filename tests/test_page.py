@@ -218,7 +218,7 @@ def test_fits_and_records_take_a_width_too(tmp_path):
 def test_the_command_line_takes_a_width_and_a_style_sheet(tmp_path, capsys):
     sheet = tmp_path / "journal.mplstyle"
     sheet.write_text("savefig.dpi: 100\n")
-    given = ["friction", "show", "lugre", "--plot", str(tmp_path / "law.png")]
+    given = ["friction", "lugre", "--plot", str(tmp_path / "law.png")]
     assert main([*given, "--width", "column", "--style", str(sheet)]) == 0
     high, wide = matplotlib.image.imread(tmp_path / "law.png").shape[:2]
     assert wide == 340

@@ -262,6 +262,10 @@ class Over:
 class AlongTurns(Declared):
     """An array with a number for each coordinate that turns along its last axis."""
 
+    def unit(self, context: Context) -> str:
+        """None."""
+        return "1"
+
     def seen(self, value: Any, context: Context) -> Any:
         return dict(zip(context.known("system")[0].turns, np.moveaxis(value, -1, 0), strict=True))
 
