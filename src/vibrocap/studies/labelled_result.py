@@ -7,9 +7,9 @@ import numpy as np
 from vibrocap.case.case import Case, case_text
 from vibrocap.orbits.attractors.basins import PHASE
 from vibrocap.physics.dimensions.conversion import INITIAL
-from vibrocap.quantities.declared import Context, Over, WithUnit, without_unit
+from vibrocap.quantities.declared import AlongTurns, Context, Over, WithUnit, without_unit
 from vibrocap.quantities.dimensional import computed, member_hints, member_view
-from vibrocap.quantities.hints import over_of
+from vibrocap.quantities.hints import declaration, over_of
 from vibrocap.results import Rows
 from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
@@ -53,7 +53,8 @@ def labelled_arrays(result: Any) -> tuple[dict[str, Variable], dict[str, Variabl
         seen, name = member_view(record, member, context), _named(result, over.name) or member
         split = {name: seen}
         if isinstance(seen, dict):
-            states = set(seen) <= set(record.system.state_names)
+            counts = isinstance(declaration(hint), AlongTurns)  # of states, beside these
+            states = not counts and set(seen) <= set(record.system.state_names)
             split = {key if states else f"{member}_{key}": each for key, each in seen.items()}
         for key, each in split.items():
             values, attributes = np.asarray(without_unit(each)), _attributes(key, each, over, record)

@@ -1,7 +1,7 @@
 """Periodic solutions modulo the drift: their record, multipliers and status."""
 
 import dataclasses
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.orbits.walk.branch_point import FORGOTTEN
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
-from vibrocap.quantities.declared import Derivative, Length, Number, Numbers, Speed, States, Time
+from vibrocap.quantities.declared import Context, Derivative, In, Length, Number, Speed, States, Time
 from vibrocap.results import Advised, Result
 
 CERTIFIED = 1e-11  # least tolerance at which an orbit's motion is asked for its certificate: most orbits share a kernel
@@ -68,6 +68,15 @@ class OrbitStatus(Advised):
 CLOSED = (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
 
 
+class Multipliers(In):
+    """Floquet multipliers, which are shown of an orbit that converged."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        """The multipliers, or none."""
+        known = context.known("status")[0] is OrbitStatus.CONVERGED
+        return super().seen(value if known else value[:0], context)
+
+
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PeriodicSolution(Result):
     """A periodic solution modulo its drift and whole turns, as Newton's method left it.
@@ -95,7 +104,7 @@ class PeriodicSolution(Result):
     period: Time
     response_period: int
     drift: Length | None
-    multipliers: Numbers
+    multipliers: Annotated[np.ndarray, Multipliers("1")]
     residual: Number
     symmetric: bool | None
     derivative: Derivative
