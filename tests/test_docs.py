@@ -351,6 +351,7 @@ def test_examples_of_the_help_run_in_si(workplace, capsys, quick):
         known = case.system.units or scales(**{name: BENCH[name] for name in needed})
         path.write_text(case_text(dataclasses.replace(case, scales=known), "SI"), encoding="utf-8")
         assert read_case(path).system.units is not None
+    write_axis("axis")
     written = ("vibrocap new", "vibrocap examples", *ELSEWHERE, *WITH_UNIT, *LACKING)
     made = ("vibrocap plot", "vibrocap sweep map --verify")  # of what other examples wrote
     for command in HELP:
