@@ -152,6 +152,6 @@ def test_command_says_that_nothing_settled(tmp_path, capsys):
     output = capsys.readouterr()
     record = json.loads(output.out)
     assert record["status"] == "not settled"
-    assert record["stable"] is None
+    assert (record["stable"], record["stability"]) == (False, "not known")
     assert record["class"]["kind"] in ("period-1", "not settled")  # it would be there soon
     assert "Raise `settle_periods`" in output.err

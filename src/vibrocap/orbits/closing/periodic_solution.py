@@ -12,7 +12,7 @@ from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.orbits.walk.branch_point import FORGOTTEN
 from vibrocap.orbits.walk.residual import CLOSE_TO_CIRCLE
 from vibrocap.physics.system import System
-from vibrocap.quantities.declared import Context, Derivative, In, Length, Number, Speed, States, Time
+from vibrocap.quantities.declared import Context, Derivative, In, Length, Number, Speed, States
 from vibrocap.results import Advised, Result
 
 CERTIFIED = 1e-11  # least tolerance at which an orbit's motion is asked for its certificate: most orbits share a kernel
@@ -77,6 +77,15 @@ class Multipliers(In):
         return super().seen(value if known else value[:0], context)
 
 
+class OfClosed(In):
+    """A number that is shown of an orbit that closes."""
+
+    def seen(self, value: Any, context: Context) -> Any:
+        """The number, or None."""
+        failed = context.known("status")[0] not in (*CLOSED, OrbitStatus.CONTRADICTED)
+        return None if failed else super().seen(value, context)
+
+
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PeriodicSolution(Result):
     """A periodic solution modulo its drift and whole turns, as Newton's method left it.
@@ -101,11 +110,11 @@ class PeriodicSolution(Result):
 
     system: System
     state: States
-    period: Time
+    period: Annotated[float, OfClosed("s")]
     response_period: int
     drift: Length | None
     multipliers: Annotated[np.ndarray, Multipliers("1")]
-    residual: Number
+    residual: Annotated[float, OfClosed("1")]
     symmetric: bool | None
     derivative: Derivative
     status: OrbitStatus

@@ -139,7 +139,8 @@ class Closure:
         mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
         assert found.jacobian is not None
-        good = bool(found.finished[0]) and bool(np.isfinite(residual))
+        lasts = not self.cycle or x[-1] > 0.0  # what lasts no time closes by itself
+        good = lasts and bool(found.finished[0]) and bool(np.isfinite(residual))
         certified = bool(found.certified[0])
         return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, certified)
 
