@@ -113,6 +113,7 @@ class Closure:
     ):
         """response_period: in drive periods; 0: of a cycle; side: of its contacts, amid the phase where it starts"""
         self.map_, self.start, self.response_period, self.half, self.side = map_, start, response_period, half, side
+        self.shortest = 0.0  # period of a cycle
         self.parameters = map_.parameters()
         self.scales = map_.scales(self.parameters)
         self.kept = np.isin(np.arange(map_.states), map_.section_states)  # all states but the cyclic one count
@@ -127,6 +128,7 @@ class Closure:
 
     def closed(self, x: np.ndarray) -> tuple[_Try, int]:
         """(the best state that Newton's method meets, steps taken)."""
+        self.shortest = 0.5 * x[-1] if self.cycle else 0.0  # towards no time every state closes by itself
         return newton(self.attempt, x, CLOSED, MOST_STEPS, halvings=HALVINGS)
 
     def attempt(self, x: np.ndarray) -> _Try:
@@ -139,7 +141,7 @@ class Closure:
         mismatch = np.where(self.kept, self.map_.away(image, state) / self.scales, 0.0)
         residual = float(np.max(np.abs(mismatch)))
         assert found.jacobian is not None
-        lasts = not self.cycle or x[-1] > 0.0  # what lasts no time closes by itself
+        lasts = not self.cycle or x[-1] > self.shortest
         good = lasts and bool(found.finished[0]) and bool(np.isfinite(residual))
         certified = bool(found.certified[0])
         return _Try(self, x, image, found.jacobian[0], mismatch, residual if good else np.inf, certified)
