@@ -295,9 +295,8 @@ def _declaring(cls: type) -> Any:
 
 @functools.cache
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
-    fields: dict[str, Any] = _declaring(cls).__pydantic_fields__
     found = []
-    for name, field in fields.items():
+    for name, field in _declaring(cls).__pydantic_fields__.items():
         extra = field.json_schema_extra or {}
         known = extra.get("symbol", ""), field.description or "", field.default
         declared = extra.get("role", ""), extra.get("dimension"), extra.get("in_si", "")
