@@ -156,6 +156,26 @@ def test_a_driven_pendulum_is_found_over_several_turns(tmp_path):
     assert found.rms["swing"] == pytest.approx(0.01, rel=0.05)
 
 
+def test_motions_that_end_early_are_not_trusted():
+    """The capsule lifts off under the force of one record: nothing is said of its errors, and of no parameter."""
+    capsule = vc.System(vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(0.1, 0.3), vc.Harmonic())
+    time = np.linspace(0.0, 10.0, 101)
+    calm = record(capsule, "calm", time, 0.5 * multisine(1, time))
+    wild = vc.Record("wild", time, 2.0 * multisine(2, time), displacement=np.sin(time))
+    asked = {"friction.coulomb_coefficient": (0.05, 0.25)}
+    found = vc.fit_motion(capsule, [calm, wild], asked, held_out="wild", starts=4)
+    assert found.not_trusted == {"wild": "lift off"}
+    assert "held out, the motion is not to be trusted: lift off" in found.facts["wild"]
+    assert np.isnan([found.rms["wild"], found.relative["wild"], *found.band["wild"]]).all()
+    assert np.isnan(found.predicted["wild"][-1])
+    assert found.rms["calm"] < 1e-4
+    assert 0.1 in found["friction.coulomb_coefficient"]
+    found = vc.fit_motion(capsule, [calm, wild], asked, starts=4)
+    (parameter,) = found.parameters
+    assert parameter.verdict is Verdict.UNTRUSTED
+    assert np.isnan([parameter.low, parameter.high, parameter.standard_error]).all()
+
+
 @pytest.mark.slow
 def test_intervals_and_bands_hold_what_they_say():
     """In 12 synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
@@ -203,6 +223,11 @@ def test_what_cannot_be_fitted_is_refused_by_name(exact, changes, said):
     asked = {"records": exact, "over": WITHIN} | changes
     with pytest.raises(CaseError, match=said):
         vc.fit_motion(BLOCK, asked.pop("records"), asked.pop("over"), **asked)
+
+
+def test_a_record_that_turns_is_not_that_of_a_block(exact):
+    with pytest.raises(CaseError, match="predict: position does not turn, but the contact of record 'first' turns"):
+        vc.fit_motion(BLOCK, exact[0].replaced(rotary=True), WITHIN)
 
 
 @pytest.mark.slow

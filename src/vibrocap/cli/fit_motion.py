@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vibrocap.design.calibration.motion_fit import MotionFit
     from vibrocap.records.record import Record
 
-FILES = ("motion-fit.json", "fitted.toml", "predicted.csv", "motion-fit.png")  # what it writes into --out
+FILES = ("motion-fit.json", "fitted.toml", "predicted.csv")  # what it writes into --out
 
 
 def fit_machine(request: FitRequest, records: "list[Record]", hidden: list[str], report: Report) -> Answer:
@@ -45,13 +45,13 @@ def fit_machine(request: FitRequest, records: "list[Record]", hidden: list[str],
         written.append(write_table(folder / FILES[2], COLUMNS, _rows(found)))
 
     def text(page: Page) -> None:
-        page.say(f"{found.heading} by {request.machine}", style="bold")
+        page.say(f"{found.heading}, by {request.machine}", style="bold")
         page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
 
     def figure() -> Any:
-        from vibrocap.plotting.motion_fits import motion_fit_figure
+        from vibrocap.plotting.plot import figure
 
-        return motion_fit_figure(found)
+        return figure(found)
 
     return Answer(in_si(found), text, figure, tuple(("Written:", path) for path in written))
 

@@ -10,7 +10,7 @@ from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.cli import completers
 from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import own_names
-from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, folder, picture
+from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, flag, folder, picture
 from vibrocap.cli.refusal import by_option
 from vibrocap.cli.texts import column_names, pairs, split
 
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from vibrocap.records.record import Record
 
 OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
+OF_LAW = (  # options that say nothing to --machine
+    *("fixed", "free", "pendulum", "offset", "mass", "delay"),
+    *("least_speed", "loss", "weights", "start", "intervals"),
+)
 PENDULUM = "written as mass=0.5,length=0.3"
 
 
@@ -121,6 +125,10 @@ class FitRequest(WithParts, Drawn):
     starts: Annotated[int, Option("searches from different starting points", advanced=True)] = 8
     seed: Seed = 0
 
+    def changed(self, name: str) -> bool:
+        """Whether an option is not its default."""
+        return getattr(self, name) != type(self).__dataclass_fields__[name].default
+
     @property
     def laws(self) -> list[str]:
         """The law that is fitted, or those that are compared."""
@@ -133,6 +141,8 @@ class FitRequest(WithParts, Drawn):
         held = held_parameters(self.laws, self.fixed, self.free, wrong)
         if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
             wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
+        elif self.machine is not None and (others := [flag(name) for name in OF_LAW if self.changed(name)]):
+            wrong.append(f"{others[0]}: is for --law; with --machine give what is unknown by --over")
         elif self.machine is None and bool(self.law) == bool(self.compare):
             wrong.append("--law: give one law, or several with --compare, or a case with --machine")
         if self.compare and self.steady:

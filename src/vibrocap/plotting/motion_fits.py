@@ -34,7 +34,8 @@ def motion_fit_figure(fit: MotionFit) -> Figure:
             above.plot(time, predicted, color=colour, linewidth=1.0, label="predicted (held out)" if held else "fitted")
             above.fill_between(time, predicted - band, predicted + band, color=colour, alpha=0.2, linewidth=0)
             above.set_ylabel(f"{fit.predict.replace('_', ' ')}{unit}")
-            above.set_title(f"{name}: error {percent(fit.relative[name])} of the motion", loc="left")
+            left = fit.not_trusted.get(name) or f"error {percent(fit.relative[name])} of the motion"
+            above.set_title(f"{name}: {left}", loc="left")
             above.tick_params(labelbottom=False)
             legend_above(above)
             below.fill_between(time, -band, band, color=colour, alpha=0.2, linewidth=0)

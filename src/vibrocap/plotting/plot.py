@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.design.calibration.motion_fit import MotionFit
 from vibrocap.design.front import ParetoFront
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
@@ -40,6 +41,7 @@ from vibrocap.plotting.look.page import on_page
 from vibrocap.plotting.look.style import STYLE
 from vibrocap.plotting.look.style import figure as empty_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_phase_plane, motion_figure
+from vibrocap.plotting.motion_fits import motion_fit_figure
 from vibrocap.plotting.steady.basins import basin_figure, draw_basins
 from vibrocap.plotting.steady.branches import QUANTITIES, branch_figure, draw_branch, draw_floquet_multipliers
 from vibrocap.plotting.steady.diagrams import bifurcation_figure, draw_bifurcation
@@ -175,6 +177,7 @@ PICTURES: dict[type, Picture] = {
         content=lambda fit: fit.records,
         small=lambda fit: fit.records[0].name,
     ),
+    MotionFit: Picture(motion_fit_figure),
     Comparison: Picture(comparison_figure),
     Match: Picture(match_figure),
     Basins: Picture(basin_figure, draw_basins, style=PRINT),

@@ -15,7 +15,7 @@ from vibrocap.arguments import Complaints, check_whole, shown, suggestion
 from vibrocap.case.case import Case, CaseError
 from vibrocap.case.sections import is_kind
 from vibrocap.design.calibration.calibration import CalibratedParameter
-from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column, searched
+from vibrocap.design.calibration.record_model import RecordModel, courses, measured_column, searched, turns
 from vibrocap.design.search.variables import design_space
 from vibrocap.identification.inference.identifiability import WIDE, Verdict
 from vibrocap.identification.inference.residuals import FAR
@@ -51,6 +51,8 @@ class MotionFit(Result):
     noise_ratio: errors over the noise of the samples, which second differences tell
     growth: largest factor by which a change of the start grows in a record
     starts: initial states by record, of the case without units
+    not_trusted: why the motion of a record is not to be trusted, by the record's name: it does not reach the end of the
+        record, or is not certified. Nothing is said of its errors then, and of no parameter if it was fitted
     converged: whether the search has settled
     """
 
@@ -69,10 +71,11 @@ class MotionFit(Result):
     noise_ratio: Number
     growth: Number
     starts: dict[str, ByName]
+    not_trusted: dict[str, str]
     converged: bool
 
     rows = "parameters"
-    in_record = "predict parameters correlation records noise_ratio growth converged"
+    in_record = "predict parameters correlation records noise_ratio growth not_trusted converged"
 
     @property
     def records(self) -> dict[str, dict[str, Any]]:
@@ -85,7 +88,7 @@ class MotionFit(Result):
 
     @property
     def heading(self) -> str:
-        return f"{self.predict} of {len(self.measured)} records fitted"
+        return f"{self.predict} of {', '.join(self.measured)}"
 
     @property
     def facts(self) -> dict[str, str]:
@@ -95,6 +98,8 @@ class MotionFit(Result):
             worse = ", no better than a constant" if self.relative[name] >= CONSTANT else ""
             kept = "held out, " if name in self.held_out else ""
             found[name] = f"{kept}rms {rms:.4g}{unit}, {self.relative[name]:.2%} of the motion{worse}"
+            if name in self.not_trusted:
+                found[name] = f"{kept}the motion is not to be trusted: {self.not_trusted[name]}"
         if self.noise_ratio > FAR:
             times = f"errors are {self.noise_ratio:.3g} times the noise of the samples"
             found["doubt"] = f"{times}: machine or law lack something"
@@ -135,12 +140,12 @@ def fit_motion(
     (SciPy's trust region). Parameters are common to all records; each has a start of its own, which is found too.
     Errors that follow from a wrong model are correlated, and intervals widen with their correlation time.
 
-    system: in SI where the records are; its drive is replaced; it may be any machine, a `[mechanism]` of one's own too
+    system: in SI where the records are; its drive is replaced, and the start of a case is not taken; it may be any
+        machine, a `[mechanism]` of one's own too
     records: force (torque) of the drive, and the motion: `vc.read_records`
     over: {path: (low, high)}: what is unknown, and within which bounds, as in `calibrate`; "drive.amplitude" is a
         factor of the measured force
-    predict: a quantity of the motion: a length or an angle is compared with the records' displacement, a velocity and
-        an acceleration with theirs
+    predict: a state: a length or an angle is compared with the records' displacement, a velocity with theirs
     held_out: names of records that the fit does not see and that judge it
     initial: states at the start of every record that are known; the machine's others are found
     starts: points from which the search begins; seed: of them
@@ -199,9 +204,12 @@ def _check_records(
         return
     column = measured_column(system, predict)
     if column is None:
-        complaints.add("predict", f"{predict} is no length, angle, velocity or acceleration, so no record holds it")
+        complaints.add("predict", f"{predict} is no length, angle or velocity, so no record holds it")
         return
     for each in records:
+        if each.rotary != turns(system, predict):
+            kinds = ("turns", "does not turn") if each.rotary else ("does not turn", "turns")
+            complaints.add("predict", f"{predict} {kinds[1]}, but the contact of record {each.name!r} {kinds[0]}")
         if getattr(each, column) is None:
             complaints.add("predict", f"{predict} is compared with {column}, which record {each.name!r} has not")
 
@@ -218,10 +226,12 @@ def _found(
     spread = uncertainty(parts, slopes, np.eye(model.coordinates), Loss())
     deviation = math.sqrt(float(np.sum(errors**2)) / max(len(errors) - model.coordinates, 1))
     growth = model.growth(slopes)
+    reasons = {each.name: model.distrust(k, point) for k, each in enumerate(model.courses)}
     doubted = growth > SENSITIVE or float(np.linalg.norm(errors)) > FAR * model.noise
+    doubt = Verdict.UNTRUSTED if any(reasons.values()) else Verdict.DOUBTED if doubted else None
     shares = point[:many]
-    own = spread.covariance[:many, :many]
-    parameters = [_parameter(model, k, point, slopes, spread, errors, doubted) for k in range(many)]
+    own = spread.covariance[:many, :many] if doubt is not Verdict.UNTRUSTED else np.full((many, many), np.nan)
+    parameters = [_parameter(model, k, point, slopes, spread, errors, doubt) for k in range(many)]
     deviations = np.sqrt(np.diag(own))
     found = MotionFit(
         system=system.with_parameters(
@@ -235,6 +245,7 @@ def _found(
         **{name: {} for name in ("time", "measured", "predicted", "band", "rms", "relative", "starts")},
         noise_ratio=float(np.linalg.norm(errors)) / max(model.noise, 1e-300),
         growth=growth,
+        not_trusted={name: why for name, why in reasons.items() if why},
         converged=converged,
     )
     for k in range(len(model.courses)):
@@ -252,7 +263,7 @@ def _parameter(
     slopes: np.ndarray,
     spread: Uncertainty,
     errors: np.ndarray,
-    doubted: bool,
+    doubt: Verdict | None,
 ) -> CalibratedParameter:
     """A parameter with what its records say of it: the interval in which the squares are as likely as at the point.
 
@@ -261,6 +272,9 @@ def _parameter(
     """
     space, path = model.space, model.space.paths[k]
     each: Any = space.variables[k]
+    value = float(each.at(point[k]))
+    if doubt is Verdict.UNTRUSTED:
+        return CalibratedParameter(path, value, math.nan, math.nan, math.nan, doubt)
     limit = float(np.sum(errors**2)) + spread.unit * spread.threshold[k] ** 2
     error = math.sqrt(spread.covariance[k, k])
     alone = np.eye(len(point))[k]
@@ -281,12 +295,12 @@ def _parameter(
         verdict = Verdict.NO_EFFECT
     elif low <= 0.0 or high >= 1.0:
         verdict = Verdict.BOUNDED_ABOVE if high < 1.0 else Verdict.BOUNDED_BELOW if low > 0.0 else Verdict.UNDETERMINED
-    elif doubted:
-        verdict = Verdict.DOUBTED
+    elif doubt:
+        verdict = doubt
     else:
         verdict = Verdict.WIDE if ends[0] > 0.0 and ends[1] > WIDE * ends[0] else Verdict.DETERMINED
     error *= space.derivative(k, float(point[k]))
-    return CalibratedParameter(path, float(each.at(point[k])), *ends, error, verdict)
+    return CalibratedParameter(path, value, *ends, error, verdict)
 
 
 def _reach(model: RecordModel, k: int, point: np.ndarray, way: np.ndarray, begin: float, limit: float) -> float:
@@ -318,11 +332,12 @@ def _add(found: MotionFit, model: RecordModel, k: int, point: np.ndarray, errors
     """A record in the result; errors, band: [its last samples] in sizes, by which it is judged."""
     each, units = model.courses[k], found.system.result_units
     name, judged = each.name, slice(len(each.instants) - len(errors), None)
+    trusted = 1.0 if name not in found.not_trusted else math.nan
     found.time[name] = each.instants[judged] * units.factor("time")
     found.measured[name] = each.measured[judged]
-    found.predicted[name] = errors * each.size + each.measured[judged]
-    found.band[name] = band * each.size
-    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * each.size
+    found.predicted[name] = model.predicted(k, point, len(each.instants))[judged]
+    found.band[name] = band * each.size * trusted
+    found.rms[name] = float(np.sqrt(np.mean(errors**2))) * each.size * trusted
     found.relative[name] = found.rms[name] / float(np.std(each.measured[judged]))
     found.starts[name] = model.start(k, point)
 
@@ -349,4 +364,6 @@ def _predict(
     joint[:many, :many] = covariance
     joint[np.ix_(place, place)] = base * deviation**2 * tau
     band = _band(np.hstack((total, slopes[:, place])), joint, deviation)
+    if why := model.distrust(0, point):
+        found.not_trusted[model.courses[0].name] = why
     _add(found, model, 0, point, errors[begun[0] :], band[begun[0] :])

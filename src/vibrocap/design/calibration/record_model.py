@@ -13,7 +13,8 @@ from vibrocap.design.search.uncertainty import sample_points
 from vibrocap.design.search.variables import DesignSpace
 from vibrocap.identification.search.loss import finite
 from vibrocap.motion.simulate import initial_state, simulate
-from vibrocap.physics.dimensions.units import state_keys, units_of
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.dimensions.units import state_keys, state_units
 from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.system import System
 from vibrocap.records.record import Record
@@ -27,7 +28,6 @@ SCANNED = 33  # points over the range of a parameter
 AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
 FEWEST = 64  # samples of the shortest record within a horizon
 COLUMN_OF = {"m": "displacement", "rad": "displacement", "m/s": "velocity", "rad/s": "velocity"}
-COLUMN_OF |= {"m/s^2": "acceleration", "rad/s^2": "acceleration"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,13 +50,18 @@ class Course:
 
 
 def measured_column(system: System, predict: str) -> str | None:
-    """The column of a record that holds a quantity of a motion; None where records have no such column."""
+    """The column of a record that holds a state of a motion; None where records have no such column."""
     return COLUMN_OF.get(_unit(system, predict))
 
 
+def turns(system: System, predict: str) -> bool:
+    """Whether a state is an angle or its rate, which only the record of a contact that turns holds."""
+    return _unit(system, predict).startswith("rad")
+
+
 def _unit(system: System, name: str) -> str:
-    """The SI unit of a quantity, of a system without units too."""
-    return units_of(system.parts, system.units or type(system.machine).si_scales()).unit(name)
+    """The SI unit of a state, of a system without units too."""
+    return state_units(system.parts)[name]
 
 
 def courses(system: System, records: Sequence[Record], predict: str, known: Mapping[str, float]) -> list[Course]:
@@ -145,23 +150,32 @@ class RecordModel:
         moved = zip(each.free, each.steps * point[self.places[k]], strict=True)
         return {**each.start, **{name: each.start[name] + by for name, by in moved}}
 
-    def predicted(self, k: int, point: np.ndarray, count: int) -> np.ndarray:
-        """[count] what the case does in a course, in the unit of its results; NaN from where its run ends, if it does.
-
-        A point that a part refuses has no motion.
-        """
+    def motion(self, k: int, point: np.ndarray, count: int) -> Trajectory | None:
+        """The motion of a course up to a sample; None at a point that a part refuses."""
         each = self.courses[k]
-        found = np.full(count, np.nan)
-        instants = each.instants[:count]
+        periods = each.instants[count - 1] / each.system.drive.period
         try:
             system = each.system.with_parameters(self.space.parameters(point[: len(self.space.paths)]))
-            periods = instants[-1] / each.system.drive.period
-            motion = simulate(system, periods=periods, initial=self.start(k, point), tolerance=self.tolerance)
+            return simulate(system, periods=periods, initial=self.start(k, point), tolerance=self.tolerance)
         except ValueError:
+            return None
+
+    def distrust(self, k: int, point: np.ndarray) -> str:
+        """Why the motion of a whole course is not to be trusted, "" where it is."""
+        motion = self.motion(k, point, len(self.courses[k].instants))
+        if motion is None:
+            return "no motion: a part refuses its parameters"
+        return "" if motion.certificate.ok else motion.status.value
+
+    def predicted(self, k: int, point: np.ndarray, count: int) -> np.ndarray:
+        """[count] what the case does in a course, in the unit of its results; NaN from where its run ends early."""
+        found, motion = np.full(count, np.nan), self.motion(k, point, count)
+        if motion is None or not len(motion.piece_start):
             return found
-        reached = instants <= motion.end
-        known = motion.at(instants[reached], self.predict) if len(motion.piece_start) else np.empty(0)
-        found[: len(known)] = known * system.result_units.factor(self.predict)
+        instants = self.courses[k].instants[:count]
+        reached = np.full(count, True) if motion.run_status.ok else instants <= motion.end
+        known = motion.at(np.minimum(instants[reached], motion.end), self.predict)
+        found[reached] = known * motion.system.result_units.factor(self.predict)
         return found
 
     def errors(self, point: np.ndarray, counts: Sequence[int]) -> np.ndarray:
