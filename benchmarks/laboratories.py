@@ -82,7 +82,7 @@ def main(first: int = 0, last: int = 100) -> None:
         else:
             named.append(found.doubt is not None and found.doubt.column == wrong)
         outside = [path for path, held in inside.items() if not held]
-        fit = f"rows {found.table.rows}, misfit {found.misfit:.3f}, outside {outside or 'none'}"
+        fit = f"rows {found.measured.rows}, misfit {found.misfit:.3f}, outside {outside or 'none'}"
         print(f"{seed:3d} {fit}, wrong {wrong}, doubt {found.doubt}", flush=True)
     print(
         f"{sum(covered)} of {len(covered)} determined parameters within their intervals, {100 * np.mean(covered):.1f} %"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from benchmarks.motion_laboratories import outcome
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
 from vibrocap.identification.inference.identifiability import Verdict
@@ -100,7 +101,7 @@ def record(system, name: str, time, force, noise: float = 0.0, predict: str = "p
     assert motion.status.ok
     measured = motion.dimensionless.at(instants, predict) * units.factor(predict)
     wobble = np.random.default_rng(len(name)).standard_normal(len(time))
-    return vc.Record(name, time, force, displacement=measured + noise * wobble)
+    return vc.Record(name, time, force, displacement=measured + noise * wobble, rotary=predict == "angle")
 
 
 TIME = np.linspace(0.0, 40.0, 401)
@@ -179,28 +180,15 @@ def test_motions_that_end_early_are_not_trusted():
 @pytest.mark.slow
 def test_intervals_and_bands_hold_what_they_say():
     """In 12 synthetic laboratories: 95 % intervals of determined parameters, and 95 % bands of a held-out record."""
-    inside, asked, shares = 0, 0, []
+    held, shares = [], []
     for seed in range(12):
-        rng = np.random.default_rng(seed)
-        truth = {
-            "machine.mass": rng.uniform(0.5, 3.0),
-            "machine.stiffness": rng.uniform(0.2, 2.0),
-            "machine.damping": rng.uniform(0.05, 0.6),
-        }
-        size = rng.uniform(0.3, 2.0)
-        levels = {"friction.coulomb_coefficient": 0.3 * size, "friction.static_coefficient": 0.3 * size}
-        true = BLOCK.with_parameters(truth | levels)
-        records = [record(true, "x" * (2 * seed + k), TIME, multisine(99 * seed + k, TIME), 0.02) for k in (1, 2)]
-        found = vc.fit_motion(BLOCK, records, WITHIN, held_out=records[1].name, starts=16)
-        for each in found.parameters:
-            value = truth.get(each.path, size)
-            if each.verdict is Verdict.DETERMINED:
-                inside, asked = inside + (value in each), asked + 1
-        (name,) = found.held_out
-        shares.append(float(np.mean(np.abs(found.predicted[name] - found.measured[name]) <= found.band[name])))
-    assert asked > 40
+        found, inside, share = outcome(seed)
+        pairs = zip(found.parameters, inside, strict=True)
+        held += [within for each, within in pairs if each.verdict is Verdict.DETERMINED]
+        shares.append(share)
+    assert len(held) > 36
     # 95 %, less what chance takes off in one of a thousand times
-    assert inside >= 0.95 * asked - 3.1 * np.sqrt(0.95 * 0.05 * asked)
+    assert sum(held) >= 0.95 * len(held) - 3.1 * np.sqrt(0.95 * 0.05 * len(held))
     assert 0.9 < np.mean(shares) < 0.99
 
 

@@ -22,9 +22,9 @@ from vibrocap.records.record import Record
 STEP = 1e-6  # of the differences that give slopes: in shares of the ranges, and of a start's size
 WIDEST = 10.0  # sizes by which a start may be off its guess
 HORIZONS = ((0.125, 6, 15), (0.25, 4, 15), (0.5, 3, 15), (1.0, 2, 60))  # share of the records, candidates, evaluations
-ROUNDS = 3  # of the search at most, each from points of its own, until it leaves noise alone or two agree
-NOISY = 1.2  # error over the noise of the samples: up to here it is noise alone
+ROUNDS = 4  # of the search at most, each from points of its own, until two agree
 SCANNED = 33  # points over the range of a parameter
+PASSES = 8  # scans from minimum to minimum, at most
 AGREE = 1e-3  # relative difference of the costs of rounds that end in the same minimum
 FEWEST = 64  # samples of the shortest record within a horizon
 COLUMN_OF = {"m": "displacement", "rad": "displacement", "m/s": "velocity", "rad/s": "velocity"}
@@ -237,16 +237,16 @@ class RecordModel:
 
 
 def searched(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
-    """(best point, whether the search has settled): rounds until one leaves noise alone, or two end alike."""
-    counts, best = model.counts(1.0), (math.inf, np.zeros(0), False)
+    """(best point, whether the search has settled, as two rounds end alike)."""
+    counts, best, again = model.counts(1.0), (math.inf, np.zeros(0), False), False
     for k in range(ROUNDS):
         point, settled = _round(model, starts, seed + k, report and (lambda share, k=k: report((k + share) / ROUNDS)))
         cost, point = _beyond_kinks(model, point, counts)
-        again = abs(cost - best[0]) <= AGREE * cost
+        again = abs(cost - best[0]) <= _alike(model, cost, counts)
         best = min(best, (cost, point, settled), key=lambda found: found[0])
-        if again or math.sqrt(best[0]) <= NOISY * model.noise:
+        if again:
             break
-    return best[1:]
+    return best[1], again and best[2]
 
 
 def _round(model: RecordModel, starts: int, seed: int, report: Any) -> tuple[np.ndarray, bool]:
@@ -285,12 +285,18 @@ def _beyond_kinks(model: RecordModel, point: np.ndarray, counts: Sequence[int]) 
     Where a level of friction decides how often a contact sticks, the squares have a minimum for each number of times.
     """
     least = float(np.sum(model.errors(point, counts) ** 2))
-    while True:
+    for _ in range(PASSES):
         points, squares = _scan(model, point, counts)
-        if np.min(squares) >= least * (1.0 - AGREE):
-            return least, point
+        if np.min(squares) >= least - _alike(model, least, counts):
+            break
         end = model.refined(points[np.unravel_index(np.argmin(squares), squares.shape)], counts, HORIZONS[-1][-1])
         least, point = 2.0 * float(end.cost), end.x
+    return least, point
+
+
+def _alike(model: RecordModel, cost: float, counts: Sequence[int]) -> float:
+    """By how much squares differ where they are alike: a share of them, or what runs are exact to."""
+    return max(AGREE * cost, sum(counts) * model.tolerance**2)
 
 
 def _soft(errors: np.ndarray) -> np.ndarray:

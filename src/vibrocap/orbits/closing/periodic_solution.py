@@ -114,7 +114,7 @@ class PeriodicSolution(Result):
     response_period: int
     drift: Length | None
     multipliers: Annotated[np.ndarray, Multipliers("1")]
-    residual: Annotated[float, OfClosed("1")]
+    residual: Number
     symmetric: bool | None
     derivative: Derivative
     status: OrbitStatus
