@@ -554,3 +554,8 @@ def test_the_sheet_of_an_imposed_motion_shows_the_body_and_what_the_motion_takes
     assert ("Actuator", "imposed displacement $z$", "actuator force") in shown
     block = vc.simulate(vc.System(vc.ModeCouplingBlock(), vc.Coulomb(), vc.Constant()), periods=1)
     assert "sliding velocity $v$, last period" in [x for _, x, _ in texts(vc.figure(block))]
+
+
+def test_the_waveform_of_a_signal_is_named_in_the_head():
+    system = vc.read_case("examples/clutch-slips-twice.toml").system
+    assert parts_title(system.parts, 10.0).splitlines()[-1].startswith("Clamp, harmonic: $h$ = 0.3")

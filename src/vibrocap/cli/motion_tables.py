@@ -7,7 +7,7 @@ from rich.table import Table
 from vibrocap.cli.terminal import Page, table
 from vibrocap.physics import events
 from vibrocap.physics.dimensions.units import Units, parameter_keys, suffix, unit_name, written_in_si
-from vibrocap.physics.names import name_and_number
+from vibrocap.physics.names import SIGNAL, name_and_number
 from vibrocap.physics.parameters import brief, described, given_parameters, parameter_table
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import without_unit
@@ -37,8 +37,9 @@ CHANNELS = {
 def print_motion(page: Page, motion: "Trajectory", record: dict[str, Any], title: str) -> None:
     """The summary of `vibrocap simulate`; record: the view of it."""
     page.say(title, style="bold")
-    for part in motion.system.parts.values():
-        page.say(f"  {in_words(part, motion.system)}", style="dim")
+    for name, part in motion.system.parts.items():
+        signal = f"{name.removeprefix(SIGNAL)}: " if name.startswith(SIGNAL) else ""
+        page.say(f"  {signal}{in_words(part, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"]))

@@ -62,7 +62,7 @@ def motion_figure(motion: Trajectory) -> Figure:
     """
     system = motion.system
     width, narrow = page().width_or(WIDTH), page().narrow
-    title = parts_title([*system.parts.values()], width) if system.units is None else parts_in_si(system, width)
+    title = parts_title(system.parts, width) if system.units is None else parts_in_si(system, width)
     loaded, several = system.machine.follows_load or hides_lift_off(motion), len(system.machine.contact_states) > 1
     more = loaded + several + 2 * (system.controller is not None)
     rows, below = 4 + more, 1.2 * (len(_planes(motion)) + 1)

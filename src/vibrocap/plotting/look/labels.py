@@ -9,7 +9,7 @@ from vibrocap.case.sections import kind_path
 from vibrocap.physics.dimensions.conversion import path_in_si
 from vibrocap.physics.dimensions.scales import Scales
 from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
-from vibrocap.physics.names import name_and_number
+from vibrocap.physics.names import SIGNAL, name_and_number
 from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
@@ -89,16 +89,27 @@ def filled(text: str, letters: int, indent: str = "") -> str:
     return "\n".join(lines)
 
 
-def parts_title(parts: Iterable[Any], width: float, more: str = "", without: str = "") -> str:
+def parts_title(parts: Iterable[Any] | Mapping[str, Any], width: float, more: str = "", without: str = "") -> str:
     """The parameters of some parts, each on lines of its own, for the head of a picture of that width in inches.
 
+    parts: by name those of a system, whose signals are named
     more: what else is said at the end; without: the name of a parameter that is left out, as it varies
     """
-    given = [part_items(part, without=without) for part in parts]
+    named = parts if isinstance(parts, Mapping) else dict(enumerate(parts))
+    given = [part_items(part, without=without) for part in named.values()]
+    for items, name in zip(given, named, strict=True):
+        items[0] = of_signal(str(name), items[0])
     if more:
         given[-1][-1] += ";"
         given[-1].append(more)
     return "\n".join(filled(" ".join(items), round(LETTERS_PER_INCH * width), "    ") for items in given)
+
+
+def of_signal(part: str, words: str) -> str:
+    """Words of a part; of a signal's waveform with its name: "Clamp, harmonic"."""
+    if not part.startswith(SIGNAL):
+        return words
+    return f"{law_words(part.removeprefix(SIGNAL).replace('_', ' '))}, {words[:1].lower()}{words[1:]}"
 
 
 def percent(share: float) -> str:
@@ -188,7 +199,7 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
             numbers += _scales(system.units)
         if name == "environment" and not numbers:  # level ground, in which nothing else acts
             continue
-        text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
+        text = f"{of_signal(name, law_words(part.name))}: {', '.join(numbers)}".rstrip(": ")
         lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)
 
