@@ -364,7 +364,7 @@ def test_a_file_is_needed(folder, capsys):
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (lambda rows: [*rows[:9], "0.1,nan,0.3", *rows[10:]], "NaN"),
+        (lambda rows: [*rows[:9], "0.1,inf,0.3", *rows[10:]], "1 infinite"),
         (lambda rows: rows[:2], "at least 8 samples"),
         (lambda rows: [rows[0], *reversed(rows[1:])], "time: runs backwards"),
         (lambda rows: [rows[0], *(f"{i},{i % 3},1.5" for i in range(50))], "force: is 1.5 at all 50 samples"),

@@ -42,7 +42,10 @@ class FitRequest(WithParts, Drawn):
 
     data: Annotated[
         tuple[Path, ...],
-        Option("FILE.csv, .txt, .npz or .mat: force with velocity, displacement or both; may be several", place=True),
+        Option(
+            "FILE.csv, .txt, .xlsx, .json, .npz or .mat: force with velocity, displacement or both; may be several",
+            place=True,
+        ),
     ] = ()
     law: Annotated[str | None, Option("a law, see `vibrocap list laws`", offers=completers.law_names)] = None
     compare: Annotated[
