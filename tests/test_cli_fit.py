@@ -347,6 +347,12 @@ def test_every_complaint_comes_at_once(folder, capsys):
             (*STEADY, "--fixed", "static_coefficient=1,coulomb_coefficient=2"),
             "--fixed: static_coefficient should be at",
         ),
+        ((*STEADY, "--over", "coulomb_coefficient=1-2"), "--over should be PATH=LEAST:LARGEST"),
+        ((*STEADY, "--over", "coulomb=1:2"), "--over: exponential has no parameter 'coulomb'"),
+        (
+            (*STEADY, "--over", "coulomb_coefficient=2:1"),
+            "--over: coulomb_coefficient should have its lower bound first",
+        ),
         ((*STEADY, "--columns", "force=f2"), "f2"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),
@@ -354,6 +360,13 @@ def test_every_complaint_comes_at_once(folder, capsys):
 )
 def test_wrong_settings_are_refused(folder, capsys, arguments, words):
     assert words in refused(capsys, "wide.csv", *arguments)
+
+
+def test_bounds_of_a_parameter_hold_it(folder, capsys):
+    assert command("wide.csv", *STEADY, "--over", "coulomb_coefficient=0.01:0.02", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    (level,) = [each for each in found["parameters"] if each["name"] == "coulomb_coefficient"]
+    assert 0.01 <= level["value"]["value"] <= 0.02
 
 
 def test_a_file_is_needed(folder, capsys):
@@ -364,7 +377,7 @@ def test_a_file_is_needed(folder, capsys):
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (lambda rows: [*rows[:9], "0.1,nan,0.3", *rows[10:]], "NaN"),
+        (lambda rows: [*rows[:9], "0.1,inf,0.3", *rows[10:]], "1 infinite"),
         (lambda rows: rows[:2], "at least 8 samples"),
         (lambda rows: [rows[0], *reversed(rows[1:])], "time: runs backwards"),
         (lambda rows: [rows[0], *(f"{i},{i % 3},1.5" for i in range(50))], "force: is 1.5 at all 50 samples"),

@@ -253,6 +253,10 @@ def test_the_summary_says_what_was_found(found):
         ({"free": ["bristle_stiffness"], "fixed": {"bristle_stiffness": 1.0}}, "also in fixed"),
         ({"bounds": {"bristle_stiffness": (10.0, 1.0)}}, "lower bound first"),
         ({"law": LuGre(), "bounds": {"bristle_stiffness": (1.0, 10.0)}}, "starts at 100, outside"),
+        (
+            {"free": ["coulomb_coefficient"]},
+            "leaves bristle_stiffness, .* and stribeck_velocity of lugre without a value",
+        ),
         ({"loss": "l2"}, "loss should be one of"),
         ({"starts": 0}, "starts should be a whole number"),
         ({"start": "rest"}, "start should be one of"),

@@ -11,7 +11,14 @@ from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.diagnosis.causes import FALSE_ALARMS, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import RecordErrors
 from vibrocap.identification.inference.diagnosis.measurement_faults import resolution, saturation
-from vibrocap.identification.inference.diagnosis.pattern_test import Pattern, basis_of, explained, probability, without
+from vibrocap.identification.inference.diagnosis.pattern_test import (
+    Pattern,
+    autoregression,
+    basis_of,
+    explained,
+    probability,
+    without,
+)
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.coulomb import Coulomb
@@ -31,6 +38,16 @@ def expected(kind):
 def seeds(kind, count):
     first = 1000 * KINDS.index(kind)
     return range(first, first + count)
+
+
+def test_the_correlation_of_errors_takes_records_shorter_than_its_order():
+    """A record of eight samples beside a long one: e_i = 0.6 e_(i-1) + noise."""
+    rng, errors = np.random.default_rng(0), np.zeros(4_000)
+    for i in range(1, len(errors)):
+        errors[i] = 0.6 * errors[i - 1] + rng.standard_normal()
+    a, time = autoregression([errors, errors[:8]])
+    assert abs(a[0] - 0.6) < 0.05  # four standard errors of the estimate, sqrt((1 - a^2)/n)
+    assert abs(time - (1 - 0.36) / 0.4**2) < 1.0
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,8 +1,10 @@
 """Records from files: columns, units, layouts, and what is said of files that cannot be read."""
 
 import io
+import json
 import re
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -236,8 +238,9 @@ def test_time_from_a_rate(written):
     for setting in ({"dt": 0.1}, {"sampling_rate": 10.0}):
         (made,) = written(csv(columns), **setting)
         np.testing.assert_allclose(made.time, TIME, rtol=1e-14, atol=1e-15)
-    assert "columns: time: no column has a usual name; name it, or give dt; there is 'F', 'v'" in refused(
-        written, csv(columns)
+    assert (
+        "columns: time: no column has a usual name; name it, or give dt (any, for a law that knows no rate"
+        in refused(written, csv(columns))
     )
     assert "give one of them, got both" in refused(written, csv(columns), dt=0.1, sampling_rate=10.0)
     assert "dt: should be a number greater than 0, got -1" in refused(written, csv(columns), dt=-1)
@@ -433,8 +436,8 @@ def test_ragged_rows_and_text_in_numbers_are_named_by_line(written):
     lines[3] = "0.2,12a,3,4"
     lines[5] = "0.4,,3,1_0"
     said = refused(written, "\n".join(lines))
-    assert "line 4, column 'F': '12a' is no number; should be a number, or nan" in said
-    assert "line 6, column 'F': the cell is empty" in said
+    assert "line 4, column 'F': '12a' is no number; should be one, nan or empty" in said
+    assert "line 6, column 'F'" not in said  # an empty cell is a missing sample
     assert "line 6, column 'x': '1_0' is no number" in said
     lines = csv(GOOD).splitlines()
     lines[3], lines[4], lines[6] = "0.2,12a,3,4", "1,2,3", "1,2,3,4,5"  # both kinds at once, in the order of the file
@@ -494,12 +497,102 @@ def test_paths(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file"):
         read_records(tmp_path / "none.csv")
     assert "is a folder" in refused(read_records, tmp_path)
-    assert "ends in '.xlsx'; should be .csv" in refused(read_records, tmp_path / "a.xlsx")
+    assert "ends in '.docx'; should be .csv" in refused(read_records, tmp_path / "a.docx")
 
 
 def test_a_unit_that_looks_wrong_is_warned_of(written):
     with pytest.warns(RecordWarning, match="displacement looks as if it were in mm"):
         written(csv({**GOOD, "x": 1e3 * DISPLACEMENT}))
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("35.15 N", 35.15), ("-1 kN", -1e3), ("2e-3*MN", 2e3), ("0 N", None), ("3.5 apples", None)]
+)
+def test_a_unit_with_a_number_is_the_size_of_one_of_the_column(written, unit, factor):
+    if factor is None:
+        assert f"units: force: {unit!r} is no unit" in refused(written, csv(GOOD), units={"force": unit})
+        return
+    (made,) = written(csv(GOOD), units={"force": unit})
+    np.testing.assert_allclose(made.force, factor * FORCE, rtol=1e-15)
+
+
+# --- samples that are missing -----------------------------------------------------------------------------------------
+
+LONG = {name: np.tile(values, 5) for name, values in GOOD.items()} | {"t": 0.1 * np.arange(5 * N)}
+
+
+@pytest.mark.parametrize("mark", ["nan", "", "NaN"])
+def test_a_record_ends_where_its_motion_is_unknown_and_another_begins_behind(written, mark):
+    lines = csv(LONG).splitlines()
+    for at in (1, 2, 30, 31, 36):  # the ends, the middle, and so near behind that nothing is left between
+        t, _, v, x = lines[at].split(",")
+        lines[at] = ",".join((t, mark, v, x))
+    with pytest.warns(RecordWarning, match="9 of 60 samples are left out, the first .* at line 2; it goes on as 2 rec"):
+        made = written("\n".join(lines))
+    assert [each.name for each in made] == ["data_part_1", "data_part_2"]
+    for each, (first, last) in zip(made, ((2, 29), (36, 60)), strict=True):
+        np.testing.assert_array_equal(each.time, LONG["t"][first:last])
+        np.testing.assert_array_equal(each.force, LONG["F"][first:last])
+
+
+@pytest.mark.parametrize(("skipped", "parts"), [(8, 1), (10, 2)])
+def test_a_clock_that_skips_ten_samples_ends_a_record(written, skipped, parts):
+    kept = np.r_[0:20, 19 + skipped : 60]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error" if parts == 1 else "ignore")
+        made = written(csv({name: values[kept] for name, values in LONG.items()}))
+    assert [len(each) for each in made] == ([len(kept)] if parts == 1 else [20, len(kept) - 20])
+    uneven = {**LONG, "t": np.geomspace(1.0, 1e3, 60)}  # no clock
+    assert len(written(csv(uneven))) == 1
+
+
+def test_samples_that_are_missing_all_over_are_refused(written):
+    holes = np.where(np.arange(40 * N) % 12 == 11, np.nan, np.tile(FORCE, 40))
+    columns = {name: np.tile(values, 40) for name, values in GOOD.items()} | {"t": np.arange(40.0 * N), "F": holes}
+    assert "force: 40 NaN of 480 values, the first at line 13" in refused(written, csv(columns))
+
+
+# --- workbooks and JSON -----------------------------------------------------------------------------------------------
+
+
+def test_a_workbook_is_read_as_a_text(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for name, factor in (("slow", 1.0), ("fast", 2.0)):
+        sheet = book.create_sheet(name)
+        for row in (["Rig", 7], [], ["Time [s]", "Force [kN]", "Velocity [mm/s]", "Note"]):
+            sheet.append(row)
+        for row in zip(TIME.tolist(), FORCE.tolist(), (factor * VELOCITY).tolist(), strict=True):
+            sheet.append([*row, "ok"])
+    book.save(tmp_path / "rig.xlsx")
+    made = read_records(tmp_path / "rig.xlsx")
+    assert [each.name for each in made] == ["slow", "fast"]
+    np.testing.assert_allclose(made[1].velocity, 2e-3 * VELOCITY, rtol=1e-15)
+    np.testing.assert_allclose(made[1].force, 1e3 * FORCE, rtol=1e-15)
+    (tmp_path / "damaged.xlsx").write_bytes((tmp_path / "rig.xlsx").read_bytes()[:-200])
+    assert "cannot be read as .xlsx" in refused(read_records, tmp_path / "damaged.xlsx")
+    openpyxl.Workbook().save(tmp_path / "none.xlsx")
+    assert "is empty" in refused(read_records, tmp_path / "none.xlsx")
+
+
+SAMPLES = [dict(zip(GOOD, row, strict=True)) for row in zip(*(each.tolist() for each in GOOD.values()), strict=True)]
+LISTS = {name: values.tolist() for name, values in GOOD.items()}
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [(LISTS, ["data"]), (SAMPLES, ["data"]), ({"a": LISTS, "b": {**LISTS, "mass_kg": 2}}, ["a", "b"])],
+)
+def test_json_holds_columns_records_or_samples(written, content, names):
+    made = written(json.dumps(content), "data.json")
+    assert [each.name for each in made] == names
+    assert_good(made[-1])
+    assert made[-1].conditions == ({"mass_kg": 2.0} if len(names) == 2 else {})
+
+
+@pytest.mark.parametrize("text", ["{", "[1, 2]", "3", '{"t": "x"}', "[" * 100_000])
+def test_json_without_columns_is_refused(written, text):
+    assert "should be such as" in (said := refused(written, text, "data.json")) or "holds no columns of numbers" in said
 
 
 # --- NPZ and MAT ------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from vibrocap.cli.command import Drawn, WithParts
 from vibrocap.cli.destinations import own_names
 from vibrocap.cli.options import Columns, ColumnUnits, Json, Option, SamplingRate, Seed, flag, folder, picture
 from vibrocap.cli.refusal import by_option
-from vibrocap.cli.texts import column_names, pairs, split
+from vibrocap.cli.texts import column_names, pairs, range_of, split
 
 if TYPE_CHECKING:
     from vibrocap.physics.machines.capsule_with_bob import PendulumScales
@@ -23,6 +23,7 @@ OF_LAW = (  # options that say nothing to --machine
     *("fixed", "free", "pendulum", "offset", "mass", "delay"),
     *("least_speed", "loss", "weights", "start", "intervals"),
 )
+BOUNDS = "coulomb_coefficient=1:20"
 PENDULUM = "written as mass=0.5,length=0.3"
 
 
@@ -42,7 +43,10 @@ class FitRequest(WithParts, Drawn):
 
     data: Annotated[
         tuple[Path, ...],
-        Option("FILE.csv, .txt, .npz or .mat: force with velocity, displacement or both; may be several", place=True),
+        Option(
+            "FILE.csv, .txt, .xlsx, .json, .npz or .mat: force with velocity, displacement or both; may be several",
+            place=True,
+        ),
     ] = ()
     law: Annotated[str | None, Option("a law, see `vibrocap list laws`", offers=completers.law_names)] = None
     compare: Annotated[
@@ -60,7 +64,11 @@ class FitRequest(WithParts, Drawn):
     predict: Annotated[str, Option("of --machine: the quantity to compare, such as angle or velocity")] = "position"
     over: Annotated[
         list[str] | None,
-        Option("PATH=LEAST:LARGEST, an unknown parameter and its bounds; may be repeated", needs="machine"),
+        Option(
+            "NAME=LEAST:LARGEST, bounds of a parameter; of --machine an unknown, such as machine.mass_kg=1:10; may be "
+            "repeated",
+            sets=("bounds",),
+        ),
     ] = None
     columns: Columns = None
     units: ColumnUnits = None
@@ -138,7 +146,12 @@ class FitRequest(WithParts, Drawn):
     def plan_and_complaints(self) -> tuple[FitPlan, Complaints]:
         """The fit that the options ask for, and everything that is wrong with them."""
         wrong = Complaints()
-        held = held_parameters(self.laws, self.fixed, self.free, wrong)
+        bounds: dict[str, tuple[float, float]] = {}
+        if self.machine is None:
+            with wrong.collected():
+                found = [range_of(each, "--over", BOUNDS) for each in split(self.over)]
+                bounds = {name: (low, high) for name, low, high in found}
+        held = held_parameters(self.laws, self.fixed, self.free, bounds, wrong)
         if self.machine is not None and (self.law or self.compare or self.steady or self.spring):
             wrong.append("--machine: has its own law: give it without --law, --compare, --steady and --spring")
         elif self.machine is not None and (others := [flag(name) for name in OF_LAW if self.changed(name)]):
@@ -160,7 +173,12 @@ class FitRequest(WithParts, Drawn):
         records, doubts = read(self, wrong)
         hidden = held_out(self.hold_out, records, wrong)
         scales = units_of_case(self.pendulum, self.out, records, wrong)
-        settings: dict[str, Any] = {"fixed": held, "free": split(self.free) or None, "loss": self.loss}
+        settings: dict[str, Any] = {
+            "fixed": held,
+            "free": split(self.free) or None,
+            "bounds": bounds,
+            "loss": self.loss,
+        }
         settings |= {"starts": self.starts, "seed": self.seed} | self.given("intervals")
         if self.spring is not None:
             settings |= {"machine_stiffness": stiffness}
@@ -202,7 +220,7 @@ def read(request: FitRequest, complaints: Complaints) -> "tuple[list[Record], li
     return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
 
 
-def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complaints) -> dict[str, float]:
+def held_parameters(laws: list[str], fixed: Any, free: Any, bounds: Any, complaints: Complaints) -> dict[str, float]:
     """Parameters that are held, checked against the laws."""
     from vibrocap.identification.problem.parametrisation import law_class
     from vibrocap.physics.parameters import parameter_table
@@ -221,7 +239,7 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complain
             held[name] = float(text)
         except ValueError:
             complaints.append(f"--fixed {name}={text}: should be a number")
-    for option, given in (("fixed", held), ("free", split(free))):
+    for option, given in (("fixed", held), ("free", split(free)), ("over", bounds)):
         for name in given:
             if known and name not in known:
                 near = suggestion(name, known, there_is="there are")
@@ -236,7 +254,8 @@ def own_settings(law: str, settings: dict[str, Any]) -> dict[str, Any]:
 
     names = [info.name for info in parameter_table(law_class(law))]
     free = [name for name in settings["free"] or () if name in names]
-    return {"fixed": {k: v for k, v in settings["fixed"].items() if k in names}, "free": free or None}
+    own = {what: {k: v for k, v in settings[what].items() if k in names} for what in ("fixed", "bounds")}
+    return own | {"free": free or None}
 
 
 def held_out(patterns: Any, records: "list[Record]", complaints: Complaints) -> list[str]:

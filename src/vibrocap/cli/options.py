@@ -87,7 +87,7 @@ Law = Annotated[str | None, Option("a law, see `vibrocap list laws`", offers=com
 Columns = Annotated[
     list[str] | None, Option("QUANTITY=NAME, such as force=F1,velocity=v, for columns with unusual names")
 ]
-ColumnUnits = Annotated[list[str] | None, Option("QUANTITY=UNIT, such as force=kN, where the headings lack units")]
+ColumnUnits = Annotated[list[str] | None, Option("QUANTITY=UNIT, such as force=kN or 'force=35.15 N' (of one volt)")]
 SamplingRate = Annotated[
     float | None, Option("samples per second (Hz), where there is no column of time", sets=("dt, sampling_rate",))
 ]

@@ -23,7 +23,10 @@ class StickSlipRequest(Drawn):
     """The options of `vibrocap stick-slip`."""
 
     source: Annotated[
-        Path, Option("FILE.csv, .txt, .npz or .mat with force over time, or the folder of paper-stick-slip", True)
+        Path,
+        Option(
+            "FILE.csv, .txt, .xlsx, .json, .npz or .mat with force over time, or the folder of paper-stick-slip", True
+        ),
     ]
     record: Annotated[str | None, Option("the name of one record of several, such as k168_v42")] = None
     columns: Columns = None

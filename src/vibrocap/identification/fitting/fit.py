@@ -11,7 +11,7 @@ from vibrocap.arguments import ArgumentError, check_one_of, is_positive, suggest
 from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation
+from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, require_values
 from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
 from vibrocap.identification.result.fit_result import Fit
@@ -82,6 +82,7 @@ def fit(
     fitted, unseen = split_records(records, held_out, load)
     scales = data_scales(fitted)
     chosen = parametrisation(law, scales, free, fixed, bounds)
+    require_values(law, free, fixed)
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
     asked: dict[str, Any] = {"offset": offset, "mass": mass, "delay": delay, "start": start}

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError, listed, suggestion
 from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import COEFFICIENT, ParameterError, parameter_table
+from vibrocap.physics.parameters import COEFFICIENT, NUMBER, ParameterError, parameter_table
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 
@@ -131,6 +131,20 @@ def parametrisation(
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
         raise ArgumentError("fixed", "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
     return Parametrisation(template, space, u, own_start)
+
+
+def require_values(law: Any, free: Iterable[str] | None, fixed: Mapping[str, float] | None) -> None:
+    """ArgumentError where a size of a law that is given by its name or class is neither searched nor known.
+
+    The law's own numbers are those of a dimensionless model: 0.45 is no static force in newtons.
+    """
+    if free is None or isinstance(law, Law):
+        return
+    cls, known = law_class(law), {*free, *(fixed or {})}
+    sizes = [info for info in parameter_table(cls) if role(cls, info.name).dimension != NUMBER and info.default]
+    if unknown := [info.name for info in sizes if info.name not in known and role(cls, info.name).fitted]:
+        either = "free it or give it in fixed" if len(unknown) == 1 else "free them or give them in fixed"
+        raise ArgumentError("free", f"leaves {listed(unknown, ' and ')} of {cls.name} without a value: {either}")
 
 
 def leading_levels(law: Any) -> dict[str, str]:

@@ -1,15 +1,17 @@
-"""Tables in files of named arrays, such as NPZ of NumPy."""
+"""Tables in files of named arrays: NPZ of NumPy, and JSON."""
 
 import dataclasses
+import json
 import zipfile
 import zlib
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.inputs import require_plain_file
+from vibrocap.inputs import read_input, require_plain_file
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import Table, quantity_of
 
@@ -32,6 +34,28 @@ def npz_tables(path: Path) -> list[Table]:
         reason = "holds Python objects" if "allow_pickle" in str(error) else "cannot be read as .npz"
         raise RecordError([f"{reason}; should be written by numpy.savez from arrays of numbers"], str(path)) from None
     return tables_of(arrays, path)
+
+
+def json_tables(path: Path) -> list[Table]:
+    """The tables of a JSON file: an object of lists, of such objects, or a list of samples; see `tables_of`."""
+    try:
+        content = json.loads(read_input(path, MOST_BYTES))
+        if isinstance(content, list):
+            content = {name: [sample.get(name) for sample in content] for name in dict.fromkeys(chain(*content))}
+        return tables_of(_with_arrays(content), path)
+    except RecordError:
+        raise
+    except (*UNREADABLE, AttributeError, RecursionError):
+        wanted = '{"time": [...], "force": [...], "velocity": [...]}'
+        raise RecordError([f"cannot be read as .json; should be such as {wanted}"], str(path)) from None
+
+
+def _with_arrays(value: Any) -> Any:
+    """Lists of numbers as arrays, null as NaN, in objects at any depth."""
+    if isinstance(value, dict):
+        return {name: _with_arrays(each) for name, each in value.items()}
+    numbers = isinstance(value, list) and all(each is None or type(each) in (int, float) for each in value)
+    return np.array(value, dtype=np.float64) if numbers else value
 
 
 def check_plain(path: Path) -> None:

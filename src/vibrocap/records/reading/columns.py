@@ -16,6 +16,7 @@ from vibrocap.records.reading.units import (
     TURNING,
     Unit,
     base_quantity,
+    column_unit,
     dimensions_of,
     fits,
     si_unit,
@@ -221,7 +222,7 @@ def _said_unit(name: str, quantity: str, table: Table, units: Mapping[str, str],
     """
     given = next((unit for called, unit in units.items() if base_quantity(called) == base_quantity(quantity)), None)
     if given is not None:
-        return unit_named(given)  # checked among the settings
+        return column_unit(given)  # checked among the settings
     parts = bracketed(name) if table.named else None
     written = table.units.get(name, "").strip() or (parts[1].strip() if parts else "")
     if written:

@@ -1,23 +1,25 @@
-"""Records from files: CSV, TXT, NPZ and MAT, with columns named and units given, or guessed and said."""
+"""Records from files: CSV, TXT, Excel, JSON, NPZ and MAT, with columns named and units given, or guessed and said."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import is_positive
-from vibrocap.records.checks import RecordError, complaints
-from vibrocap.records.reading.arrays import npz_tables
+from vibrocap.arguments import is_positive, listed
+from vibrocap.records.checks import RecordError, RecordWarning, complaints
+from vibrocap.records.reading.arrays import json_tables, npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
 from vibrocap.records.reading.matlab import mat_tables
-from vibrocap.records.reading.text import shortened, text_tables
+from vibrocap.records.reading.stretches import whole_stretches
+from vibrocap.records.reading.text import shortened, text_tables, workbook_tables
 from vibrocap.records.reading.units import base_quantity
 from vibrocap.records.record import COLUMNS, Record
 
-READERS: dict[str, Callable[..., list[Table]]] = {".npz": npz_tables, ".mat": mat_tables}
+READERS: dict[str, Callable[..., list[Table]]] = {".npz": npz_tables, ".mat": mat_tables, ".json": json_tables}
 SETTINGS = "the settings for reading"
-TEXT = (".csv", ".txt", ".tsv", ".dat", "")
+TEXT = dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ""), text_tables) | {".xlsx": workbook_tables}
 INTERVALS = ("dt", "ts", "sampling_interval")  # names of a sampling interval beside the columns
 RATES = ("fs", "sampling_rate", "rate", "sampling_frequency")
 
@@ -40,20 +42,22 @@ def read_records(
     unit is taken from `units`, else from the heading or a line of units under it; one that cannot be read is refused.
     Where none is said it is SI, and `guessed_units` says so.
 
-    path: .csv, .txt, .tsv, .dat, .npz or .mat, or a list of such
+    path: .csv, .txt, .tsv, .dat, .xlsx, .json, .npz or .mat, or a list of such
     columns: quantity -> name of its column (or its place, counted from 0), for instance {"force": "F1"}; the quantities
         are time, force, velocity, displacement, acceleration, normal_force, and of a contact that turns torque,
         angular_velocity, angle, angular_acceleration; "record" names the column of a text file that says which record
         a row belongs to
-    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}
+    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}; with a number the size of a column's
+        unit, {"force": "35.15 N"} for a sensor in volts, {"velocity": "-1 m/s"} for one that counts the other way
     name: of the record, where there is one [default: the file's name, or the record's name in it]
     dt, sampling_rate: s or Hz, where there is no column of time
     normal_force: N, where there is no such column; a friction coefficient is multiplied by it
     area: m^2, for forces given as stresses
 
-    Several records in one file: text with a column "record"; in NPZ and MAT see `vibrocap.records.reading.arrays`.
+    Several records in one file: text with a column "record", a workbook with several sheets; in JSON, NPZ and MAT see
+    `vibrocap.records.reading.arrays`. Where samples are missing a record is cut (`vibrocap.records.reading.stretches`).
     Returns the records in the order of the file. Raises RecordError with every complaint, with lines where the file has
-    them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong.
+    them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong and where samples are missing.
     """
     for field, given in (("columns", columns), ("units", units)):
         if given is not None and not isinstance(given, Mapping):
@@ -72,16 +76,16 @@ def read_records(
     if not paths:
         raise RecordError(["path: should be a file or a list of files, got an empty list"], SETTINGS)
     record_column = columns.get(RECORD)
-    tables = [table for each in paths for table in _tables(each, record_column)]
+    tables = [table for each in paths for table in tables_in(each, record_column)]
     if name is not None and len(tables) > 1:
         found = ", ".join(table.name for table in tables)
         raise RecordError([f"name: is for one record, but there are {len(tables)}: {found}"], _said(paths))
     interval = dt if dt is not None else None if sampling_rate is None else 1.0 / sampling_rate
     read = []
     for table, label in zip(tables, [name] if name is not None else _names(tables), strict=True):
-        fields = _fields(table, columns, units, interval, normal_force, area, wrong)
-        if fields is not None:
-            read.append({"name": label, **fields})
+        pieces = _pieces(table, columns, units, interval, normal_force, area, wrong)
+        ends = [f"_part_{at}" for at in range(1, len(pieces) + 1)] if len(pieces) > 1 else [""]
+        read += [{"name": f"{label}{end}", **fields} for end, fields in zip(ends, pieces, strict=False)]
     if wrong:
         raise RecordError(dict.fromkeys(wrong), _said(paths))
     return [Record(**fields) for fields in read]
@@ -91,16 +95,17 @@ def _said(paths: Sequence[Path]) -> str:
     return str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
 
 
-def _tables(path: Path, record_column: str | int | None) -> list[Table]:
+def tables_in(path: Path, record_column: str | int | None = None) -> list[Table]:
+    """The tables of a file, by the end of its name."""
     kind = path.suffix.lower()
     if kind not in (*TEXT, *READERS):
-        raise RecordError([f"ends in {path.suffix!r}; should be {', '.join(TEXT[:-1])}, .npz or .mat"], str(path))
+        raise RecordError([f"ends in {path.suffix!r}; should be {listed(filter(None, (*TEXT, *READERS)))}"], str(path))
     if path.is_dir():
         raise RecordError(["is a folder; give the files in it"], str(path))
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file")
     if kind in TEXT:
-        return text_tables(path, record_column)
+        return TEXT[kind](path, record_column)
     if record_column is not None:
         reason = f"columns: record: is for text files; in {kind} each record has arrays of its own"
         raise RecordError([reason], str(path))
@@ -116,7 +121,7 @@ def _names(tables: Sequence[Table]) -> list[str]:
     ]
 
 
-def _fields(
+def _pieces(
     table: Table,
     columns: Mapping[str, Any],
     units: Mapping[str, str],
@@ -124,8 +129,8 @@ def _fields(
     normal_force: float | None,
     area: float | None,
     wrong: list[str],
-) -> dict[str, Any] | None:
-    """The fields of a record but its name, or None with complaints."""
+) -> list[dict[str, Any]]:
+    """The fields of each record but its name: one, or one for each stretch that is whole; none with complaints."""
     found: list[str] = []
     chosen = choices(table, columns, units, found)
     if interval is not None and "time" in columns:
@@ -141,13 +146,16 @@ def _fields(
         raise RecordError(shortened([*found, *faults]), table.source)
     if found:
         wrong += found
-        return None
+        return []
     values = values_in_si(table, chosen, area, normal_force, found)
     said = list(notes(chosen, values))
     if "time" not in chosen:
         step, how = (interval, "as given") if interval is not None else _interval(table)
         if step is None:
-            found.append(f"columns: time: no column has a usual name; name it, or give dt; {_there_is(table)}")
+            found.append(
+                f"columns: time: no column has a usual name; name it, or give dt (any, for a law that knows no rate, "
+                f"such as dahl); {_there_is(table)}"
+            )
         else:
             values["time"] = step * np.arange(max(map(len, table.columns.values()), default=0))
             said.append(f"time: {step:.10g} s between samples, {how}")
@@ -155,18 +163,28 @@ def _fields(
         found.append(f"columns: force: no column has a usual name; name it; {_there_is(table)}")
     if "velocity" not in chosen and "displacement" not in chosen:
         found.append(f"columns: velocity, displacement: no column has a usual name; name one; {_there_is(table)}")
+    pieces = [slice(None)]
     if not found:
-        arrays = {field: np.asarray(values[field]) for field in COLUMNS if field in values}
-        if "normal_force" in arrays and arrays["normal_force"].ndim == 0:
-            arrays["normal_force"] = np.full(arrays["time"].shape, arrays["normal_force"])
-        found = [f"{_of(table)}{complaint}" for complaint in complaints(arrays, table.place)]
+        arrays = {field: np.asarray(values[field]) for field in COLUMNS if np.ndim(values.get(field, 0.0))}
+        pieces, cut = whole_stretches(arrays, table.place)
+        if cut:
+            said.append(cut)
+            warnings.warn(f"{table.source}: {_of(table)}{cut}", RecordWarning, stacklevel=3)
+        if np.ndim(values.get("normal_force", arrays["time"])) == 0:
+            arrays["normal_force"] = np.full(arrays["time"].shape, values["normal_force"])
+        whole = {field: column[pieces[0]] for field, column in arrays.items()}
+        found = [f"{_of(table)}{complaint}" for complaint in complaints(whole, table.place)]
     if found:
         wrong += found
-        return None
+        return []
     others = {key: value for key, value in table.scalars.items() if key.lower() not in (*INTERVALS, *RATES)}
     guessed = {quantity: choice.unit.name for quantity, choice in chosen.items() if choice.unit_guessed}
     settings = {"rotary": rotary, "guessed_units": guessed, "notes": tuple(said)}
-    return {**values, "source": table.source, "conditions": others, **settings}
+    settings |= {"source": table.source, "conditions": others}
+    return [
+        {field: value[piece] if np.ndim(value) else value for field, value in values.items()} | settings
+        for piece in pieces
+    ]
 
 
 def _of(table: Table) -> str:

@@ -1,17 +1,19 @@
-"""Tables of numbers in text files: comma, semicolon, tab or space between cells, with or without a header."""
+"""Tables of numbers in rows of cells: text with comma, semicolon, tab or space between them, and workbooks."""
 
 import contextlib
 import csv
 import re
-from collections.abc import Sequence
+import zipfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import shown
+from vibrocap.arguments import lacking, shown
 from vibrocap.inputs import read_input
 from vibrocap.records.checks import RecordError
+from vibrocap.records.reading.arrays import check_plain, check_size
 from vibrocap.records.reading.columns import RECORD, WHOLE, Table
 from vibrocap.records.reading.units import DIMENSIONS, unit_named
 
@@ -41,6 +43,47 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     rows = _rows(lines, delimiter)
     if decimal_comma:
         rows = [(number, [_pointed(cell) for cell in cells]) for number, cells in rows]
+    return _tables(rows, lambda: _rows(comments, delimiter), path, path.stem, record_column)
+
+
+def workbook_tables(path: Path, record_column: str | int | None = None) -> list[Table]:
+    """The tables of an Excel workbook, read as if its cells were those of a text: of each sheet that is not empty."""
+    check_plain(path)
+    if said := lacking("openpyxl"):
+        raise RecordError([f"is a workbook, which {said}, or save it as .csv"], str(path))
+    import openpyxl
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            check_size(sum(info.file_size for info in archive.infolist()), path)
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        sheets = {
+            sheet.title: [
+                (number, ["" if cell is None else str(cell).strip() for cell in cells])
+                for number, cells in enumerate(sheet.iter_rows(values_only=True), start=1)
+                if any(cell is not None for cell in cells)
+            ]
+            for sheet in book.worksheets
+        }
+    except RecordError:
+        raise
+    except Exception:  # whatever a reader raises on damage
+        raise RecordError(["cannot be read as .xlsx; save it anew, or as .csv"], str(path)) from None
+    sheets = {name: rows for name, rows in sheets.items() if rows}
+    if not sheets:
+        raise RecordError(["is empty; should be a table, a sample in each line"], str(path))
+    names = [path.stem] if len(sheets) == 1 else list(sheets)
+    return [
+        table
+        for name, rows in zip(names, sheets.values(), strict=True)
+        for table in _tables(rows, list, path, name, record_column)
+    ]
+
+
+def _tables(
+    rows: list[Row], comments: Callable[[], list[Row]], path: Path, whole: str, record_column: str | int | None
+) -> list[Table]:
+    """The tables in rows of cells; `whole` is the name of one that no column divides."""
     rows, usual, numeric = _shape(rows)
     data = [_is_data(cells, usual, numeric) for _, cells in rows]
     start = next((at for at in range(len(rows)) if all(data[at : at + RUN])), None)
@@ -48,7 +91,7 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
         reason = "there is no line of numbers in the file; should be a table, a sample in each line"
         raise RecordError([reason], str(path))
     body = rows[start:]
-    head = rows[:start] or _rows([row for row in comments if row[0] < body[0][0]], delimiter)
+    head = rows[:start] or [row for row in comments() if row[0] < body[0][0]]
     names, units = _header(head, len(body[0][1]), numeric, bool(rows[:start]))
     body, ragged = _of_one_width(body, names)
     if not body:
@@ -58,7 +101,7 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     labels = _told_apart(names, columns) if names else list(map(str, range(len(columns))))
     cells = dict(zip(labels, columns, strict=True))
     of_record = _column_of_records(list(cells), record_column, path)
-    which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), path.stem)
+    which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), whole)
     arrays, strange = _numbers(cells, order)
     tables = []
     for name in dict.fromkeys(which.tolist()):
@@ -213,18 +256,17 @@ def _of_one_width(body: Sequence[Row], names: list[str] | None) -> tuple[list[Ro
 
 
 def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[dict[str, Any], dict[str, list[Wrong]]]:
-    """The columns as numbers, nan where a cell is none, and these cells by column."""
+    """The columns as numbers, nan where a cell is none or empty, and the cells that are no numbers by column."""
     columns, wrong = {}, {}
     for name, column in cells.items():
         with contextlib.suppress(ValueError):
             columns[name] = np.array(column).astype(np.float64)
         if name not in columns or "_" in "".join(column):  # Python takes 1_000 for a number
             columns[name] = np.array([float(cell) if _is_number(cell) else np.nan for cell in column])
-            bad = [(number, cell) for number, cell in zip(order, column, strict=True) if not _is_number(cell)]
-            what = [f"{shown(cell)} is no number" if cell else "the cell is empty" for _, cell in bad]
             wrong[name] = [
-                (number, f"line {number}, column {name!r}: {said}; should be a number, or nan")
-                for (number, _), said in zip(bad, what, strict=True)
+                (number, f"line {number}, column {name!r}: {shown(cell)} is no number; should be one, nan or empty")
+                for number, cell in zip(order, column, strict=True)
+                if cell and not _is_number(cell)
             ]
     return columns, wrong
 

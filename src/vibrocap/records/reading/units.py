@@ -152,6 +152,18 @@ def suffix_unit(text: str) -> Unit | None:
     return found if found is not None and found.name in _usual() else None
 
 
+def column_unit(text: object) -> Unit | None:
+    """The unit of a column as a user gives it: a unit, or so much of one, "35.15 N" (of a sensor in volts), "-1 mm"."""
+    if not isinstance(text, str):
+        return None
+    counted = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*\*?\s*([^\d\s].*)", text, re.IGNORECASE)
+    unit = unit_named(text)
+    if unit is not None or counted is None:
+        return unit
+    number, unit = float(counted[1]), unit_named(counted[2])
+    return None if unit is None or number == 0.0 else Unit(text.strip(), unit.dimension, number * unit.factor)
+
+
 def base_quantity(quantity: str) -> str:
     """The quantity of a record that a name stands for: force for a torque."""
     return TURNING.get(quantity, quantity)
@@ -177,7 +189,7 @@ def fits(unit: Unit, quantity: str) -> bool:
 
 def unit_complaint(quantity: str, text: object) -> str | None:
     """Why a text is no unit for a quantity; None where it is one."""
-    unit = unit_named(text) if isinstance(text, str) else None
+    unit = column_unit(text)
     if unit is not None and fits(unit, quantity):
         return None
     allowed = [name for dimension in dimensions_of(quantity) for name in DIMENSIONS[dimension]]

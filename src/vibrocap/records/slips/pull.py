@@ -12,8 +12,8 @@ from vibrocap.arguments import is_positive
 from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints
 from vibrocap.records.published import paper_stick_slip
 from vibrocap.records.reading.columns import Table, choices, missing, setting_complaints
-from vibrocap.records.reading.readers import INTERVALS, RATES, READERS, TEXT
-from vibrocap.records.reading.text import shortened, text_tables
+from vibrocap.records.reading.readers import INTERVALS, RATES, tables_in
+from vibrocap.records.reading.text import shortened
 from vibrocap.records.reading.units import si_unit, unit_named
 from vibrocap.records.record import Record
 
@@ -202,7 +202,7 @@ def read_pulls(
     if path.is_dir() or path.name == PUBLISHED:
         found = [_of(each) for each in paper_stick_slip(path if path.is_dir() else path.parent)]
     else:
-        found = [each for table in _tables(path) for each in _pulls(table, columns, units, sampling_rate)]
+        found = [each for table in tables_in(path) for each in _pulls(table, columns, units, sampling_rate)]
     if record is None:
         return found
     named = [each for each in found if each.name == record]
@@ -217,15 +217,6 @@ def _of(record: Record) -> PulledRecord:
     load = record.normal_force
     settings["normal_force"] = None if load is None else float(np.mean(load))
     return PulledRecord(record.name, record.time, record.force, settings, record.notes)
-
-
-def _tables(path: Path) -> list[Table]:
-    kind = path.suffix.lower()
-    if kind in TEXT:
-        return text_tables(path)
-    if kind in READERS:
-        return READERS[kind](path)
-    raise RecordError([f"ends in {path.suffix!r}; should be {', '.join(TEXT[:-1])}, .npz or .mat"], str(path))
 
 
 def _pulls(

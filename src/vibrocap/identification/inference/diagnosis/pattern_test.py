@@ -98,7 +98,7 @@ def autoregression(series: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
     """
     n = sum(len(each) for each in series)
     most = min(ORDER, n // 20)
-    sums = np.array([sum(float(each[k:] @ each[: len(each) - k]) for each in series) for k in range(most + 1)])
+    sums = np.array([sum(float(each[k:] @ each[: max(len(each) - k, 0)]) for each in series) for k in range(most + 1)])
     if not sums[0] > 0:
         return np.empty(0), 1.0
     a, left, best, least, time = np.empty(0), 1.0, np.empty(0), 0.0, 1.0
