@@ -262,7 +262,7 @@ def named(
     if how != "fit":
         errors, slopes = errors_of(made, record, how == "steps")
         return tuple(each.kind for each in diagnosis([errors], slopes if how == "steps" else None).causes)
-    settings = {"starts": 1, "start": "relaxed", "intervals": "covariance", "mass": made.mass > 0}
+    settings = {"starts": 1, "start": "relaxed", "intervals": "covariance", "terms": ["mass"] if made.mass > 0 else []}
     found = fit(record, made.law, **settings)
     assert found.residuals is not None
     ignored = ("coloured", "growing", *(("limit",) if FAULTS[kind] else ()))

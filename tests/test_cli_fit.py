@@ -300,15 +300,15 @@ def test_fixed_parameters_are_held(folder, capsys):
 
 
 def test_loss_and_seed_and_starts_are_passed_on(folder, capsys):
-    asked = ("--loss", "soft_l1", "--seed", "3", "--starts", "2", "--intervals", "covariance", "--offset")
+    asked = ("--loss", "soft_l1", "--seed", "3", "--starts", "2", "--intervals", "covariance", "--terms", "offset")
     assert command("wide.csv", *STEADY, *asked, "--json") == OK
     found = json.loads(capsys.readouterr().out)
-    assert {k: found["options"][k] for k in ("loss", "seed", "starts", "intervals", "offset")} == {
+    assert {k: found["options"][k] for k in ("loss", "seed", "starts", "intervals", "terms")} == {
         "loss": "soft_l1",
         "seed": 3,
         "starts": 2,
         "intervals": "covariance",
-        "offset": True,
+        "terms": ["offset"],
     }
     assert [p["name"] for p in found["nuisances"]] == ["offset"]
 

@@ -163,7 +163,7 @@ def test_a_redundant_combination_is_named():
 def test_offset_and_mass_are_found_along():
     plain = record()
     loaded = plain.replaced(force=plain.force + 0.03 + 0.004 * plain.acceleration)
-    one = fit(loaded, "lugre", offset=True, mass=True, intervals="covariance", **QUICK)
+    one = fit(loaded, "lugre", terms=("offset", "mass"), intervals="covariance", **QUICK)
     assert abs(one["offset"].value - 0.03) < 4 * one["offset"].standard_error
     assert abs(one["mass"].value - 0.004) < 4 * one["mass"].standard_error
     assert one["mass"].standard_error < 0.001
@@ -278,7 +278,7 @@ def test_bad_input_gets_a_message(arguments, words):
 def test_more_parameters_than_samples_are_refused():
     few = record(motion=sinusoid(0.01, 1.0, 1, 8))
     with pytest.raises(ValueError, match="8 samples for 10 free parameters"):
-        fit([few], "lugre", offset=True, mass=True, start="fitted", free=[*fit_names(), "stribeck_exponent"])
+        fit([few], "lugre", terms=("offset", "mass"), start="fitted", free=[*fit_names(), "stribeck_exponent"])
 
 
 def fit_names():

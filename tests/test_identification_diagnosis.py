@@ -8,6 +8,7 @@ import pytest
 from benchmarks.faulty_records import FAULTS, bench, coloured, errors_of, faulty, named
 from benchmarks.imperfect_data import CONTACT, motion
 from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.inference.diagnosis.causes import FALSE_ALARMS, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import RecordErrors
 from vibrocap.identification.inference.diagnosis.measurement_faults import resolution, saturation
@@ -186,7 +187,7 @@ def delayed_with_mass(mass, delay):
 
 def test_a_delay_shifts_the_inertia_too():
     """The law alone was shifted: 20 kg, all 6 ms late, gave a stiffness of 220,650 [215,000, 226,500] for 200,000."""
-    one = fit(delayed_with_mass(20.0, 6e-3), CONTACT, mass=True, delay=True, **QUICK)
+    one = fit(delayed_with_mass(20.0, 6e-3), CONTACT, terms=("mass", "delay"), **QUICK)
     assert CONTACT.bristle_stiffness in one["bristle_stiffness"]
     assert CONTACT.viscous_damping in one["viscous_damping"]
     assert one["mass"].value == pytest.approx(20.0, rel=5e-3)
@@ -206,9 +207,66 @@ def pendulum(inertia, weight):
     return Record("pendulum", time, torque, rotary=True, **columns)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_driven_pendulum_is_found_in_all_its_terms(noise):
+    """I = c = 0.15, m g l = 3.3, friction 0.03, over 12 and 24 rad, from 0.4 rad on; what is left out is named."""
+    true = {"mass": 0.15, "damping": 0.15, "coulomb_coefficient": 0.03}
+    true |= {"gravity": 3.3 * np.cos(0.4), "gravity_cosine": -3.3 * np.sin(0.4)}
+    rng, time, made = np.random.default_rng(1), np.linspace(0.0, 20.0, 8_001), []
+    for reach in (12.0, 24.0):
+        waves = [
+            (reach * share, 2 * np.pi * f, phase)
+            for share, f, phase in ((0.6, 0.11, 0), (0.3, 0.23, 1), (0.1, 0.41, 2))
+        ]
+        angle = sum(a * np.sin(w * time + p) for a, w, p in waves)
+        rate = sum(a * w * np.cos(w * time + p) for a, w, p in waves)
+        change = -sum(a * w**2 * np.sin(w * time + p) for a, w, p in waves)
+        torque = 0.15 * change + 0.15 * rate + 3.3 * np.sin(angle) + 0.03 * np.sign(rate)
+        torque += noise * np.std(torque) * rng.standard_normal(len(time))
+        columns = {"velocity": rate, "displacement": angle + 0.4, "acceleration": change}
+        made.append(Record(f"{reach:g} rad", time, torque, rotary=True, **columns))
+    one = fit(made, "coulomb", terms=("mass", "damping", "gravity", "gravity_cosine"), **QUICK)
+    for name, value in true.items():
+        error = one[name].standard_error
+        assert abs(one[name].value - value) < max(4 * error, 1e-9)
+        assert error < (0.01 if name != "coulomb_coefficient" else 0.05) * abs(value)
+    assert one["gravity"].unit == "N m"
+    left_out = fit(made, "coulomb", terms="damping", **QUICK)
+    assert {"inertia", "restoring"} <= set(left_out.residuals.kinds)
+
+
+def test_a_spring_and_damping_of_each_direction_are_found_beside_a_law():
+    imposed = motion()
+    place = np.cumsum(imposed.velocity) * np.median(np.diff(imposed.time))
+    velocity = imposed.velocity
+    force = driven_force(CONTACT, imposed.time, velocity).force
+    level = float(np.std(force))
+    parts = {"spring": level / np.ptp(place), "damping_forward": level / velocity.max(), "offset": 0.3 * level}
+    parts["damping_back"] = 2 * parts["damping_forward"]
+    force = force + parts["spring"] * place + parts["offset"] + parts["damping_forward"] * np.maximum(velocity, 0)
+    force = force + parts["damping_back"] * np.minimum(velocity, 0)
+    force = force + 0.01 * level * np.random.default_rng(0).standard_normal(len(force))
+    made = Record("beside", imposed.time, force, velocity=velocity, displacement=place)
+    held = {"viscous_damping": CONTACT.viscous_damping}
+    one = fit(made, CONTACT, fixed=held, terms=tuple(parts), **QUICK)
+    for name, value in parts.items():
+        assert abs(one[name].value - value) < 4 * one[name].standard_error < 0.1 * value
+    curve = steady_fit(made, "coulomb", terms=("damping_forward", "offset"), starts=1, intervals="covariance")
+    assert curve["damping_forward"].value > 0.3 * parts["damping_forward"]
+
+
+def test_terms_that_are_none_of_the_contact_are_refused():
+    with pytest.raises(ValueError, match="there is no term 'gravty'; did you mean 'gravity'"):
+        fit(Record("a", np.arange(9.0), np.arange(9.0), velocity=np.arange(9.0)), "coulomb", terms="gravty")
+    with pytest.raises(
+        ValueError, match="gravity is of a contact that turns; of one that slides, gravity is an offset"
+    ):
+        fit(Record("a", np.arange(9.0), np.arange(9.0), velocity=np.arange(9.0)), "coulomb", terms=["gravity"])
+
+
 def test_no_mass_is_negative_and_the_weight_that_would_make_it_so_is_named():
     """A driven pendulum's torque gave a mass of -0.043 kg [-0.050, -0.036] with no limit named."""
-    one = fit(pendulum(0.01, 0.4), "exponential", mass=True, **QUICK)
+    one = fit(pendulum(0.01, 0.4), "exponential", terms="mass", **QUICK)
     assert one["mass"].value == 0.0
     assert "no mass is negative" in one.summary()
     assert not one["mass"].determined
@@ -218,14 +276,14 @@ def test_no_mass_is_negative_and_the_weight_that_would_make_it_so_is_named():
 
 def test_a_delay_at_its_limit_is_named():
     made = delayed_with_mass(0.0, 40 * 9.0 / 1_999)
-    one = fit(made, CONTACT, delay=True, **QUICK)
+    one = fit(made, CONTACT, terms="delay", **QUICK)
     assert any(each.parameter == "delay" for each in one.limits)
 
 
 def test_nothing_is_determined_beside_a_fault():
     """Intervals of a percent stood beside errors of tens of percent, "determined"."""
     made, record = faulty("clipped", seeds("clipped", 1)[0], 4_000, STATIC)
-    one = fit(record, made.law, mass=made.mass > 0, **QUICK)
+    one = fit(record, made.law, terms=["mass"] * (made.mass > 0), **QUICK)
     assert one.residuals.doubtful
     assert not any(one[name].determined for name in one.free)
     assert Verdict.DOUBTED in {one[name].verdict for name in one.free}
@@ -235,7 +293,10 @@ def test_nothing_is_determined_beside_a_fault():
 
 def test_outliers_that_the_loss_bears_are_no_doubt():
     made, record = faulty("glitches", seeds("glitches", 1)[0], 4_000, STATIC)
-    told = {loss: fit(record, made.law, mass=made.mass > 0, loss=loss, **QUICK) for loss in ("linear", "soft_l1")}
+    told = {
+        loss: fit(record, made.law, terms=["mass"] * (made.mass > 0), loss=loss, **QUICK)
+        for loss in ("linear", "soft_l1")
+    }
     assert told["linear"].residuals.doubtful
     assert not told["soft_l1"].residuals.doubtful
     assert "Outliers" in told["soft_l1"].summary()

@@ -37,7 +37,7 @@ def test_half_a_sample_of_delay_is_found_and_can_be_searched_along():
     assert {"delay", "limit"} <= set(one.residuals.kinds)
     assert one.residuals.doubtful
     assert 0.4 * made.interval < one.residuals.delay_s < 0.65 * made.interval
-    along = told(made, delay=True)
+    along = told(made, terms="delay")
     assert along.relative_rmse < 0.85 * one.relative_rmse
     assert along["delay"].unit == "s"
     assert 0.4 * made.interval < along["delay"].value < 0.65 * made.interval

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
 OF_LAW = (  # options that say nothing to --machine
-    *("fixed", "free", "pendulum", "offset", "mass", "delay"),
+    *("fixed", "free", "pendulum", "terms"),
     *("least_speed", "loss", "weights", "start", "intervals"),
 )
 BOUNDS = "coulomb_coefficient=1:20"
+TERM_NAMES = "offset, mass, spring, damping, damping_forward, damping_back, drag, gravity, gravity_cosine, delay"
 PENDULUM = "written as mass=0.5,length=0.3"
 
 
@@ -89,6 +90,10 @@ class FitRequest(WithParts, Drawn):
             offers=completers.law_parameters,
         ),
     ] = None
+    terms: Annotated[
+        list[str] | None,
+        Option("TERM,TERM,... that the sensor measures too: " + TERM_NAMES),
+    ] = None
     hold_out: Annotated[
         list[str] | None,
         Option(
@@ -112,9 +117,6 @@ class FitRequest(WithParts, Drawn):
     ] = None
     plot: Annotated[Path | None, picture("measured and fitted force, loops and intervals")] = None
     json: Json = False
-    offset: Annotated[bool, Option("fit a constant error of the force sensor too", advanced=True)] = False
-    mass: Annotated[bool, Option("fit the inertia between sensor and contact too", advanced=True)] = False
-    delay: Annotated[bool, Option("fit a delay of the force behind the motion too", advanced=True)] = False
     least_speed: Annotated[float, Option("slowest samples of --steady, in m/s", advanced=True)] = 0.0
     loss: Annotated[
         str, Option("linear, soft_l1, huber, cauchy or arctan; all but linear weigh outliers less", advanced=True)
@@ -183,8 +185,8 @@ class FitRequest(WithParts, Drawn):
         if self.spring is not None:
             settings |= {"machine_stiffness": stiffness}
         else:
-            settings |= {"held_out": hidden, "weights": self.weights, "offset": self.offset}
-            own = ("least_speed",) if self.steady else ("mass", "delay", "start")
+            settings |= {"held_out": hidden, "weights": self.weights, "terms": split(self.terms)}
+            own = ("least_speed",) if self.steady else ("start",)
             settings |= {name: getattr(self, name) for name in own}
         return FitPlan(records, settings, scales, doubts), wrong
 

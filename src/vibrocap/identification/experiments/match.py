@@ -87,9 +87,8 @@ def match(
         speeds = values_between(low, high, CURVE, spacing == "logarithmic")
         target = steady_force(to, speeds, load)
         time = np.empty(0)
-        points = Samples(
-            "curve", np.arange(float(CURVE)), speeds, target, np.zeros(CURVE), load, float(np.std(target)) or 1.0
-        )
+        deviation, none = float(np.std(target)) or 1.0, np.zeros(CURVE)
+        points = Samples("curve", np.arange(float(CURVE)), speeds, target, none, load, deviation, none)
         found = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
         over = f"velocities from {low:g} to {high:g}"
     if found.law is None:

@@ -12,8 +12,9 @@ from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, require_values
-from vibrocap.identification.problem.prediction import Prediction, nuisances
+from vibrocap.identification.problem.prediction import DELAY, Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
+from vibrocap.identification.problem.terms import checked_terms
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import Loss
 from vibrocap.progress import Progress, reporting
@@ -34,9 +35,7 @@ def fit(
     loss: str = "linear",
     loss_scale: float | None = None,
     weights: str = "power",
-    offset: bool = False,
-    mass: bool = False,
-    delay: bool = False,
+    terms: str | Sequence[str] = (),
     start: str = "fitted",
     intervals: str = "profile",
     held_out: Any = (),
@@ -49,7 +48,7 @@ def fit(
 
     The law is driven by the measured velocity, and its parameters minimise the error of its force,
 
-        sum over records and samples of loss[(R(law; v(t), N) + offset + mass a - F) / unit of the record].
+        sum over records and samples of loss[(R(law; v(t), N) + terms - F) / unit of the record].
 
     records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted,
         from a relaxed contact.
@@ -64,8 +63,11 @@ def fit(
         over the record's unit (by default one and a half robust deviations of a linear draft's errors).
     weights: "power": the unit of a record is the standard deviation of its force, so that each record counts the same
         per sample; "equal": one unit for all, right where the noise has the same size in newtons.
-    offset, mass, delay: search a constant force (N), an inertia (kg) that the force sensor also carries, and the time
-        (s) by which the force is late behind the motion, one for all records.
+    terms: what the sensor measures beside friction, each a number that is searched, one for all records: "offset" (N),
+        "mass" times acceleration, "spring" times displacement (with an offset for its middle), "damping" times velocity
+        ("damping_forward" and "damping_back" of one direction), "drag" times v |v|, and where the contact turns
+        "gravity" times sin(angle), "gravity_cosine" times cos(angle); "delay", the time (s) by which the force with all
+        of them is late behind the motion.
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
@@ -85,7 +87,7 @@ def fit(
     require_values(law, free, fixed)
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
-    asked: dict[str, Any] = {"offset": offset, "mass": mass, "delay": delay, "start": start}
+    asked: dict[str, Any] = {"terms": checked_terms(terms, (DELAY,), fitted), "start": start}
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
         extra = nuisances(choice.template, fitted, level=scales.level, **asked)

@@ -2,7 +2,7 @@
 
 import functools
 import time as clock
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from vibrocap.identification.problem.parametrisation import Parametrisation, lea
 from vibrocap.identification.problem.prediction import nuisances
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import SteadyPrediction
+from vibrocap.identification.problem.terms import checked_terms
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import Loss
 from vibrocap.progress import Progress, reporting
@@ -32,7 +33,7 @@ def steady_fit(
     loss: str = "linear",
     loss_scale: float | None = None,
     weights: str = "power",
-    offset: bool = False,
+    terms: str | Sequence[str] = (),
     intervals: str = "profile",
     held_out: Any = (),
     least_speed: float = 0.0,
@@ -71,10 +72,10 @@ def steady_fit(
     if hidden:
         kept = {name: pair for name, pair in (bounds or {}).items() if name in searched}
         chosen = parametrisation(law, scales, searched, fixed, kept)
-    own_units = units(fitted, weights)
+    own_units, asked = units(fitted, weights), checked_terms(terms, (), fitted)
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> SteadyPrediction:
-        extra = nuisances(choice.template, fitted, offset=offset, mass=False, start="relaxed", level=scales.level)
+        extra = nuisances(choice.template, fitted, terms=asked, start="relaxed", level=scales.level)
         return SteadyPrediction(choice.template, choice.space.with_more(extra), of, own_units)
 
     prediction = predicted(chosen, tuple(fitted))
@@ -85,7 +86,7 @@ def steady_fit(
         draft = functools.partial(predicted, of=thinned)
         return SimplerFits(draft, scales, bounds or {}, starts, loss, seed).ends(chosen)
 
-    options = {"method": "steady curve", "weights": weights, "offset": offset, "least_speed": least_speed}
+    options = {"method": "steady curve", "weights": weights, "terms": asked, "least_speed": least_speed}
     options |= {"load": load, "fixed": dict(fixed or {}), "not_shown": hidden}
     draft = predicted(chosen, thinned)
     with reporting(progress, f"Fitting {chosen.template.name}") as report:

@@ -14,7 +14,8 @@ import numpy as np
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
 from vibrocap.identification.problem.coordinates import LARGEST_RATIO, Coordinate
-from vibrocap.identification.problem.prediction import DELAY, MASS, OFFSET, Prediction
+from vibrocap.identification.problem.prediction import DELAY, Prediction
+from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.loss import Loss, Minimum
 
 HELD = 0.25  # of half an interval: a parameter that would move so far without a limit is held by it
@@ -50,7 +51,7 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
     -(J^T J)^-1 g_k without it, as far as a straight line tells.
     """
     space = prediction.space
-    names = (*prediction.law_names, OFFSET, MASS, DELAY)
+    names = (*prediction.law_names, *TERMS, DELAY)
     to_parameters = space.slopes(best.u)
     weighted = loss.slope(best.errors)[:, None] * best.slopes
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
@@ -108,8 +109,8 @@ def _text(coordinate: Coordinate, at: int, side: str, value: float) -> str:
     name, number = coordinate.name, f"{value:.4g}"
     end = {"low": "lower", "high": "upper"}[side]
     whose = {"law": "of the law", "search": "of the search", "given": "that was given"}[coordinate.whose_limit(at)]
-    if name == MASS and at < 0:
-        return "mass is at 0, and no mass is negative"
+    if name in TERMS and not TERMS[name].signed and at < 0:
+        return f"{name} is at 0, and no {name} is negative"
     if coordinate.form in ("above", "below"):
         ratio = f"{LARGEST_RATIO:g} times " if at > 0 else ""
         high, low = (name, coordinate.partner) if coordinate.form == "above" else (coordinate.partner, name)

@@ -18,8 +18,9 @@ from vibrocap.identification.inference.late_force import LateForce, late_force, 
 from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time
 from vibrocap.identification.problem.data_scales import DataScales, data_scales
-from vibrocap.identification.problem.prediction import DELAY, MASS, Prediction
+from vibrocap.identification.problem.prediction import DELAY, Prediction
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.search.descent import descent
 from vibrocap.identification.search.loss import Loss, Minimum, finite
 
@@ -210,10 +211,10 @@ def _columns(prediction: Prediction, errors: np.ndarray) -> list[RecordErrors]:
 
 
 def _absorbed(prediction: Prediction, best: Minimum) -> np.ndarray:
-    """Slopes of the errors by what the fit adapts; a mass that is zero would have to become negative, and does not."""
+    """Slopes of the errors by what the fit adapts; a mass of zero would have to become negative, and does not."""
     space = prediction.space
     kept = [
-        name != MASS or not each.at_limit(u)
+        name not in TERMS or TERMS[name].signed or not each.at_limit(u)
         for name, each, u in zip(space.names, space.coordinates, best.u, strict=True)
     ]
     return best.slopes[:, kept]
@@ -232,17 +233,17 @@ SAID = {
     "which a robust loss (soft_l1) bears.",
     BORNE: "Outliers: {} of the samples stand alone, far from those beside them, which the robust loss bears.",
     "delay": "The force looks as if it {} the motion by {} s ({} samples), which would explain {} of the squares; no "
-    "interval holds with a delay: search it along, shift one of both, or filter them alike.",
+    "interval holds with a delay: search it along (term delay), shift one of both, or filter them alike.",
     "ripple": "The force has a ripple with position, of a wavelength of {}: it explains {} of the squares; cogging, an "
     "eccentric part or a wavy surface.",
     "drift": "The contact or the sensor drifts: changes in the course of the record explain {} of the squares; "
     "warming, wear, or a drift of the sensor's zero.",
-    "inertia": "They go with acceleration, as if the sensor carried {} more: it explains {} of the squares; search the "
-    "mass along, or take it off.",
+    "inertia": "They go with acceleration, as if the sensor carried {} more: it explains {} of the squares; search it "
+    "along (term mass), or take it off.",
     "restoring": "They go with position as a spring or gravity would make them, of {}: it explains {} of the squares; "
-    "take such a force off, no friction law has one.",
+    "search it along (terms spring and offset, or gravity), or take it off: no friction law has such a force.",
     "direction": "They go with direction: it explains {} of their squares, so the two directions differ by more than "
-    "the law knows (an anisotropic law, or offset).",
+    "the law knows (an anisotropic law, or the term offset).",
     "speed": "They go with speed: it explains {} of their squares, so the law's curve over speed is not that of the "
     "data.",
     "position": "They go with position: it explains {} of their squares, as if friction depended on the place.",

@@ -1,6 +1,7 @@
 """Prediction: the force of a law driven by the measured motions, its error and how that changes with each parameter."""
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.terms import TERMS, coordinate_of, forces_of_terms
 from vibrocap.laboratory.driven import driven_forces
 from vibrocap.physics.friction.law import Law
 
@@ -21,11 +23,11 @@ class Prediction:
     """The law of a fit, driven through its records, as a function of coordinates.
 
     Error of a sample: (predicted - measured) / (weight's unit of the record), where
-    predicted = R(law; v(t - delay)) + offset + mass * a(t - delay): all that the force sensor measures is late. The
-    normal force is measured like the force and is late with it already.
+    predicted = R(law; v(t - delay)) + sum of c s(t - delay) over its terms: all that the force sensor measures is late.
+    The normal force is measured like the force and is late with it already.
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
-    nuisances "offset" (N), "mass" (kg), "delay" (s) and "start[<record>].<state>": the internal state at the first
+    nuisances: `TERMS`, "delay" (s) and "start[<record>].<state>": the internal state at the first
     sample over its natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each
     of its samples.
     """
@@ -69,7 +71,6 @@ class Prediction:
         found = np.full((len(values), len(record)), np.nan)
         start = self._start(values, law_values, record)
         delays = values[:, names.index(DELAY)] if DELAY in names else np.zeros(len(values))
-        masses = values[:, names.index(MASS)] if MASS in names else np.zeros(len(values))
         for delay in np.unique(delays[lawful]):
             rows = lawful & (delays == delay)
             found[rows] = driven_forces(
@@ -83,9 +84,9 @@ class Prediction:
                 tolerance=self.tolerance,
                 threads=1 if rows.sum() * len(record) < SMALL else self.threads,
             ).force
-            if MASS in names:
-                found[rows] += masses[rows, None] * _late(record.acceleration, record.time, delay)
-        return found + values[:, [names.index(OFFSET)]] if OFFSET in names else found
+            late = functools.partial(_late, time=record.time, delay=delay)
+            found[rows] += forces_of_terms(names, values[rows], record, late)
+        return found
 
     def _lawful(self, row: list[float]) -> bool:
         """Whether the law takes these parameters: some laws check them together."""
@@ -163,7 +164,7 @@ class Prediction:
 
 ALL_STATES = "all"
 LATE_STEP = 0.01  # of a sampling interval
-OFFSET, MASS, DELAY = "offset", "mass", "delay"
+DELAY = "delay"
 LATEST, LATEST_SHARE = 20.0, 0.01  # samples that a force may be late or early, or share of the shortest record
 GAP = "gap_position"  # the state of a joint with play
 
@@ -192,7 +193,7 @@ def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
 
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    return name in (OFFSET, MASS, DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
+    return name in (*TERMS, DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
 
 
 def concerns(name: str, record: str) -> bool:
@@ -209,23 +210,15 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
 
 
 def nuisances(
-    law: Law, records: Sequence[Samples], *, offset: bool, mass: bool, start: str, level: float, delay: bool = False
+    law: Law, records: Sequence[Samples], *, terms: Sequence[str], start: str, level: float
 ) -> tuple[Coordinate, ...]:
     """Coordinates of the nuisance parameters, which all start at zero.
 
     start: "fitted": the states of the contact at the first sample of each record are searched (all by one number where
     the law has more than three); "relaxed": they are zero.
     """
-    found: list[Coordinate] = []
-    if offset:
-        found.append(Coordinate(OFFSET, "linear", -level, level, scale=0.1 * level, spread=0.0))
-    if mass:
-        largest = max(float(np.max(np.abs(each.acceleration))) for each in records)
-        scale = level / max(largest, 1e-300)
-        whose = ("law", "search")  # no mass is negative
-        found.append(Coordinate(MASS, "foot", 0.0, 100 * scale, scale=0.1 * scale, spread=0.0, whose=whose))
-    if delay:
-        found.append(delay_coordinate(records))
+    asked = [name for name in (*TERMS, DELAY) if name in terms]
+    found = [delay_coordinate(records) if name == DELAY else coordinate_of(name, records, level) for name in asked]
     signs = law.internal_symmetry or (-1,) * len(law.internal)
     states = [(s, sign) for s, sign in zip(law.internal, signs, strict=True) if s not in law.switched]
     if GAP in law.internal:  # behind a joint that starts open the contact is at rest

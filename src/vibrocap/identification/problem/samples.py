@@ -11,7 +11,7 @@ from vibrocap.records.checks import integral
 
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
 FEWEST_SAMPLES = 8
-COLUMNS = ("time", "velocity", "force", "acceleration", "load", "place")
+COLUMNS = ("time", "velocity", "force", "acceleration", "load", "position", "place")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -22,6 +22,7 @@ class Samples:
     1 where the normal force is not known, so that friction coefficients are then forces.
     deviation: standard deviation of the force, over which errors are relative.
     rotary: the contact turns (N m, rad, rad/s); guessed_units: those that the record's file did not say.
+    position [n] m: displacement, from the first sample where it was not measured
     place [n] m: displacement as it was measured, or none; velocity_made: whether the velocity was made from it.
     """
 
@@ -32,6 +33,7 @@ class Samples:
     acceleration: np.ndarray
     load: Any
     deviation: float
+    position: np.ndarray
     rotary: bool = False
     guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     place: np.ndarray | None = None
@@ -101,6 +103,7 @@ def samples(record: Any, load: float | None = None) -> Samples:
         acceleration=np.ascontiguousarray(acceleration),
         load=float(known) if np.ndim(known) == 0 else np.ascontiguousarray(known, dtype=float),
         deviation=deviation,
+        position=integral(time, velocity) if record.displacement is None else np.array(record.displacement, float),
         rotary=bool(getattr(record, "rotary", False)),
         guessed_units=dict(getattr(record, "guessed_units", {})),
         place=None if place is None else np.ascontiguousarray(place, dtype=float),

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.identification.problem.parameter_roles import with_role
 from vibrocap.identification.problem.prediction import Prediction, unchecked
+from vibrocap.identification.problem.terms import forces_of_terms
 from vibrocap.physics.friction.law import Law
 
 
@@ -68,4 +69,4 @@ class SteadyPrediction(Prediction):
         columns = {name: values[:, [names.index(name)]] for name in self.law_names}
         rows = np.broadcast_to(record.velocity, (len(values), len(record)))
         found = steady_force(self.template, rows, record.load, columns)
-        return found + values[:, [names.index("offset")]] if "offset" in names else found
+        return found + forces_of_terms(names, values, record, np.asarray)

@@ -14,8 +14,9 @@ from vibrocap.identification.inference.residuals import residual_report
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import MASS, START, Prediction, is_nuisance
+from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.terms import TERMS
 from vibrocap.identification.result.fit_result import (
     SLIDING,
     TURNING,
@@ -226,8 +227,7 @@ def _nuisance(
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
     text, unit = {
-        "offset": ("constant force of the sensor", "N"),
-        "mass": ("inertia that the sensor carries", "kg"),
+        **{term: (each.meaning, each.unit) for term, each in TERMS.items()},
         "delay": ("time by which the force is late behind the motion", "s"),
         "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
         "drift": ("change of the force with the load point's displacement", "N/m"),
@@ -237,7 +237,7 @@ def _nuisance(
         low, high = max(low, coordinate.low), min(high, coordinate.high)
     determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
-    if name == MASS and interval.low_open and not interval.high_open:
+    if name in TERMS and not TERMS[name].signed and interval.low_open and not interval.high_open:
         verdict = Verdict.BOUNDED_ABOVE
     if doubted and verdict == Verdict.DETERMINED:
         verdict = Verdict.DOUBTED

@@ -1,0 +1,70 @@
+"""Terms: what a force sensor measures beside friction, each a number times a column of the record."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.identification.problem.coordinates import Coordinate
+from vibrocap.identification.problem.samples import Samples
+
+FARTHEST = 100.0  # natural sizes, at which a term alone would make a hundred times the friction
+
+
+@dataclasses.dataclass(frozen=True)
+class Term:
+    """A force c s(t): the unknown number c in `unit`, of N, m and s, and the column s of a record.
+
+    signed: whether c may be negative; turning: whether the contact has to turn; farthest: bound of |c|, in natural
+    sizes.
+    """
+
+    meaning: str
+    unit: str
+    column: Callable[[Samples], np.ndarray]
+    signed: bool = True
+    turning: bool = False
+    farthest: float = FARTHEST
+
+
+TERMS = {
+    "offset": Term("constant force of the sensor", "N", lambda each: np.ones(len(each)), farthest=1.0),
+    "mass": Term("inertia that the sensor carries", "kg", lambda each: each.acceleration, signed=False),
+    "spring": Term("stiffness beside the contact", "N/m", lambda each: each.position),
+    "damping": Term("viscous damping beside the contact", "N s/m", lambda each: each.velocity, signed=False),
+    "damping_forward": Term("viscous damping of forward motion", "N s/m", lambda each: np.maximum(each.velocity, 0.0)),
+    "damping_back": Term("viscous damping of backward motion", "N s/m", lambda each: np.minimum(each.velocity, 0.0)),
+    "drag": Term("quadratic drag", "N s^2/m^2", lambda each: each.velocity * np.abs(each.velocity), signed=False),
+    "gravity": Term("weight times arm, times sin(angle)", "N", lambda each: np.sin(each.position), turning=True),
+    "gravity_cosine": Term("weight times arm, times cos(angle)", "N", lambda each: np.cos(each.position), turning=True),
+}
+
+
+def checked_terms(terms: str | Sequence[str], others: Sequence[str], records: Sequence[Samples]) -> list[str]:
+    """The names of terms, or ArgumentError for one that is unknown, or none of such a contact; others: more names."""
+    names = [terms] if isinstance(terms, str) else list(terms)
+    for name in names:
+        if name not in (*TERMS, *others):
+            raise ArgumentError("terms", f"there is no term {name!r}; {suggestion(name, (*TERMS, *others))}")
+        if name in TERMS and TERMS[name].turning and not all(each.rotary for each in records):
+            raise ArgumentError("terms", f"{name} is of a contact that turns; of one that slides, gravity is an offset")
+    return names
+
+
+def coordinate_of(name: str, records: Sequence[Samples], level: float) -> Coordinate:
+    """The coordinate of a term, which starts at zero; level: N of friction."""
+    term = TERMS[name]
+    largest = max(float(np.max(np.abs(term.column(each)))) for each in records)
+    scale = level / max(largest, 1e-300)
+    if term.signed:
+        reach = term.farthest * scale
+        return Coordinate(name, "linear", -reach, reach, scale=0.1 * scale, spread=0.0)
+    return Coordinate(name, "foot", 0.0, term.farthest * scale, scale=0.1 * scale, spread=0.0, whose=("law", "search"))
+
+
+def forces_of_terms(names: Sequence[str], values: Any, record: Samples, late: Callable) -> np.ndarray | float:
+    """Force [m, n] of the terms among the named parameters [m, p] on a record; late(column): it, a delay before."""
+    columns = [(values[:, [at]], TERMS[name].column(record)) for at, name in enumerate(names) if name in TERMS]
+    return sum((value * late(column) for value, column in columns), start=0.0)
