@@ -22,7 +22,7 @@ import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text, read_case
 from vibrocap.cli.command import COMMANDS, GROUPS
-from vibrocap.cli.main import MOVED, app_of, main
+from vibrocap.cli.main import MOVED, app_of, main, names
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 from vibrocap.io.spreadsheets import beside
@@ -93,7 +93,7 @@ def test_help_shows_every_command_in_its_group_on_one_screen(arguments, capsys):
 def test_old_commands_answer_with_the_new_one(old, capsys):
     assert refused(capsys, *old.split()) == f"`vibrocap {old}` is now {MOVED[old]}.\n"
     new = MOVED[old].partition("`vibrocap ")[2].split()[0]
-    assert new in {*COMMANDS, "--completion"}
+    assert new in {*names(), "--completion"}
 
 
 def test_version(capsys):
@@ -374,13 +374,13 @@ def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
     pandas = pytest.importorskip("pandas")
     pytest.importorskip("openpyxl")
     scipy_io = pytest.importorskip("scipy.io")
-    motion, names = read_case(case).simulate(), {}
+    motion, paths = read_case(case).simulate(), {}
     for kind in ("csv", "xlsx", "mat"):
-        names[kind] = case.parent / f"run.{kind}"
-        printed_json(capsys, "simulate", case, "--json", "--out", names[kind])
-    plain = pandas.read_csv(names["csv"])  # no option
-    book = pandas.read_excel(names["xlsx"], sheet_name=None)
-    arrays = scipy_io.loadmat(names["mat"], squeeze_me=True, simplify_cells=True)
+        paths[kind] = case.parent / f"run.{kind}"
+        printed_json(capsys, "simulate", case, "--json", "--out", paths[kind])
+    plain = pandas.read_csv(paths["csv"])  # no option
+    book = pandas.read_excel(paths["xlsx"], sheet_name=None)
+    arrays = scipy_io.loadmat(paths["mat"], squeeze_me=True, simplify_cells=True)
     check_columns({name: np.asarray(arrays[name], dtype=float) for name in plain}, motion)
     assert np.array_equal(arrays["reaction"], motion["reaction"])
     for table in (plain, book["motion"]):  # programs that read decimal numbers may round them once
@@ -391,9 +391,9 @@ def test_tables_leave_for_pandas_excel_and_matlab(case, capsys):
     assert arrays["units"]["position"] == "dimensionless"
     assert case_from_text(arrays["case_toml"], "").system == read_case(case).system
     assert dict(zip(book["columns"]["name"], book["columns"]["meaning"], strict=True))["status"] == "finished"
-    first = names["mat"].read_bytes()
-    printed_json(capsys, "simulate", case, "--json", "--out", names["mat"])
-    assert names["mat"].read_bytes() == first
+    first = paths["mat"].read_bytes()
+    printed_json(capsys, "simulate", case, "--json", "--out", paths["mat"])
+    assert paths["mat"].read_bytes() == first
 
 
 def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):

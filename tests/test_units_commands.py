@@ -283,10 +283,10 @@ def test_pictures_of_basins_are_in_si():
 
 
 def test_basins_asked_in_degrees_are_drawn_in_degrees(tmp_path, monkeypatch):
-    from vibrocap.plotting.look import finishing
+    from vibrocap.plotting import plot
 
     seen = []
-    monkeypatch.setattr(finishing, "save", lambda figure, *rest: seen.append(figure.axes[0]))
+    monkeypatch.setattr(plot, "save", lambda figure, *rest: seen.append(figure.axes[0]))
     (tmp_path / "case.toml").write_text(BENCH)
     plane = "angle_deg=-60:60,velocity_m_per_s=-1:1"
     arguments = ["basins", str(tmp_path / "case.toml"), "--plane", plane, "--resolution", "2"]

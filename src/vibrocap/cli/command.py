@@ -149,13 +149,14 @@ class Answer:
     """The result of a command and its views.
 
     record: what --json prints; text: what people read, lines or a function that prints them on a page
-    figure: makes the picture of --plot, or (picture, settings); written: files that it wrote, by what they are
+    drawn: the result of which --plot draws the sheet; drawing: options of that; written: files by what they are
     incomplete: why the work could not be completed, with the remedy; code: the exit code then
     """
 
     record: Any = None
     text: str | Callable[[Page], None] = ""
-    figure: Callable[[], Any] | None = None
+    drawn: Any = None
+    drawing: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     written: tuple[tuple[str, Any], ...] = ()
     incomplete: str = ""
     code: int = INCOMPLETE
@@ -280,11 +281,10 @@ def shown(answer: Answer, request: Request) -> int:
     elif answer.text:
         page.say(answer.text)
     plot = getattr(request, "plot", None)
-    if plot is not None and answer.figure is not None:
-        from vibrocap.plotting.look.finishing import save
+    if plot is not None and answer.drawn is not None:
+        from vibrocap.plotting.plot import sheet
 
-        figure = answer.figure()
-        save(*((figure[0], plot, figure[1]) if isinstance(figure, tuple) else (figure, plot)))
+        sheet(answer.drawn, plot, **answer.drawing)
         written.append(("picture", plot))
     if not in_json:
         for what, path in written:

@@ -48,12 +48,7 @@ def fit_machine(request: FitRequest, records: "list[Record]", hidden: list[str],
         page.say(f"{found.heading}, by {request.machine}", style="bold")
         page.rows(list(found.facts.items()), 2 + max(map(len, found.facts)))
 
-    def figure() -> Any:
-        from vibrocap.plotting.plot import figure
-
-        return figure(found)
-
-    return Answer(in_si(found), text, figure, tuple(("Written:", path) for path in written))
+    return Answer(in_si(found), text, found, written=tuple(("Written:", path) for path in written))
 
 
 COLUMNS = ("record", "held_out", "time", "measured", "predicted", "band")

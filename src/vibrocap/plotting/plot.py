@@ -114,14 +114,19 @@ def figure(
 
     Settings of `matplotlib.rcParams` that the user has changed, by hand or by a style sheet, hold over the package's.
     """
+    with on_page(width, header):
+        return sheet(result, path, **options)
+
+
+def sheet(result: Any, path: str | Path | None = None, **options: Any) -> Figure:
+    """As `figure`, for the page that is set."""
     drawn, picture = _picture_of(result)
     if picture is None:
         raise TypeError(f"result should be a result of this package, got a {type(result).__name__}")
-    with on_page(width, header):
-        fig = picture.sheet(drawn, **options)
-        if path is None:
-            return finished(fig)
-        save(fig, path, picture.style)
+    fig = picture.sheet(drawn, **options)
+    if path is None:
+        return finished(fig)
+    save(fig, path, picture.style)
     return fig
 
 

@@ -55,14 +55,8 @@ def basins(request: BasinsRequest, report: Report) -> Answer:
         settle_periods=request.settle_periods,
         progress=report,
     )
-    record = view(in_si(found))
-
-    def figure() -> Any:
-        from vibrocap.plotting.steady.basins import PRINT, basin_figure
-
-        return basin_figure(found, [along.path.removeprefix(INITIAL) for along, _ in asked]), PRINT
-
-    return Answer(record, lambda page: _print_basins(page, record), figure)
+    record, axes = view(in_si(found)), [along.path.removeprefix(INITIAL) for along, _ in asked]
+    return Answer(record, lambda page: _print_basins(page, record), found, {"axes": axes})
 
 
 def _axis(text: str, system: System) -> tuple[Quantity, tuple[float, float] | None]:

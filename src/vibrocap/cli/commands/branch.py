@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from vibrocap.cli.command import Answer, Drawn, OfCase, Report, command
 from vibrocap.cli.options import Json, Option, Over, SettlePeriods, picture
@@ -53,12 +53,7 @@ def branch(request: BranchRequest, report: Report) -> Answer:
         settle_periods=request.settle_periods,
     )
     shown = in_si(found, over=along.path)
-
-    def figure() -> Any:
-        from vibrocap.plotting.steady.branches import branch_figure
-
-        return branch_figure(found, "mean_velocity" if found.system.cyclic is not None else "period", over=along.path)
-
+    quantity = "mean_velocity" if found.system.cyclic is not None else "period"
     if not any(len(each) for each in found.branches):
         words = "No steady motion closed at the start; simulate the case, or raise --settle-periods."
         return Answer(shown, str(shown), incomplete=words)
@@ -66,4 +61,5 @@ def branch(request: BranchRequest, report: Report) -> Answer:
     wrong = [f"{refused} points are not certified: their motions are not those of the equations."] if refused else []
     early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
     wrong += [f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}" for end, i in early.items()]
-    return Answer(shown, str(shown), figure, incomplete="\n".join(wrong))
+    drawing = {"quantity": quantity, "over": along.path}
+    return Answer(shown, str(shown), found, drawing, incomplete="\n".join(wrong))

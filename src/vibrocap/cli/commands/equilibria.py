@@ -72,11 +72,5 @@ def _followed(system: Any, request: EquilibriaRequest) -> Answer:
         begun = states[request.start]
     found = equilibrium_branch(system, along.plain, (low, high), start=begun, points=request.points)
     shown = in_si(found, over=along.path)
-
-    def figure() -> Any:
-        from vibrocap.plotting.steady.equilibria import equilibrium_figure
-
-        return equilibrium_figure(found)
-
     early = [f"The branch was not followed to its end ({end.value}). {end.advice}" for end in found.ends if end.early]
-    return Answer(view(shown), lambda page: page.say(str(shown)), figure, incomplete="\n".join(early))
+    return Answer(view(shown), lambda page: page.say(str(shown)), found, incomplete="\n".join(early))

@@ -55,13 +55,7 @@ def _fitted(request: FitRequest, records: "list[Record]", settings: dict[str, An
     if not found.ok:
         return Answer(found, incomplete=f"No fit of {request.laws[0]}: {found.status}.")
     written = _write(found, request.out, scales) if request.out is not None else []
-
-    def figure() -> Any:
-        from vibrocap.plotting.fits import fit_figure
-
-        return fit_figure(found)
-
-    return Answer(found, found.summary(), figure, tuple(("Written:", path) for path in written))
+    return Answer(found, found.summary(), found, written=tuple(("Written:", path) for path in written))
 
 
 def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, Any], scales: Any) -> Answer:
@@ -72,27 +66,22 @@ def _compared(request: FitRequest, records: "list[Record]", settings: dict[str, 
     found = compare(records, request.laws, options=own, **settings)
     good, out = [each.fit for each in found.laws if each.fit.ok], request.out
     written = []
-
-    def figure() -> Any:
-        from vibrocap.plotting.fits import comparison_figure
-
-        return comparison_figure(found)
-
     if out is not None:
         for each in good:
             written += _write(each, made_folder(out / each.law_name, own=True), scales)
         text = json_text(found) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))
         if good and _can_draw():
+            from vibrocap.plotting.fits import comparison_figure
             from vibrocap.plotting.look.finishing import save
 
-            written.append(save(figure(), out / "comparison.png"))
+            written.append(save(comparison_figure(found), out / "comparison.png"))
     return Answer(
         found,
         found.summary(),
-        figure if good else None,
-        tuple(("Written:", path) for path in written),
-        "" if good else f"None of the laws could be fitted: {found.laws[0].fit.status}.",
+        found if good else None,
+        written=tuple(("Written:", path) for path in written),
+        incomplete="" if good else f"None of the laws could be fitted: {found.laws[0].fit.status}.",
     )
 
 

@@ -112,15 +112,8 @@ def _sheet(request: FrictionRequest, law: Law) -> Answer:
         page.print(parameters_in_words(law))
         page.say("\n" + "\n".join(f"{name:<11}{words}" for name, words in rows))
 
-    def figure() -> Any:
-        from vibrocap.plotting.laboratory import law_figure
-
-        return law_figure(law)
-
     record = {"law": request.name, "kind": law.kind, "parameters": given_parameters(law), "creeps": law.creeps}
-    return Answer(
-        record | {"source": source, "passive": str(passive.verdict), "stiffness": scales.method}, text, figure
-    )
+    return Answer(record | {"source": source, "passive": str(passive.verdict), "stiffness": scales.method}, text, law)
 
 
 def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
@@ -135,13 +128,7 @@ def _tests(request: FrictionRequest, law: Law, report: Report) -> Answer:
         speed=request.speed,
         progress=lambda now: report(0.0, f"Testing {request.name}: {now}"),
     )
-
-    def figure() -> Any:
-        from vibrocap.plotting.laboratory import sheet_figure
-
-        return sheet_figure(sheet)
-
-    return Answer(sheet, lambda page: print_sheet(page, request.name, sheet), figure)
+    return Answer(sheet, lambda page: print_sheet(page, request.name, sheet), sheet)
 
 
 def print_sheet(page: Page, name: str, sheet: Any) -> None:

@@ -198,13 +198,8 @@ def _front(request: OptimiseRequest, ranges: dict[str, Any], shared: dict[str, A
         page.say(f"Pareto front of {objectives[0]} and {objectives[1]}", style="bold")
         page.rows([(name, text) for name, text in found.facts.items()], 20)
 
-    def figure() -> Any:
-        from vibrocap.plotting.fronts import front_figure
-
-        return front_figure(found)
-
     incomplete = "" if len(found) else f"There is {found.status.value}. {found.status.advice}"
-    return Answer(record, text, figure if len(found) else None, tuple(written), incomplete)
+    return Answer(record, text, found if len(found) else None, written=tuple(written), incomplete=incomplete)
 
 
 def _motions_in_words(found: Any) -> list[str]:

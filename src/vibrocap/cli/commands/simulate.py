@@ -116,12 +116,6 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
 
         with progress("Filming") as share:
             animate_motion(computed(motion), request.animate, progress=share)
-
-    def figure() -> Any:
-        from vibrocap.plotting.motion import motion_figure
-
-        return motion_figure(computed(motion))
-
     incomplete = ""
     if not motion.status.ok and motion.run_status.ok:
         incomplete = "\n".join([motion.status.text, *motion.certificate.failures])
@@ -133,6 +127,6 @@ def simulate(request: SimulateRequest, report: Report) -> Answer:
     return Answer(
         record,
         lambda page: print_motion(page, motion, record, str(request.case)),
-        figure if moved else None,
+        computed(motion) if moved else None,
         incomplete=incomplete,
     )

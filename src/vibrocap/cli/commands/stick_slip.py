@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -104,24 +103,17 @@ def stick_slip(request: StickSlipRequest) -> Answer:
             page.say(f"  read: {note}")
 
     record = found[0] if len(found) == 1 else found
-    return Answer(record, text, None if request.plot is None else _figure(found))
+    return Answer(record, text, None if request.plot is None else _drawn(found))
 
 
-def _figure(found: "list[StickSlip]") -> Callable[[], Any]:
-    """Makes the picture of a record, or the diagram of several; Refusal for records without a place in it."""
+def _drawn(found: "list[StickSlip]") -> Any:
+    """The record, or the diagram of several; Refusal for records without a place in it."""
     from vibrocap.records.regime_diagram import regime_diagram
 
     try:
-        diagram = regime_diagram(found) if len(found) > 1 else None
+        return regime_diagram(found) if len(found) > 1 else found[0]
     except ArgumentError as error:
         raise Refusal(f"--plot: {error}; or draw one with --record") from None
-
-    def figure() -> Any:
-        from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
-
-        return stick_slip_figure(found[0]) if diagram is None else regime_figure(diagram)
-
-    return figure
 
 
 def print_stick_slip(page: Page, found: "StickSlip") -> None:

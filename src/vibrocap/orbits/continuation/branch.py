@@ -1,8 +1,6 @@
 """A branch of steady motions over a parameter: labelled arrays, its special points, and why it ends."""
 
-import collections
 import dataclasses
-import itertools
 from collections.abc import Mapping
 from typing import Annotated
 
@@ -20,6 +18,7 @@ from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.orbits.walk.branch_point import BranchPoint
+from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Followed, followed, started, walked
@@ -31,13 +30,12 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.quantities.declared import AlongTurns, ByName, Lengths, Numbers, Over, Speeds, StateColumns, Time, Times
 from vibrocap.quantities.dimensional import said
-from vibrocap.results import Result
 
 TOWARDS = ("both", "up", "down")
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Branch(Result):
+class Branch(BranchRecord):
     """Steady motions that go over into each other as a parameter changes, in order of the arclength.
 
     over, between: path and range of the parameter; response_period: of all its orbits, in drive periods; 0 for cycles
@@ -78,14 +76,10 @@ class Branch(Result):
     start: int
     closing_map: ClosingMap = dataclasses.field(compare=False)
 
-    rows = "special_points"
     in_record = (
         "response_period symmetric parameter period drift mean_velocity stable mode_sequence certified "
         "special_points ends advice"
     )
-
-    def __len__(self) -> int:
-        return len(self.parameter)
 
     @property
     def heading(self) -> str:
@@ -94,17 +88,9 @@ class Branch(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        if not len(self):
-            return {"points": "no points", "end": self.ends[0].value}
-        low, high = np.min(self.parameter), np.max(self.parameter)
-        kinds = collections.Counter(special.kind.value for special in self.special_points)
-        return {
-            "points": f"{len(self)} points from {low:.6g} to {said(high, self.unit_of('parameter'), 6)}",
-            **({} if self.certified.all() else {"certificate": f"{np.sum(~self.certified)} of them not certified"}),
-            "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
-            "special points": ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no special points",
-            "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
-        }
+        points, *others = super().facts.items()
+        refused = np.sum(~self.certified)
+        return dict([points, *([("certificate", f"{refused} of them not certified")] if refused else []), *others])
 
     @property
     def _kind(self) -> str:
@@ -149,49 +135,14 @@ class Branch(Result):
         """The largest |multiplier| at each point, 0 where there is none."""
         return np.max(np.abs(self.multipliers), axis=1, initial=0.0)
 
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """What to try at each end."""
-        return tuple(end.advice for end in self.ends)
-
-    def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
-        """The special points of some kinds."""
-        return tuple(special for special in self.special_points if special.kind in kinds)
-
-    @property
-    def parts(self) -> tuple[tuple[int, int, bool], ...]:
-        """(first point, last point, stable) of each stretch of the branch that is all stable or all unstable."""
-        if not len(self):
-            return ()
-        cuts = np.flatnonzero(np.diff(self.stable.astype(int))) + 1
-        edges = [0, *cuts.tolist(), len(self)]
-        return tuple((first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges))
-
     def __str__(self) -> str:
         """The branch in words."""
-        kind, unit = self._kind, self.unit_of("parameter")
-        if not len(self):
-            return f"No {kind}branch: {self.ends[0].advice}"
-        what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
-        lines = [
-            f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
-            *(f"  {each.kind.value:20s} {said(each.parameter, unit)} (error {each.error:.0e})  {each.remarks}"
-              for each in self.special_points),
-            *(f"  {where} at {said(value, unit)}: {_ended(end)}"
-              for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
-        ]  # fmt: skip
-        if not self.certified.all():
-            wrong = self.parameter[~self.certified]
-            lines.append(
-                f"  {len(wrong)} points from {wrong.min():.6g} to {said(wrong.max(), unit, 6)} not certified: "
-                "their motions are not those of the equations"
-            )
-        return "\n".join(lines)
-
-
-def _ended(end: BranchEnd) -> str:
-    """Why a branch ends, with what to try where there is more to it."""
-    return f"{end.value}. {end.advice}" if end.early or end is BranchEnd.ORBIT_CEASES else end.value
+        if self.certified.all():
+            return super().__str__()
+        wrong = self.parameter[~self.certified]
+        span = f"{wrong.min():.6g} to {said(wrong.max(), self.unit_of('parameter'), 6)}"
+        refused = f"{len(wrong)} points from {span} not certified: their motions are not those of the equations"
+        return f"{super().__str__()}\n  {refused}"
 
 
 def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:

@@ -13,6 +13,7 @@ from vibrocap.orbits.equilibria.search import SteadyState, steady_states
 from vibrocap.orbits.equilibria.sliding import Sliding
 from vibrocap.orbits.equilibria.steady_equations import SteadyEquations
 from vibrocap.orbits.parameter_range import checked_range, system_at
+from vibrocap.orbits.walk.branch_record import BranchRecord
 from vibrocap.orbits.walk.ends import BranchEnd
 from vibrocap.orbits.walk.following import Walked, followed, started, walked
 from vibrocap.orbits.walk.special_kind import SpecialKind
@@ -20,14 +21,12 @@ from vibrocap.orbits.walk.special_points import SpecialPoint
 from vibrocap.physics.dimensions.conversion import Parameter, Parameters, Path
 from vibrocap.physics.system import System
 from vibrocap.quantities.declared import AngularFrequencies, Numbers, Over, Speeds, StateColumns
-from vibrocap.quantities.dimensional import said
-from vibrocap.results import Result
 
 LONGEST = 0.02  # step, as a share of the range and of the size of the states
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class EquilibriumBranch(Result):
+class EquilibriumBranch(BranchRecord):
     """Equilibria that go over into each other as a parameter changes, in order along the branch.
 
     over, between: path and range of the parameter; sides: of each contact, the same all along
@@ -50,11 +49,7 @@ class EquilibriumBranch(Result):
     ends: tuple[BranchEnd, BranchEnd]
     mode: Mode = dataclasses.field(compare=False)
 
-    rows = "special_points"
     in_record = "over between parameter states travel eigenvalues stable special_points ends advice"
-
-    def __len__(self) -> int:
-        return len(self.parameter)
 
     @property
     def heading(self) -> str:
@@ -62,28 +57,13 @@ class EquilibriumBranch(Result):
 
     @property
     def facts(self) -> dict[str, str]:
-        low, high = float(np.min(self.parameter)), float(np.max(self.parameter))
         special = ", ".join(f"{each.kind.value} at {each.said('parameter')}" for each in self.special_points)
-        return {
-            "points": f"{len(self)} points from {low:.6g} to {said(high, self.unit_of('parameter'), 6)}",
-            "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
-            "special points": special or "no special points",
-            "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
-        }
+        return super().facts | ({"special points": special} if special else {})
 
     @property
     def largest_real_part(self) -> Annotated[AngularFrequencies, Over("point", words="largest real part")]:
         """Of the eigenvalues at each point."""
         return np.real(self.eigenvalues)[:, 0]
-
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """What to try at each end."""
-        return tuple(end.advice for end in self.ends)
-
-    def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
-        """The special points of some kinds."""
-        return tuple(each for each in self.special_points if each.kind in kinds)
 
     @property
     def hopf_points(self) -> tuple[SpecialPoint, ...]:
@@ -98,18 +78,6 @@ class EquilibriumBranch(Result):
         n, sides = len(problem.unknowns), self.mode.sides
         state = SteadyState(y, sides, np.zeros(len(sides), dtype=bool), self.mode.switched, np.zeros((n, 0)))
         return equilibrium(problem, RestSet(state, y, y))
-
-    def __str__(self) -> str:
-        """The branch in words."""
-        lines = [f"Branch of steady sliding over {self.over}, {len(self)} points:"]
-        for each in self.special_points:
-            lines.append(
-                f"  {each.kind.value:20s} {each.said('parameter', 12)} (error {each.error:.0e})  {each.remarks}"
-            )
-        for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True):
-            advice = f". {end.advice}" if end is not BranchEnd.PARAMETER_BOUND else ""
-            lines.append(f"  {where} at {said(value, self.unit_of('parameter'))}: {end.value}{advice}")
-        return "\n".join(lines)
 
 
 def equilibrium_branch(

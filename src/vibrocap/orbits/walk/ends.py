@@ -52,3 +52,9 @@ class BranchEnd(Advised):
     def early(self) -> bool:
         """Whether the branch continues, but was not followed so far."""
         return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
+
+    @property
+    def words(self) -> str:
+        """The end, with its advice where the branch continues or something else begins there."""
+        beyond = (BranchEnd.ORBIT_CEASES, BranchEnd.REST, BranchEnd.OTHER_BRANCH, BranchEnd.NO_LOAD)
+        return f"{self.value}. {self.advice}" if self.early or self in beyond else self.value
