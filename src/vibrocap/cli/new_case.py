@@ -19,9 +19,9 @@ HEAD = """\
 #     vibrocap simulate {file}
 #
 """
-PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).\n"
-SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits (docs/case-files.md).\n"
-SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench (docs/case-files.md).\n"
+PLAIN = "# Every value is its default; what is left out has it too. All are dimensionless.\n"
+SI_HEAD = "# A bench of usual size, in SI: defaults at its masses and lengths, to three digits.\n"
+SI_AS_IT_STANDS = "# In SI, with every default as it stands, of 1 kg, 1 m and 1 s: no bench.\n"
 BENCH = {  # of a bench, what a machine declares as its units
     "pendulum_mass_kg": 0.2,
     "pendulum_length_m": 0.25,

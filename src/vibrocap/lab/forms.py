@@ -91,8 +91,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "corners": _corners(recording.corners, system, paths),
         "fixed": fixed,
         "scene": [
-            {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
-            for shape in shapes
+            {"kind": each.kind, "name": each.name, "points": len(each.points), "size": list(each.size), "box": each.box}
+            for each in shapes
         ],
         "tolerance": looser,
         "motion": _places(motion),

@@ -76,7 +76,8 @@ def file_preset(path: Path) -> Preset:
     head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
     lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
     paragraphs = [" ".join(each.split()) for each in "\n".join(lines).split("\n\n")]
-    note = " ".join(each for each in paragraphs if each and not each.startswith("vibrocap "))
+    told = [re.sub(r"[^.]*$", "", each) for each in paragraphs if not each.startswith("vibrocap ")]  # "Run it with"
+    note = " ".join(filter(None, told))
     return Preset(path.stem, path.stem.replace("-", " ").capitalize(), note, case)
 
 

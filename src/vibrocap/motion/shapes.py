@@ -29,4 +29,22 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
         values = evaluate([each for point in shape.points for each in point], local, states, 1.0, parameters)
         rows = np.array([np.broadcast_to(value, times.shape) for value in values])
         found.append(MovingShape(shape, rows.reshape(len(shape.points), 2, len(times))))
+    for box in [each for each in found if each.shape.kind == "box"]:
+        inside = [each for each in found if each.shape.kind == "disc" and each.shape.box == box.shape.name]
+        far = [float(np.abs(each.points[0, 0] - box.points[0, 0]).max()) + each.shape.size[0] for each in inside]
+        more = max(far, default=0.0) - 0.5 * box.shape.size[0]
+        if more > 0.0:
+            found = [
+                _widened(each, more) if box.shape.name in (each.shape.name, each.shape.box) else each for each in found
+            ]
     return found
+
+
+def _widened(each: MovingShape, more: float) -> MovingShape:
+    """A box, or what belongs to it, with its walls so much farther out."""
+    if each.shape.kind in ("box", "contact"):
+        width, height = each.shape.size
+        return dataclasses.replace(each, shape=dataclasses.replace(each.shape, size=(width + 2.0 * more, height)))
+    if each.shape.kind == "spring":
+        each.points[0, 0] -= more
+    return each

@@ -70,9 +70,12 @@ class Shape:
     name: what it is, in words
     points: (x, y) of each point, one or two
     size: (width, height); zero where it has none
+    box: of a disc the box in which it slides, of a spring that at whose wall it begins, of a contact that above it: a
+        box is drawn as wide as what slides in it needs
     """
 
     kind: Kind
     name: str
     points: tuple[tuple[Any, Any], ...]
     size: tuple[float, float] = (0.0, 0.0)
+    box: str = ""

@@ -16,7 +16,10 @@ function symbolHtml(symbol) {
 }
 
 // What a parameter means, with signs in place of their names.
-const meaningHtml = (text) => escaped(text).replace(/\b[a-z]+/g, (word) => GREEK[word] ?? word).replace(/\^2/g, "²").replace(/_(\w)/g, "<sub>$1</sub>");
+const meaningHtml = (text) => escaped(text).replace(/\b([A-Za-z]+)(?:_(\w+))?/g, (all, word, index) => {
+  const sign = GREEK[word] ?? word; // with an index, or a word of several such as back_gap
+  return index && sign.length > 1 ? all.replaceAll("_", " ") : index ? `${sign}<sub>${index}</sub>` : sign;
+}).replace(/\^2/g, "²");
 
 // Units of what is shown: none, or SI by the scales of the model.
 class Units {

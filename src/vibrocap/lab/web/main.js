@@ -183,7 +183,7 @@ class Lab {
     const [ahead, reach] = this.spread, position = state ? shown.of(row, state) : 0;
     return {
       sides: shown.sides(row), friction: shown.of(row, "friction"), load: shown.of(row, "load"),
-      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
+      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row), walls: this.walls,
       camera: state ? this.camera(position, row[0]) + ahead : 0, reach, origin: this.model.state.initial[state] ?? 0,
       unit: this.units.factor("position"), slope: this.slope,
     };
@@ -193,6 +193,24 @@ class Lab {
   straight(time) {
     const { shown } = this, name = shown.form.states[shown.form.cyclic], xs = shown.column(name), span = shown.end - shown.from;
     return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
+  }
+
+  // How much farther out the walls of each box are than at its size, so that what slides in it stays inside, by name.
+  get walls() {
+    const { shown } = this, { data, width, rows } = shown.rows;
+    if (!shown._walls) {
+      let place = shown.names.length;
+      const shapes = shown.form.scene.map((shape) => ({ ...shape, at: (place += 2 * shape.points) - 2 * shape.points }));
+      shown._walls = {};
+      for (const disc of shapes) {
+        const box = disc.kind === "disc" && shapes.find(({ kind, name }) => kind === "box" && name === disc.box);
+        if (!box) continue;
+        let far = (shown._walls[box.name] ?? 0) + box.size[0] / 2;
+        for (let i = 0; i < rows * width; i += width) far = Math.max(far, Math.abs(data[i + disc.at] - data[i + box.at]) + disc.size[0]);
+        shown._walls[box.name] = far - box.size[0] / 2;
+      }
+    }
+    return shown._walls;
   }
 
   // Of the contacts: how far their middle is ahead of the position, and how far one gets from the camera, at least one length.

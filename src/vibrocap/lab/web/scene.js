@@ -27,7 +27,7 @@ function drawGround(pen, theme, form, now, scale, middle, low) {
   }
   flag(pen, px(now.origin), py(0), theme);
   let contacts = 0;
-  form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, shape.kind === "contact" ? now.sides[contacts++] : 0));
+  form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, shape.kind === "contact" ? now.sides[contacts++] : 0, now.walls[shape.box || shape.name] ?? 0));
   if (contact < 0) return;
   arrow(pen, theme, x, py(-0.3), -now.friction * now.perForce * scale, 0);
   letter(pen, theme, letterAt, py(-0.3), "R");
@@ -46,8 +46,9 @@ function flag(pen, x, y, theme) {
   pen.shape([x, y - 26, x + 12, y - 21, x, y - 16], theme.second);
 }
 
-function drawn(pen, theme, shape, points, px, py, scale, side) {
-  const [x, y] = [px(points[0]), py(points[1])], [w, h] = shape.size.map((each) => each * scale);
+function drawn(pen, theme, shape, points, px, py, scale, side, wall) {
+  const [x, y] = [px(points[0] - (shape.kind === "spring" ? wall : 0)), py(points[1])], far = 2 * (px(wall) - px(0));
+  const w = shape.size[0] * scale + (shape.kind === "disc" ? 0 : far), h = shape.size[1] * scale;
   if (shape.kind === "box") pen.box(x - w / 2, y - h / 2, w, h, theme.body, theme.ink, 0.12 * scale);
   else if (shape.kind === "disc") pen.disc(x, y, w / 2, theme.first, theme.ink);
   else if (shape.kind === "hinge") pen.disc(x, y, 4, theme.paper, theme.ink);

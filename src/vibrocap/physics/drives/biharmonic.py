@@ -9,7 +9,7 @@ from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter
 class Biharmonic(Wave):
     """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
 
-    amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
+    amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
     frequency: Positive = parameter(
         1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
     )

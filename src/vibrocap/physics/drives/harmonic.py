@@ -9,7 +9,7 @@ from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter
 class Harmonic(Wave):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
-    amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
+    amplitude: Number = parameter(1.8, "h", "amplitude of the drive", "effort")
     frequency: Positive = parameter(
         1.0, "omega", "drive frequency over the machine's natural frequency", "frequency", in_si="drive frequency"
     )

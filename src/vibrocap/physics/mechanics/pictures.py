@@ -91,12 +91,13 @@ def _body(motion: Any, m: Any) -> Iterator[Shape]:
     (x, z), rubs = _place(m), [each.body for each in motion.contacts]
     carried = [each for each in motion.masses if each.on is m]
     if m not in rubs:
-        yield Shape("disc", m.name, (_at(x, z + (0.4 if _slides(m) else 0.5)),), (0.3, 0.3))
+        inside = m.on.name if _slides(m) else ""
+        yield Shape("disc", m.name, (_at(x, z + (0.4 if inside else 0.5)),), (0.3, 0.3), inside)
         return
     width, height = (1.8, 0.8) if any(map(_slides, carried)) else (1.3 if carried else 1.0, 0.5)
     yield Shape("box", m.name, (_at(x, z + 0.5 * height),), (width, height))
     name = "contact" if len(rubs) == 1 else f"contact {rubs.index(m) + 1}"
-    yield Shape("contact", name, (_at(x, z),), (width - 0.1, 0.0))
+    yield Shape("contact", name, (_at(x, z),), (width - 0.1, 0.0), m.name)
 
 
 def _joint_shapes(motion: Any, m: Any) -> Iterator[Shape]:
@@ -109,7 +110,8 @@ def _joint_shapes(motion: Any, m: Any) -> Iterator[Shape]:
         return
     foot, half, height = (Sum.of(-2.5), 0.5, 0.25) if m.on is None else (m.on.along.value - 0.9, 0.15, 0.4)
     if any(_same(each, Quantity.of(m.x)) for each in motion.stretches.values()):
-        yield Shape("spring", f"spring of {m.name}", (_at(foot, z + height), _at(x - half, z + height)))
+        ends = _at(foot, z + height), _at(x - half, z + height)
+        yield Shape("spring", f"spring of {m.name}", ends, box=m.on.name if m.on else "")
     for stop in motion.stops:
         if _same(stop.way, Quantity.of(m.x)):
             ends = {"in front": as_sum(stop.gap) + half}
