@@ -7,10 +7,10 @@ from typing import Any
 from vibrocap.case.case import Case
 from vibrocap.case.sections import kind_path
 from vibrocap.physics.dimensions.conversion import path_in_si
-from vibrocap.physics.dimensions.scales import Scales
-from vibrocap.physics.dimensions.units import Key, parameter_keys, state_keys, suffix, unit_name, written, written_in_si
+from vibrocap.physics.dimensions.stated import Stated, parameters_stated, stated
+from vibrocap.physics.dimensions.units import state_keys, written
 from vibrocap.physics.names import SIGNAL, name_and_number
-from vibrocap.physics.parameters import NUMBER, given_parameters, parameter_table
+from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import GREEK, printed
 from vibrocap.physics.system import System
 
@@ -194,23 +194,12 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     """
     lines = []
     for name, part in system.parts.items():
-        numbers = _quantities(name, part, system, {without}, {})
-        if name == "machine" and system.units is not None:
-            numbers += _scales(system.units)
+        numbers = _worded(name, parameters_stated(name, system), {without}, {})
         if name == "environment" and not numbers:  # level ground, in which nothing else acts
             continue
         text = f"{of_signal(name, law_words(part.name))}: {', '.join(numbers)}".rstrip(": ")
         lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)
-
-
-def _scales(scales: Scales) -> list[str]:
-    """What the units of a machine are, in words."""
-    units = {info.name: unit_name(info.dimension or NUMBER) for info in parameter_table(scales)}
-    return [
-        whole(f"{name.removesuffix(suffix(units[name])).replace('_', ' ')}{EQUALS}{value:.4g} {units[name]}")
-        for name, value in given_parameters(scales).items()
-    ]
 
 
 def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
@@ -228,32 +217,19 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
         if path and path not in varied:
             kinds.append(kind if name == "machine" else f"{kind} {name}")
         if kind == part.name:
-            numbers += _quantities(name, part, system, varied | plain, fixed)
-        if name == "machine" and kind == part.name and system.units is not None:
-            numbers += _scales(system.units)
+            numbers += _worded(name, parameters_stated(name, system), varied | plain, fixed)
     states = state_keys(system.si.states)
-    starts = written(case.initial, states, system.si, exactly=False) or {}
-    numbers += [whole(f"initial {each}") for each in _worded("initial", starts, states, varied | plain, fixed)]
+    starts = stated(written(case.initial, states, system.si, exactly=False) or {}, states)
+    numbers += [whole(f"initial {each}") for each in _worded("initial", starts, varied | plain, fixed)]
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
-    """The parameters of a part that are not zero, in words, with their units; no line is broken within one."""
-    units = system.si.of_part(name)
-    keys = parameter_keys(type(part), units.effort)
-    return _worded(name, written_in_si(part, units, exactly=False) or {}, keys, varied, fixed)
-
-
-def _worded(
-    name: str, values: Mapping[str, Any], keys: Mapping[str, Key], varied: set[str], fixed: Mapping[str, str]
-) -> list[str]:
-    """Values of a part by keys in words, those that are not zero."""
+def _worded(name: str, given: Iterable[Stated], varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """Values of a part that are not zero, in words, with their units; no line is broken within one."""
     found = []
-    for key, value in values.items():
-        each = keys.get(key)
-        if not value or f"{name}.{key}" in varied or (each is not None and f"{name}.{each.name}" in varied):
-            continue
-        stem, unit = (key, "") if each is None else (each.stem, each.unit.removeprefix("1"))
-        words = f"{stem.replace('_', ' ')}{EQUALS}{fixed.get(f'{name}.{key}', value_text(value))} {unit}"
-        found.append(whole(words.strip()))
+    for each in given:
+        if each.value and not {f"{name}.{each.key}", f"{name}.{each.name}"} & varied:
+            number = fixed.get(f"{name}.{each.key}", value_text(each.value))
+            words = f"{each.stem.replace('_', ' ')}{EQUALS}{number} {each.unit.removeprefix('1')}"
+            found.append(whole(words.strip()))
     return found
