@@ -2,7 +2,7 @@
 
 from vibrocap.numerics.kernel.memory_layout import Layout
 
-_EXAMPLE = Layout(lanes=1, states=4, rows=9, order=12, parameters=10).constants()
+_EXAMPLE = Layout(states=4, order=12, parameters=10).constants()
 LANES = _EXAMPLE["LANES"]
 STATES = _EXAMPLE["STATES"]
 ROWS = _EXAMPLE["ROWS"]
