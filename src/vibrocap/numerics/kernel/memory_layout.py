@@ -31,7 +31,7 @@ RESULT_HEAD = (
     *("refused_trials", "extrapolated"),  # periods from limits that were refused; 1: the window began at such a limit
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
-EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals, then the number of the contact
+EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states, then the number of the contact
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ class Layout(Traits):
 
     @property
     def series_rows(self) -> int:
-        """States and integrals; a row of the event search; guards; contacts; the true load where it is watched."""
+        """States; a row of the event search; guards; contacts; the true load where it is watched."""
         return self.states + 1 + self.switches + self.imposed + self.shifts + 2 * self.held + self.watched
 
     @property
@@ -226,7 +226,6 @@ class Layout(Traits):
         return {
             "LANES": self.lanes,
             "STATES": self.states,
-            "ROWS": self.states,
             "ORDER": self.order,
             "PIECE_SIZE": self.piece_size,
             "EVENT_SIZE": self.event_size,
